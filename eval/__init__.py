@@ -1,0 +1,4 @@
+"""Measures models and corpora: the paper's tables, intervals, curves and error lists.
+
+Read :mod:`eval.correspondence` first.
+"""
