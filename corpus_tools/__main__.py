@@ -1,0 +1,6 @@
+"""``python -m corpus_tools`` is the console script ``ct``."""
+
+from corpus_tools.cli import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""Writing a file so that its name holds the old or the new content, never a part."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from pathlib import Path
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file under a temporary name, flush it to the disk, then give it its name.
+
+    A symbolic link stays one: the file that it points to is replaced. What is no
+    regular file, such as ``/dev/stdout``, is written to directly.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be; what is there is replaced.
+    content
+        All of it.
+    """
+    path = path.resolve()
+    if path.exists() and not path.is_file():
+        path.write_bytes(content)
+        return
+    temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
+    try:
+        with temporary.open("xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except FileNotFoundError as error:
+        raise FileNotFoundError(
+            error.errno, "the folder does not exist", str(path.parent)
+        ) from None
+    finally:
+        temporary.unlink(missing_ok=True)

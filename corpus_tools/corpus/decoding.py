@@ -1,0 +1,192 @@
+"""From the records of a corpus's files to the domain types.
+
+Each function raises :class:`g3.errors.FormatError` whose ``where`` is the field inside
+the record; :mod:`corpus_tools.corpus.reading` adds the file and the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from corpus_tools.corpus.records import (
+    AnnotationRecord,
+    CommandRecord,
+    ContextRecord,
+    GroundingRecord,
+    JudgmentRecord,
+    ObjectGrounding,
+    ObjectRecord,
+    ObjectReference,
+    PlaceGrounding,
+    PlaceRecord,
+    PrismRecord,
+    SDCRecord,
+    Word,
+)
+from g3.annotation import Annotation, Command, Judgment
+from g3.errors import FormatError
+from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
+from g3.sdc import SDC, Span, breadth_first
+
+GetTrajectory = Callable[[int, str], Trajectory]
+"""The trajectory with a number; the second argument is the field that asks for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What annotations refer to, each by its id."""
+
+    commands: Mapping[str, Command]
+    contexts: Mapping[str, Context]
+    objects: Mapping[tuple[str, str], PhysicalObject]
+    """By the ids of the context and of the object."""
+
+
+def context(record: ContextRecord, trajectory: GetTrajectory) -> Context:
+    """A context, its agent and the ids of its objects checked."""
+    objects = tuple(
+        _object(item, f"objects[{i}]", trajectory) for i, item in enumerate(record.objects)
+    )
+    ids = [item.id for item in objects]
+    for i, name in enumerate(ids):
+        if name in ids[:i]:
+            raise FormatError(
+                f"a second object has the id {name!r}",
+                where=f"objects[{i}].id",
+                fix="give each object of a context an id of its own",
+            )
+    if record.agent_id not in ids:
+        raise FormatError(
+            f"the agent {record.agent_id!r} is not among the objects",
+            where="agent_id",
+            fix="name one of the objects, or add the agent to them",
+        )
+    places = tuple(_place(item, f"places[{i}]") for i, item in enumerate(record.places))
+    return Context(record.id, objects, places, record.agent_id)
+
+
+def command(record: CommandRecord) -> Command:
+    """A command."""
+    return Command(record.id, record.text, record.scenario, record.video, record.subject)
+
+
+def judgment(record: JudgmentRecord) -> Judgment:
+    """A judgment."""
+    return Judgment(
+        id=record.id,
+        command=record.command,
+        command_video=record.command_video,
+        shown_video=record.shown_video,
+        rating=record.rating,
+        subject=record.subject,
+        study=record.study,
+    )
+
+
+def annotation(record: AnnotationRecord, world: World, trajectory: GetTrajectory) -> Annotation:
+    """An annotation, its references, words and lengths checked."""
+    its_command = world.commands.get(record.command)
+    if its_command is None:
+        raise _unknown("command", record.command, "commands.jsonl")
+    its_context = world.contexts.get(record.context)
+    if its_context is None:
+        raise _unknown("context", record.context, "contexts.jsonl")
+    sdcs = tuple(_sdc(item, f"sdcs[{i}]", its_command.text) for i, item in enumerate(record.sdcs))
+    clauses = sum(1 for _ in breadth_first(sdcs))
+    for field, values in (("groundings", record.groundings), ("correct", record.correct)):
+        if len(values) != clauses:
+            raise FormatError(
+                f"{len(values)} entries for {clauses} clauses",
+                where=field,
+                fix="one entry for each clause, breadth first",
+            )
+    groundings = tuple(
+        tuple(
+            _grounding(item, f"groundings[{i}][{k}]", record.context, world, trajectory)
+            for k, item in enumerate(items)
+        )
+        for i, items in enumerate(record.groundings)
+    )
+    return Annotation(
+        record.id, its_command, its_context, sdcs, groundings, record.correct, record.source
+    )
+
+
+def _unknown(field: str, name: str, file: str) -> FormatError:
+    return FormatError(
+        f"no {field} {name!r}", where=field, fix=f"add it to {file}, or correct the id"
+    )
+
+
+def _prism(record: PrismRecord, field: str) -> Prism:
+    try:
+        return Prism(record.xy, record.z_min, record.z_max)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise FormatError(str(error), where=f"{field}.prism", fix="correct the prism") from error
+
+
+def _object(
+    record: ObjectRecord | ObjectGrounding, field: str, trajectory: GetTrajectory
+) -> PhysicalObject:
+    return PhysicalObject(
+        record.id,
+        record.labels,
+        _prism(record.prism, field),
+        trajectory(record.trajectory, f"{field}.trajectory"),
+    )
+
+
+def _place(record: PlaceRecord | PlaceGrounding, field: str) -> Place:
+    return Place(_prism(record.prism, field), record.name)
+
+
+def _grounding(
+    record: GroundingRecord, field: str, here: str, world: World, trajectory: GetTrajectory
+) -> Grounding:
+    if isinstance(record, ObjectReference):
+        home = record.context or here
+        found = world.objects.get((home, record.object))
+        if found is None:
+            raise FormatError(
+                f"no object {record.object!r} in the context {home!r}",
+                where=field,
+                fix="correct the id, or write the object out with kind 'object'",
+            )
+        return found
+    if isinstance(record, ObjectGrounding):
+        return _object(record, field, trajectory)
+    if isinstance(record, PlaceGrounding):
+        return _place(record, field)
+    return Path(trajectory(record.trajectory, f"{field}.trajectory"))
+
+
+def _words(words: tuple[Word, ...], text: str, field: str) -> tuple[Span, ...]:
+    for i, (start, word) in enumerate(words):
+        if not word or not text.startswith(word, start):
+            there = text[start : start + len(word)]
+            raise FormatError(
+                f"the word {word!r} doesn't stand at {start} in the command, {there!r} does",
+                where=f"{field}[{i}]",
+                fix="give the offset of the word's first character in the command's text",
+            )
+    return tuple(Span(start, word) for start, word in words)
+
+
+def _sdc(record: SDCRecord, field: str, text: str) -> SDC:
+    figure, landmark1, landmark2 = (
+        tuple(_sdc(child, f"{field}.{name}[{i}]", text) for i, child in enumerate(children))
+        for name, children in (
+            ("figure", record.figure),
+            ("landmark1", record.landmark1),
+            ("landmark2", record.landmark2),
+        )
+    )
+    return SDC(
+        type=record.type,
+        words=_words(record.words, text, f"{field}.words"),
+        relation=_words(record.relation, text, f"{field}.relation"),
+        figure=figure,
+        landmark1=landmark1,
+        landmark2=landmark2,
+    )

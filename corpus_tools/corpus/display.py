@@ -1,0 +1,196 @@
+"""Corpora, commands, annotations and contexts as text for people."""
+
+from __future__ import annotations
+
+import textwrap
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.statistics import PAPER, Statistics
+from g3.annotation import Annotation, Command
+from g3.errors import CorpusError
+from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
+from g3.sdc import SDC, all_words, breadth_first
+from g3.sdc_notation import format_brackets
+
+EXAMPLE_WIDTH = 70
+LABELS = {True: "right", False: "wrong", None: "-"}
+
+
+def show(corpus: Corpus, name: str) -> str:
+    """Describe the command, annotation or context with an id.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    found = [
+        *(_command(corpus, command) for key, command in corpus.commands.items() if key == name),
+        *(_annotation(a) for a in corpus.annotations if a.id == name),
+        *(_context(context) for key, context in corpus.contexts.items() if key == name),
+    ]
+    if not found:
+        raise CorpusError(
+            f"no command, annotation or context has the id {name!r}",
+            where=corpus.name,
+            fix="`ct corpus show` without an id lists the scenarios and tells how ids look",
+        )
+    return "\n\n".join(found)
+
+
+def overview(corpus: Corpus) -> str:
+    """Describe a corpus: where it is from, and its scenarios with an example each."""
+    typed = Counter(command.scenario for command in corpus.commands.values())
+    annotated: dict[str, dict[str, Command]] = {}
+    for annotation in corpus.annotations:
+        command = annotation.command
+        annotated.setdefault(command.scenario, {})[command.id] = command
+    rows = [
+        (
+            scenario,
+            str(count),
+            str(len(annotated.get(scenario, {}))),
+            *_example(annotated.get(scenario, {})),
+        )
+        for scenario, count in sorted(typed.items())
+    ]
+    lines = [
+        corpus.name,
+        f"  source   {corpus.source}",
+        f"  licence  {corpus.licence}",
+        f"  hash     {corpus.hash}",
+        f"  {len(corpus.contexts)} contexts, {len(corpus.commands)} commands, "
+        f"{len(corpus.annotations)} annotations, {len(corpus.judgments)} judgments",
+        "",
+        *columns([("scenario", "typed", "annotated", "id", "an annotated command"), *rows]),
+    ]
+    if corpus.annotations:
+        example = corpus.annotations[0]
+        lines += ["", f"Ids: {example.command.id} (command), {example.id}, {example.context.id}"]
+    return "\n".join(lines)
+
+
+def _example(annotated: Mapping[str, Command]) -> tuple[str, str]:
+    """The id and the text of the first command, if there is any."""
+    for command in annotated.values():
+        text = " ".join(command.text.split())
+        return command.id, textwrap.shorten(text, EXAMPLE_WIDTH, placeholder=" ...")
+    return "", ""
+
+
+def statistics_table(statistics: Statistics) -> str:
+    """The counts, with the paper's beside them where it gives any."""
+    s = statistics
+    rows: list[tuple[str, ...]] = [
+        ("", "corpus", "paper"),
+        ("videos", str(s.videos), f"{PAPER['videos']:g}"),
+        ("subjects", str(s.subjects), f"{PAPER['subjects']:g}"),
+        ("commands annotated", str(s.commands), ""),
+        ("commands typed", str(s.commands_typed), ""),
+        (
+            "commands per video",
+            f"{s.commands_per_video:.1f}",
+            f"{PAPER['commands_per_video']:g}",
+        ),
+        ("scenarios", str(len(s.scenarios)), ""),
+        ("contexts", str(s.contexts), ""),
+        ("SDCs, implicit figures included", str(s.sdcs), ""),
+        *((f"  {name}", str(count), "") for name, count in s.sdcs_by_type.items()),
+        ("  implicit figures (OBJECT)", str(s.implicit), ""),
+        *((f"annotations, {name}", str(n), "") for name, n in s.annotations.items()),
+        *(
+            (f"examples, {name}", f"{e.true} right, {e.false} wrong", "")
+            for name, e in s.examples_by_source.items()
+        ),
+        ("judgments", str(s.judgments), ""),
+        ("  of a command with its video", str(s.judgments_same), ""),
+        ("  of a command with another video", str(s.judgments_different), ""),
+    ]
+    return "\n".join(columns(rows))
+
+
+def columns(rows: list[tuple[str, ...]]) -> list[str]:
+    """Lines with the cells of each column below each other."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _command(corpus: Corpus, command: Command) -> str:
+    ids = [a.id for a in corpus.annotations if a.command.id == command.id]
+    return "\n".join(
+        [
+            f"command {command.id}",
+            f"  {command.text.strip()!r}",
+            f"  scenario {command.scenario}, video {command.video or '?'}, "
+            f"subject {command.subject or '?'}",
+            f"  annotations: {', '.join(ids) or 'none'}",
+        ]
+    )
+
+
+def _annotation(annotation: Annotation) -> str:
+    rows: list[tuple[str, ...]] = [("clause", "words", "grounded in", "label")]
+    clauses = breadth_first(annotation.sdcs)
+    for sdc, groundings, label in zip(
+        clauses, annotation.groundings, annotation.correct, strict=True
+    ):
+        grounded = "; ".join(map(_grounding, groundings)) or "-"
+        rows.append((sdc.type, _clause_words(sdc), grounded, LABELS[label]))
+    return "\n".join(
+        [
+            f"annotation {annotation.id} ({annotation.source})",
+            f"  {annotation.command.text.strip()!r}",
+            f"  context {annotation.context.id}",
+            "",
+            format_brackets(annotation.sdcs),
+            "",
+            *columns(rows),
+        ]
+    )
+
+
+def _clause_words(sdc: SDC) -> str:
+    return " ".join(span.text for span in all_words(sdc)) or "(implicit)"
+
+
+def _context(context: Context) -> str:
+    rows: list[tuple[str, ...]] = [("object", "labels", "starts at", "moves")]
+    rows += [
+        (
+            item.id + (" (agent)" if item.id == context.agent_id else ""),
+            " ".join(item.labels),
+            _position(item.trajectory),
+            _motion(item.trajectory),
+        )
+        for item in context.objects
+    ]
+    return "\n".join([f"context {context.id}, {len(context.places)} places", "", *columns(rows)])
+
+
+def _grounding(grounding: Grounding) -> str:
+    if isinstance(grounding, PhysicalObject):
+        return f"{' '.join(grounding.labels)} {grounding.id}"
+    if isinstance(grounding, Place):
+        x, y = grounding.prism.xy.mean(axis=0)
+        return f"{grounding.name or 'place'} at ({x:.1f}, {y:.1f}) m"
+    return f"path of {_motion(grounding.trajectory)}"
+
+
+def _position(trajectory: Trajectory) -> str:
+    x, y, z = trajectory.xyz[0]
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) m, {np.degrees(trajectory.yaw[0]):.0f}°"
+
+
+def _motion(trajectory: Trajectory) -> str:
+    if len(trajectory) == 1:
+        return "-"
+    steps = np.diff(trajectory.xyz, axis=0)
+    length_m = float(np.sqrt((steps**2).sum(axis=1)).sum())
+    return f"{length_m:.1f} m in {trajectory.t[-1] - trajectory.t[0]:.0f} s"

@@ -1,0 +1,206 @@
+"""From a corpus in memory to the records of its files."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import msgspec
+
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.records import (
+    AnnotationRecord,
+    CommandRecord,
+    ContextRecord,
+    Counts,
+    GroundingRecord,
+    JudgmentRecord,
+    ObjectGrounding,
+    ObjectRecord,
+    ObjectReference,
+    PathGrounding,
+    PlaceGrounding,
+    PlaceRecord,
+    PrismRecord,
+    SDCRecord,
+)
+from corpus_tools.corpus.trajectories import Arrays, pack
+from g3.annotation import Annotation, Command, Judgment
+from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
+from g3.sdc import SDC, Span
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The records of a corpus, file by file."""
+
+    contexts: Sequence[ContextRecord]
+    commands: Sequence[CommandRecord]
+    annotations: Sequence[AnnotationRecord]
+    judgments: Sequence[JudgmentRecord]
+    trajectories: Arrays
+
+    def counts(self) -> Counts:
+        """How many records each file holds."""
+        return Counts(
+            contexts=len(self.contexts),
+            commands=len(self.commands),
+            annotations=len(self.annotations),
+            judgments=len(self.judgments),
+            trajectories=len(self.trajectories["offsets"]) - 1,
+        )
+
+
+def make_corpus(
+    name: str,
+    *,
+    contexts: Iterable[Context],
+    commands: Iterable[Command],
+    annotations: Iterable[Annotation],
+    judgments: Iterable[Judgment] = (),
+    source: str = "",
+    licence: str = "",
+) -> Corpus:
+    """Put a corpus together and compute its hash."""
+    corpus = Corpus(
+        name=name,
+        contexts={context.id: context for context in contexts},
+        commands={command.id: command for command in commands},
+        annotations=tuple(annotations),
+        judgments=tuple(judgments),
+        source=source,
+        licence=licence,
+        hash="",
+    )
+    return replace(corpus, hash=content_hash(encode(corpus)))
+
+
+def content_hash(tables: Tables) -> str:
+    """``sha256:`` and the digest of all records and poses, with the subjects left out."""
+    digest = hashlib.sha256()
+    encoder = msgspec.json.Encoder()
+    anonymous_commands = [msgspec.structs.replace(r, subject="") for r in tables.commands]
+    anonymous_judgments = [msgspec.structs.replace(r, subject="") for r in tables.judgments]
+    for records in (tables.contexts, anonymous_commands, tables.annotations, anonymous_judgments):
+        digest.update(encoder.encode_lines(records))
+        digest.update(b"\n")
+    for name, array in tables.trajectories.items():
+        digest.update(f"{name} {array.shape}\n".encode())
+        digest.update(array.tobytes())
+    return f"sha256:{digest.hexdigest()}"
+
+
+class _Trajectories:
+    """Gives each different trajectory a number, in the order of first use."""
+
+    def __init__(self) -> None:
+        self.unique: list[Trajectory] = []
+        self._numbers: dict[tuple[bytes, bytes, bytes], int] = {}
+
+    def number(self, trajectory: Trajectory) -> int:
+        key = (trajectory.t.tobytes(), trajectory.xyz.tobytes(), trajectory.yaw.tobytes())
+        number = self._numbers.setdefault(key, len(self.unique))
+        if number == len(self.unique):
+            self.unique.append(trajectory)
+        return number
+
+
+def encode(corpus: Corpus) -> Tables:
+    """The records that stand for a corpus."""
+    trajectories = _Trajectories()
+    homes: dict[str, list[tuple[str, PhysicalObject]]] = defaultdict(list)
+    for context in corpus.contexts.values():
+        for item in context.objects:
+            homes[item.id].append((context.id, item))
+    return Tables(
+        contexts=[_context(context, trajectories) for context in corpus.contexts.values()],
+        commands=[
+            CommandRecord(c.id, c.text, c.scenario, c.video, c.subject)
+            for c in corpus.commands.values()
+        ],
+        annotations=[_annotation(a, homes, trajectories) for a in corpus.annotations],
+        judgments=[
+            JudgmentRecord(
+                j.id, j.command, j.command_video, j.shown_video, j.rating, j.study, j.subject
+            )
+            for j in corpus.judgments
+        ],
+        trajectories=pack(trajectories.unique),
+    )
+
+
+def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
+    return ContextRecord(
+        id=context.id,
+        agent_id=context.agent_id,
+        objects=tuple(
+            ObjectRecord(o.id, o.labels, _prism(o.prism), trajectories.number(o.trajectory))
+            for o in context.objects
+        ),
+        places=tuple(PlaceRecord(_prism(place.prism), place.name) for place in context.places),
+    )
+
+
+def _annotation(
+    annotation: Annotation,
+    homes: dict[str, list[tuple[str, PhysicalObject]]],
+    trajectories: _Trajectories,
+) -> AnnotationRecord:
+    here = annotation.context.id
+    return AnnotationRecord(
+        id=annotation.id,
+        command=annotation.command.id,
+        context=here,
+        source=annotation.source,
+        sdcs=tuple(_sdc(sdc) for sdc in annotation.sdcs),
+        groundings=tuple(
+            tuple(_grounding(grounding, here, homes, trajectories) for grounding in groundings)
+            for groundings in annotation.groundings
+        ),
+        correct=annotation.correct,
+    )
+
+
+def _grounding(
+    grounding: Grounding,
+    here: str,
+    homes: dict[str, list[tuple[str, PhysicalObject]]],
+    trajectories: _Trajectories,
+) -> GroundingRecord:
+    if isinstance(grounding, Place):
+        return PlaceGrounding(_prism(grounding.prism), grounding.name)
+    if not isinstance(grounding, PhysicalObject):
+        return PathGrounding(trajectories.number(grounding.trajectory))
+    found = [c for c, item in homes[grounding.id] if item is grounding or item == grounding]
+    if here in found:
+        return ObjectReference(grounding.id)
+    if found:
+        return ObjectReference(grounding.id, found[0])
+    return ObjectGrounding(
+        grounding.id,
+        grounding.labels,
+        _prism(grounding.prism),
+        trajectories.number(grounding.trajectory),
+    )
+
+
+def _prism(prism: Prism) -> PrismRecord:
+    corners = tuple((x, y) for x, y in prism.xy.tolist())
+    return PrismRecord(corners, float(prism.z_min), float(prism.z_max))
+
+
+def _words(spans: Iterable[Span]) -> tuple[tuple[int, str], ...]:
+    return tuple((span.start, span.text) for span in spans)
+
+
+def _sdc(sdc: SDC) -> SDCRecord:
+    return SDCRecord(
+        type=sdc.type,
+        words=_words(sdc.words),
+        relation=_words(sdc.relation),
+        figure=tuple(_sdc(child) for child in sdc.figure),
+        landmark1=tuple(_sdc(child) for child in sdc.landmark1),
+        landmark2=tuple(_sdc(child) for child in sdc.landmark2),
+    )

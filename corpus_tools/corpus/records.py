@@ -1,0 +1,193 @@
+"""What the files of a corpus hold: one typed record a line.
+
+The records are the file format: JSON Schemas are made from them, and a change here is a
+change of the format. They are kept apart from the domain types of :mod:`g3`, which can
+then change without changing files.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import msgspec
+
+from g3.annotation import Rating, Source
+from g3.sdc import SDCType
+
+SCHEMA_VERSION = 1
+
+MANIFEST = "corpus.json"
+CONTEXTS = "contexts.jsonl"
+COMMANDS = "commands.jsonl"
+ANNOTATIONS = "annotations.jsonl"
+JUDGMENTS = "judgments.jsonl"
+TRAJECTORIES = "trajectories.npz"
+
+Index: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+Word: TypeAlias = tuple[Index, str]
+"""Offset of a word's first character in the command, and the word."""
+
+
+class PrismRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An upright prism: corners of the footprint and two heights, in metres."""
+
+    xy: tuple[tuple[float, float], ...]
+    z_min: float
+    z_max: float
+
+
+class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A physical object; its trajectory is an index into trajectories.npz."""
+
+    id: str
+    labels: tuple[str, ...]
+    prism: PrismRecord
+    trajectory: Index
+
+
+class PlaceRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A region of the world, named or not."""
+
+    prism: PrismRecord
+    name: str = ""
+
+
+class ContextRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A line of contexts.jsonl: the semantic map that commands were given in."""
+
+    id: str
+    agent_id: str
+    objects: tuple[ObjectRecord, ...]
+    places: tuple[PlaceRecord, ...]
+
+
+class CommandRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A line of commands.jsonl: what one subject typed for one video."""
+
+    id: str
+    text: str
+    scenario: str
+    video: str = ""
+    subject: str = ""
+
+
+class SDCRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A spatial description clause; empty fields are left out."""
+
+    type: SDCType
+    words: tuple[Word, ...] = ()
+    relation: tuple[Word, ...] = ()
+    figure: tuple[SDCRecord, ...] = ()
+    landmark1: tuple[SDCRecord, ...] = ()
+    landmark2: tuple[SDCRecord, ...] = ()
+
+
+class ObjectReference(
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+    tag_field="kind",
+    tag="reference",
+):
+    """A grounding that is an object of the annotation's context, or of another one."""
+
+    object: str
+    context: str = ""
+
+
+class ObjectGrounding(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="object"
+):
+    """A grounding that is an object of no context in the corpus."""
+
+    id: str
+    labels: tuple[str, ...]
+    prism: PrismRecord
+    trajectory: Index
+
+
+class PlaceGrounding(
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+    tag_field="kind",
+    tag="place",
+):
+    """A grounding that is a region."""
+
+    prism: PrismRecord
+    name: str = ""
+
+
+class PathGrounding(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="path"
+):
+    """A grounding that is a path; its trajectory is an index into trajectories.npz."""
+
+    trajectory: Index
+
+
+GroundingRecord: TypeAlias = ObjectReference | ObjectGrounding | PlaceGrounding | PathGrounding
+
+
+class AnnotationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A line of annotations.jsonl: SDC trees, and groundings and a label per clause.
+
+    ``groundings`` and ``correct`` follow the clauses breadth first: the top-level
+    clauses, then their children in the order figure, landmark1, landmark2, and so on.
+    """
+
+    id: str
+    command: str
+    context: str
+    source: Source
+    sdcs: tuple[SDCRecord, ...]
+    groundings: tuple[tuple[GroundingRecord, ...], ...]
+    correct: tuple[bool | None, ...]
+
+
+class JudgmentRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A line of judgments.jsonl: one person's rating of a command shown with a video."""
+
+    id: str
+    command: str
+    command_video: str
+    shown_video: str
+    rating: Rating
+    study: str
+    subject: str = ""
+
+
+class Counts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How many records each file holds."""
+
+    contexts: int
+    commands: int
+    annotations: int
+    judgments: int
+    trajectories: int
+
+
+class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The file corpus.json: what the corpus is and how much it holds.
+
+    ``hash`` covers the content without the subjects, so it doesn't depend on the salt.
+    """
+
+    schema_version: int
+    name: str
+    source: str
+    licence: str
+    hash: str
+    counts: Counts
+
+
+LINE_RECORDS: dict[str, type[msgspec.Struct]] = {
+    CONTEXTS: ContextRecord,
+    COMMANDS: CommandRecord,
+    ANNOTATIONS: AnnotationRecord,
+    JUDGMENTS: JudgmentRecord,
+}
+"""The record type of each JSONL file."""

@@ -1,0 +1,121 @@
+"""``ct import``: a command for each importer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from corpus_tools.importers.registry import Importer, OnProgress, importers
+
+if TYPE_CHECKING:
+    from corpus_tools.importers.report import ImportReport
+
+SHOWN = 5
+"""How many ids of records the summary names for each note."""
+
+
+@click.group("import")
+def import_() -> None:
+    """Import a corpus from another format.
+
+    \b
+    Example:
+      ct import slu-core slu_core/data --out aaai11
+    """
+
+
+def _command(importer: Importer) -> click.Command:
+    help_text = f"""{importer.summary}
+
+    {importer.description}
+
+    Ids of people are stored as hashes with a secret salt only. Without --salt each import
+    takes a new one and forgets it, so the hashes differ from import to import; the
+    corpus's own hash doesn't depend on them.
+
+    \b
+    Examples:
+      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus
+      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus --force --keep-going
+    """
+
+    @click.command(importer.name, help=help_text, short_help=importer.summary)
+    @click.argument("path", type=click.Path(path_type=Path))
+    @click.option(
+        "--out",
+        required=True,
+        metavar="CORPUS",
+        type=click.Path(path_type=Path),
+        help="Folder for the corpus.",
+    )
+    @click.option("--force", is_flag=True, help="Replace the corpus that is there.")
+    @click.option(
+        "--keep-going",
+        is_flag=True,
+        help="Leave out the records that can't be read and list them, rather than fail.",
+    )
+    @click.option(
+        "--salt",
+        envvar="CT_SALT",
+        show_envvar=True,
+        help="Secret for the hashes that stand for people.",
+    )
+    def command(path: Path, out: Path, force: bool, keep_going: bool, salt: str | None) -> None:
+        import secrets
+
+        from corpus_tools.corpus.writing import check_writable, write_corpus
+        from corpus_tools.importers.report import REPORT
+
+        check_writable(out, force=force)
+        with _progress_bar() as on_progress:
+            corpus, report = importer.load()(
+                path,
+                salt=salt or secrets.token_hex(16),
+                keep_going=keep_going,
+                on_progress=on_progress,
+            )
+        write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
+        _summarise(report, out)
+
+    return command
+
+
+@contextmanager
+def _progress_bar() -> Iterator[OnProgress | None]:
+    """A progress bar on the terminal; nothing where standard error is none."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+        yield lambda step, done, total: progress.update(
+            task, description=step, completed=done, total=total
+        )
+
+
+def _summarise(report: ImportReport, out: Path) -> None:
+    from corpus_tools.importers.report import REPORT
+
+    for what, count in report.counts.items():
+        click.echo(f"{count:6} {what}")
+    for note in report.notes:
+        names = ", ".join(note.records[:SHOWN])
+        more = f" and {len(note.records) - SHOWN} more" if len(note.records) > SHOWN else ""
+        click.echo(f"note: {note.what}: {names}{more}")
+    for name in report.missing:
+        click.echo(f"note: there is no {name}")
+    for skipped in report.skipped:
+        click.echo(f"skipped: {skipped.error()}")
+    click.echo(f"imported into {out}; {out / REPORT} has the details")
+
+
+for _importer in importers():
+    import_.add_command(_command(_importer))

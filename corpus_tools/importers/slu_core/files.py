@@ -1,0 +1,117 @@
+"""Finding and reading the files of a clone of slu_core."""
+
+from __future__ import annotations
+
+import bz2
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml_rs
+
+from corpus_tools.importers.report import Journal, SourceFile
+from g3.errors import FormatError
+
+POSITIVES = "aaai11/forkliftMturkEsdcs.stefie10.groundings.withPaths.yaml"
+NEGATIVES = "aaai11/corpusNegativeExamples.annotated.yaml"
+EASY_NEGATIVES = "aaai11/easy_negative_objects.yaml"
+SCENARIOS = "corpusCommandsForVideoSmallFilesOnly"
+ASSIGNMENTS = "assignments.yaml"
+EVALUATIONS = ("evaluations.yaml", "evaluations.run1.yaml")
+NOT_IMPORTED = ("objects.xml", "properties.yaml")
+
+COMPRESSED = ".bz2"
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the files are. Names of files in messages and reports are relative to `data`."""
+
+    data: Path
+    scenarios: tuple[str, ...]
+
+
+def find_layout(path: Path) -> Layout:
+    """Find the data folder at `path` or in it.
+
+    Raises
+    ------
+    FormatError
+        If the corpus is not there, saying what was looked for.
+    """
+    if not path.is_dir():
+        raise FormatError(
+            "there is no such folder",
+            where=str(path),
+            fix="give a clone of h2r/slu_core, or its data folder",
+        )
+    for data in (path, path / "data"):
+        if _existing(data, POSITIVES) and (data / SCENARIOS).is_dir():
+            folders = sorted(p.parent.name for p in (data / SCENARIOS).glob(f"*/{ASSIGNMENTS}"))
+            if folders:
+                return Layout(data, tuple(folders))
+    raise FormatError(
+        f"this is not slu_core: looked here and in data/ for {POSITIVES}{COMPRESSED} "
+        f"(or without {COMPRESSED}) and {SCENARIOS}/*/{ASSIGNMENTS}",
+        where=str(path),
+        fix="give a clone of h2r/slu_core, or its data folder",
+    )
+
+
+def _existing(data: Path, name: str) -> str | None:
+    for candidate in (name + COMPRESSED, name):
+        if (data / candidate).is_file():
+            return candidate
+    return None
+
+
+def read_records(layout: Layout, name: str, journal: Journal) -> tuple[str, list[Any]]:
+    """Read a file that holds a list, compressed or not.
+
+    Returns
+    -------
+    file
+        Its name as found.
+    records
+        The list; empty if the file is missing, empty or can't be read, which the
+        journal notes.
+    """
+    file = _existing(layout.data, name)
+    if file is None:
+        journal.missing.append(name)
+        return name, []
+    try:
+        content = (layout.data / file).read_bytes()
+        records = _parse(content, compressed=file.endswith(COMPRESSED))
+    except FormatError as error:
+        journal.skip(file, "", error)
+        return file, []
+    except OSError as error:
+        problem = f"the file can't be read: {error.strerror}"
+        journal.skip(file, "", FormatError(problem, fix="check its permissions"))
+        return file, []
+    digest = hashlib.sha256(content).hexdigest()
+    journal.files.append(SourceFile(file, digest, len(records)))
+    return file, records
+
+
+def _parse(content: bytes, *, compressed: bool) -> list[Any]:
+    fix = "fetch the file again"
+    if compressed:
+        try:
+            content = bz2.decompress(content)
+        except (OSError, ValueError, EOFError) as error:
+            raise FormatError("the compressed file is damaged or cut off", fix=fix) from error
+    try:
+        value = yaml_rs.loads(content.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise FormatError(f"the file is not UTF-8 text: {error}", fix=fix) from error
+    except yaml_rs.YAMLDecodeError as error:
+        first_line, *_ = str(error).splitlines()
+        raise FormatError(f"the file is not valid: {first_line}", fix=fix) from error
+    if value is None:
+        return []
+    if not isinstance(value, list):
+        raise FormatError(f"the file holds a {type(value).__name__}, not a list", fix=fix)
+    return value

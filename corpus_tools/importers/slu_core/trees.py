@@ -1,0 +1,139 @@
+"""SDC trees as slu_core writes them, read into :class:`g3.sdc.SDC`.
+
+An SDC is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``; a field holds an SDC, a list of
+SDCs, or words: one string that occurs exactly once in the command, or a list of
+``[token, [start, end]]``. The published groundings follow the clauses only after three
+normalisations, in this order:
+
+1. words in ``l`` or ``l2`` become OBJECT clauses;
+2. words in the ``f`` of an EVENT, and of any other clause that has another field
+   filled, become an OBJECT clause;
+3. an EVENT without ``f`` gets an empty OBJECT as its figure: the implicit robot.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any, cast
+
+from g3.errors import FormatError
+from g3.sdc import SDC, SDC_TYPES, SDCType, Span
+
+FIELDS = ("f", "r", "l", "l2")
+
+
+def read_trees(value: Any, text: str) -> tuple[SDC, ...]:
+    """The clauses of a command, normalised.
+
+    Parameters
+    ----------
+    value
+        A list of SDCs as parsed.
+    text
+        The command.
+
+    Raises
+    ------
+    FormatError
+        If it isn't a list of SDCs, or their words are not in the text.
+    """
+    if not isinstance(value, list):
+        raise _bad("the clauses are not a list", "command[1]", "write a list of SDCs")
+    return tuple(_read_sdc(item, text, f"command[1][{i}]") for i, item in enumerate(value))
+
+
+def _read_sdc(value: Any, text: str, where: str) -> SDC:
+    if not isinstance(value, dict) or len(value) != 1:
+        raise _bad("this is not an SDC", where, "write {TYPE: {f: ..., r: ..., l: ..., l2: ...}}")
+    name, fields = next(iter(value.items()))
+    where = f"{where}.{name}"
+    if name not in SDC_TYPES:
+        raise _bad(f"{name!r} is not a type of SDC", where, f"use one of {', '.join(SDC_TYPES)}")
+    fields = {} if fields is None else fields
+    if not isinstance(fields, dict) or not set(fields) <= set(FIELDS):
+        raise _bad("the fields are not a mapping of f, r, l and l2", where, "correct their names")
+    words, figure = _read_field(fields.get("f"), text, f"{where}.f")
+    relation, inner = _read_field(fields.get("r"), text, f"{where}.r")
+    if inner:
+        raise _bad("a relation holds an SDC", f"{where}.r", "a relation is made of words")
+    sdc = SDC(
+        type=cast("SDCType", name),
+        words=words,
+        relation=relation,
+        figure=figure,
+        landmark1=_landmark(fields.get("l"), text, f"{where}.l"),
+        landmark2=_landmark(fields.get("l2"), text, f"{where}.l2"),
+    )
+    return _with_figure(sdc)
+
+
+def _landmark(value: Any, text: str, where: str) -> tuple[SDC, ...]:
+    words, sdcs = _read_field(value, text, where)
+    return (SDC("OBJECT", words=words),) if words else sdcs
+
+
+def _with_figure(sdc: SDC) -> SDC:
+    if sdc.words and (sdc.type == "EVENT" or not sdc.is_leaf):
+        sdc = replace(sdc, words=(), figure=(SDC("OBJECT", words=sdc.words),))
+    if sdc.type == "EVENT" and not sdc.figure:
+        sdc = replace(sdc, figure=(SDC("OBJECT"),))
+    return sdc
+
+
+def _read_field(value: Any, text: str, where: str) -> tuple[tuple[Span, ...], tuple[SDC, ...]]:
+    """The words or the clauses in a field: at most one of the two is not empty."""
+    if value is None:
+        return (), ()
+    if isinstance(value, str):
+        return _find_words(value, text, where), ()
+    if isinstance(value, dict):
+        return (), (_read_sdc(value, text, where),)
+    if isinstance(value, list):
+        if all(isinstance(item, dict) for item in value):
+            sdcs = (_read_sdc(item, text, f"{where}[{i}]") for i, item in enumerate(value))
+            return (), tuple(sdcs)
+        spans = (_read_token(item, text, f"{where}[{i}]") for i, item in enumerate(value))
+        return tuple(span for token in spans for span in token), ()
+    raise _bad(
+        f"the field holds a {type(value).__name__}", where, "write words, an SDC or a list of SDCs"
+    )
+
+
+def _find_words(value: str, text: str, where: str) -> tuple[Span, ...]:
+    words = value.split()
+    if not words:
+        return ()
+    # The white space between words may differ: YAML folds lines.
+    found = list(re.finditer(r"\s+".join(map(re.escape, words)), text))
+    if len(found) != 1:
+        raise _bad(
+            f"{value.strip()!r} occurs {len(found)} times in the command",
+            where,
+            "write its words as [token, [start, end]]",
+        )
+    return _split(found[0].group(), found[0].start())
+
+
+def _read_token(item: Any, text: str, where: str) -> tuple[Span, ...]:
+    match item:
+        case [str(token), [int(start), int(end)]]:
+            pass
+        case _:
+            raise _bad("this is neither a word nor an SDC", where, "write [token, [start, end]]")
+    if start < 0 or text[start:end] != token:
+        raise _bad(
+            f"{token!r} doesn't stand at {start} to {end} in the command, "
+            f"{text[max(start, 0) : end]!r} does",
+            where,
+            "correct the offsets",
+        )
+    return _split(token, start)
+
+
+def _split(words: str, start: int) -> tuple[Span, ...]:
+    return tuple(Span(start + m.start(), m.group()) for m in re.finditer(r"\S+", words))
+
+
+def _bad(what: str, where: str, fix: str) -> FormatError:
+    return FormatError(what, where=where, fix=fix)

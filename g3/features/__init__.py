@@ -1,0 +1,10 @@
+"""Features of factors: geometry, trajectories, ranks and words (section 3.3).
+
+:mod:`g3.features.registry` is the catalogue; :mod:`g3.features.batch` is what features
+see; each other module holds one family; :mod:`g3.features.matrix` makes the binary
+matrix. Importing the package registers everything.
+"""
+
+from g3.features import frames, prisms, ranks, scene, trajectories, words
+
+__all__ = ["frames", "prisms", "ranks", "scene", "trajectories", "words"]

@@ -1,0 +1,270 @@
+"""Groundings packed into arrays, so that features see a whole batch at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.geometry import centroid, convex_hull, cross, rotate, wrap
+from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
+
+IntArray = npt.NDArray[np.intp]
+
+SAMPLES = 25
+"""Poses that every trajectory is resampled to, evenly along its length."""
+
+MAX_CORNERS = 8
+"""Footprints with more corners lose those that matter least to their area."""
+
+MAX_MEMBERS = 4
+"""Things of a plural that "between" looks at."""
+
+METRES_PER_RADIAN = 1.0
+"""What a turn on the spot counts for when poses are spread along a trajectory."""
+
+
+CLOCK_RESOLUTION_S = 1e-3
+"""Times that differ by less are the same; sums of time stamps are no more exact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """m groundings as arrays; a plural's groundings form one body.
+
+    Parameters
+    ----------
+    corners
+        Convex footprints at the first pose, counter-clockwise, shape (m, k, 2).
+    z_min, z_max
+        Heights of bottom and top at the first pose, shape (m,).
+    count
+        How many things the body is made of, shape (m,).
+    members
+        Centres of up to MAX_MEMBERS of its things, NaN where there are fewer,
+        shape (m, MAX_MEMBERS, 2).
+    labels
+        Which labels some thing in the body has, shape (m, number of labels).
+    shared_labels
+        Which labels all things in the body have, shape (m, number of labels).
+    label_names
+        The labels' names, sorted.
+    t, xyz, yaw
+        Resampled trajectories, shapes (m, SAMPLES), (m, SAMPLES, 3), (m, SAMPLES).
+    moves
+        Whether the body has more than one pose, shape (m,).
+    raw_t, raw_xyz, raw_yaw, offsets
+        The trajectories as they are, one after another; body i's poses are
+        ``offsets[i]:offsets[i + 1]``.
+    """
+
+    corners: FloatArray
+    z_min: FloatArray
+    z_max: FloatArray
+    count: FloatArray
+    members: FloatArray
+    labels: npt.NDArray[np.bool_]
+    shared_labels: npt.NDArray[np.bool_]
+    label_names: tuple[str, ...]
+    t: FloatArray
+    xyz: FloatArray
+    yaw: FloatArray
+    moves: npt.NDArray[np.bool_]
+    raw_t: FloatArray
+    raw_xyz: FloatArray
+    raw_yaw: FloatArray
+    offsets: IntArray
+
+
+def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
+    """Pack groundings into arrays.
+
+    Parameters
+    ----------
+    groups
+        One non-empty tuple of groundings for each body.
+
+    Returns
+    -------
+    Bodies
+        In the same order.
+    """
+    label_sets = [[set(_labels(g)) for g in group] for group in groups]
+    label_names = tuple(sorted({label for sets in label_sets for s in sets for label in s}))
+    column = {name: i for i, name in enumerate(label_names)}
+    labels = np.zeros((len(groups), len(label_names)), dtype=bool)
+    shared_labels = labels.copy()
+    for i, sets in enumerate(label_sets):
+        labels[i, [column[name] for name in set.union(*sets)]] = True
+        shared_labels[i, [column[name] for name in set.intersection(*sets)]] = True
+    hulls = [_footprint(group) for group in groups]
+    trajectories = [_trajectory(group) for group in groups]
+    lengths = np.array([len(t) for t in trajectories], dtype=np.intp)
+    offsets = np.concatenate(([0], np.cumsum(lengths))).astype(np.intp)
+    raw_t = np.concatenate([t.t for t in trajectories]) if groups else np.zeros(0)
+    raw_xyz = np.concatenate([t.xyz for t in trajectories]) if groups else np.zeros((0, 3))
+    raw_yaw = np.concatenate([t.yaw for t in trajectories]) if groups else np.zeros(0)
+    raw_yaw = _unwrap(raw_yaw, offsets)
+    t, xyz, yaw = _resample(raw_t, raw_xyz, raw_yaw, offsets)
+    heights = np.array([_heights(group) for group in groups]).reshape(len(groups), 2)
+    return Bodies(
+        corners=_pad(hulls),
+        z_min=heights[:, 0],
+        z_max=heights[:, 1],
+        count=np.array([len(group) for group in groups], dtype=float),
+        members=_members(groups),
+        labels=labels,
+        shared_labels=shared_labels,
+        label_names=label_names,
+        t=t,
+        xyz=xyz,
+        yaw=yaw,
+        moves=lengths > 1,
+        raw_t=raw_t,
+        raw_xyz=raw_xyz,
+        raw_yaw=raw_yaw,
+        offsets=offsets,
+    )
+
+
+def moved_corners(corners: FloatArray, start: FloatArray, pose: FloatArray) -> FloatArray:
+    """Footprints (n, k, 2) carried rigidly from one pose to another.
+
+    Parameters
+    ----------
+    corners
+        Footprints at the start pose.
+    start, pose
+        Poses x, y, yaw, shape (n, 3).
+    """
+    turn = (pose[:, 2] - start[:, 2])[:, None]
+    return rotate(corners - start[:, None, :2], turn) + pose[:, None, :2]
+
+
+def positions_at(bodies: Bodies, index: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where bodies are at given times: at the last pose logged by then.
+
+    Things are logged when they move, so between two poses they stood at the first one;
+    before its log a body is at its first pose.
+
+    Parameters
+    ----------
+    index
+        Bodies to look up, shape (n,).
+    t
+        Times in seconds, shape (n, T).
+
+    Returns
+    -------
+    tuple
+        Positions (n, T, 3) and headings (n, T).
+    """
+    first, last = bodies.offsets[index], bodies.offsets[index + 1] - 1
+    begin, end = bodies.raw_t[first][:, None], bodies.raw_t[last][:, None]
+    key, scale = _keys(bodies.raw_t, bodies.offsets)
+    query = index[:, None] * scale + np.clip(t, begin, end) - begin
+    pose = np.searchsorted(key, query + CLOCK_RESOLUTION_S, side="right") - 1
+    return bodies.raw_xyz[pose], bodies.raw_yaw[pose]
+
+
+def _keys(values: FloatArray, offsets: IntArray) -> tuple[FloatArray, float]:
+    """Make per-body increasing values increase over all bodies, to interpolate in one call."""
+    lengths = np.diff(offsets)
+    begin = np.repeat(values[offsets[:-1]], lengths)
+    relative = values - begin
+    scale = 2 * float(relative.max(initial=0.0)) + 1.0
+    return np.repeat(np.arange(len(lengths)), lengths) * scale + relative, scale
+
+
+def _interpolate(query: FloatArray, key: FloatArray, xyz: FloatArray) -> FloatArray:
+    return np.stack([np.interp(query, key, xyz[:, axis]) for axis in range(3)], axis=-1)
+
+
+def _unwrap(yaw: FloatArray, offsets: IntArray) -> FloatArray:
+    """Headings without jumps of a full turn inside a trajectory."""
+    step = wrap(np.diff(yaw, prepend=yaw[:1]))
+    step[offsets[:-1]] = 0.0
+    total = np.cumsum(step)
+    lengths = np.diff(offsets)
+    return total + np.repeat(yaw[offsets[:-1]] - total[offsets[:-1]], lengths)
+
+
+def _resample(
+    t: FloatArray, xyz: FloatArray, yaw: FloatArray, offsets: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Poses evenly spread along each trajectory, however densely it was logged."""
+    step = np.linalg.norm(np.diff(xyz, axis=0, prepend=xyz[:1]), axis=1)
+    step += METRES_PER_RADIAN * np.abs(np.diff(yaw, prepend=yaw[:1]))
+    step[offsets[:-1]] = 0.0
+    along = np.cumsum(step)
+    first, last = offsets[:-1], offsets[1:] - 1
+    key, scale = _keys(along, offsets)
+    total = along[last] - along[first]
+    query = np.arange(len(first))[:, None] * scale + total[:, None] * np.linspace(0, 1, SAMPLES)
+    return (
+        np.interp(query, key, t),
+        _interpolate(query, key, xyz),
+        np.interp(query, key, yaw),
+    )
+
+
+def _labels(grounding: Grounding) -> tuple[str, ...]:
+    return grounding.labels if isinstance(grounding, PhysicalObject) else ()
+
+
+def _footprint(group: tuple[Grounding, ...]) -> FloatArray:
+    hull = convex_hull(np.concatenate([_outline(g) for g in group]))
+    while len(hull) > MAX_CORNERS:
+        before, after = np.roll(hull, 1, axis=0), np.roll(hull, -1, axis=0)
+        hull = np.delete(hull, np.argmin(cross(hull - before, after - hull)), axis=0)
+    return hull
+
+
+def _outline(grounding: Grounding) -> FloatArray:
+    if isinstance(grounding, Path):
+        xy = grounding.trajectory.xyz[:, :2]
+        (x0, y0), (x1, y1) = xy.min(axis=0), xy.max(axis=0)
+        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    return grounding.prism.xy
+
+
+def _heights(group: tuple[Grounding, ...]) -> tuple[float, float]:
+    bounds = [
+        (g.trajectory.xyz[:, 2].min(), g.trajectory.xyz[:, 2].max())
+        if isinstance(g, Path)
+        else (g.prism.z_min, g.prism.z_max)
+        for g in group
+    ]
+    return float(min(low for low, _ in bounds)), float(max(high for _, high in bounds))
+
+
+def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
+    """The trajectory of the body: of the thing in it that moves most."""
+    return max((_own_trajectory(g) for g in group), key=len)
+
+
+def _own_trajectory(grounding: Grounding) -> Trajectory:
+    if not isinstance(grounding, Place):
+        return grounding.trajectory
+    prism = grounding.prism
+    centre = centroid(convex_hull(prism.xy)[None])[0]
+    return Trajectory(np.zeros(1), np.array([[*centre, prism.z_min]]), np.zeros(1))
+
+
+def _members(groups: Sequence[tuple[Grounding, ...]]) -> FloatArray:
+    centres = np.full((len(groups), MAX_MEMBERS, 2), np.nan)
+    for row, group in zip(centres, groups, strict=True):
+        for i, grounding in enumerate(group[:MAX_MEMBERS]):
+            row[i] = _outline(grounding).mean(axis=0)
+    return centres
+
+
+def _pad(hulls: Sequence[FloatArray]) -> FloatArray:
+    size = max((len(hull) for hull in hulls), default=3)
+    corners = np.empty((len(hulls), size, 2))
+    for row, hull in zip(corners, hulls, strict=True):
+        row[: len(hull)] = hull
+        row[len(hull) :] = hull[-1]
+    return corners

@@ -1,0 +1,196 @@
+"""Directions in a frame of reference: "left of", "in front of", "behind" (section 3.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from g3.features.batch import Boxes, FactorBatch
+from g3.features.registry import Column, Columns, feature_set
+from g3.geometry import centroid, cross, rotate
+from g3.groundings import FloatArray
+
+DIRECTIONS = ("front", "left", "back", "right")
+"""The four cardinal directions of a frame, a quarter turn counter-clockwise each."""
+
+SLOPE_PER_DEGREE = -0.006
+INTERCEPT = 1.007
+"""Acceptability falls linearly with the angular deviation; the values that [1]_ fitted."""
+
+ATTENTION_WIDTH = 1.0
+"""Lambda: how fast attention falls with distance, in units of the figure's distance."""
+
+GRID = (np.arange(5) + 0.5) / 5
+
+
+def attention_vector_sum(
+    points: FloatArray, landmarks: FloatArray, direction: FloatArray
+) -> FloatArray:
+    """Degree to which a point lies in a direction from a landmark, between 0 and 1.
+
+    Attention is centred on the point of the landmark's border that faces the direction
+    in line with the figure, and falls off exponentially with the distance from it. The
+    vectors from all points of the landmark to the figure are summed with attention as
+    their weight; the angle between the sum and the direction gives the degree [1]_. The
+    height component of the original, which orders heights above a horizontal top, is
+    left out: on a map there is no gravity.
+
+    Parameters
+    ----------
+    points
+        Figures, shape (n, 2), in metres.
+    landmarks
+        Convex footprints, shape (n, k, 2), in metres.
+    direction
+        Unit vectors, shape (n, 2).
+
+    Returns
+    -------
+    FloatArray
+        Shape (n,).
+
+    References
+    ----------
+    .. [1] T. Regier and L. A. Carlson, "Grounding spatial language in perception: an
+       empirical and computational investigation", Journal of Experimental Psychology:
+       General 130(2), 2001.
+    """
+    focus = _focus(points, landmarks, direction)
+    grid = _grid(landmarks)
+    sigma = np.linalg.norm(points - focus, axis=1)
+    distance = np.linalg.norm(grid - focus[:, None], axis=2)
+    attention = np.exp(-distance / (ATTENTION_WIDTH * np.maximum(sigma, 1e-6))[:, None])
+    total = (attention[..., None] * (points[:, None] - grid)).sum(axis=1)
+    along = (total * direction).sum(axis=1)
+    deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
+    return np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
+
+
+def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> FloatArray:
+    """The border point furthest in the direction, as nearly in line with the figure as can be."""
+    across = np.stack((-direction[:, 1], direction[:, 0]), axis=1)
+    side = (landmarks * across[:, None]).sum(axis=2)
+    ahead = (landmarks * direction[:, None]).sum(axis=2)
+    target = np.clip((points * across).sum(axis=1), side.min(axis=1), side.max(axis=1))[:, None]
+    next_side, next_ahead = np.roll(side, -1, axis=1), np.roll(ahead, -1, axis=1)
+    span = next_side - side
+    flat = np.abs(span) < 1e-9
+    ratio = (target - side) / np.where(flat, 1.0, span)
+    on_edge = (ratio >= -1e-9) & (ratio <= 1 + 1e-9) & ~flat
+    height = np.where(on_edge, ahead + ratio * (next_ahead - ahead), -np.inf).max(axis=1)
+    best = np.where(np.isfinite(height), height, ahead.max(axis=1))
+    return target * across + best[:, None] * direction
+
+
+def _grid(landmarks: FloatArray) -> FloatArray:
+    """Points spread over each footprint: rays from the centre to points along the border."""
+    centre = centroid(landmarks)[:, None, None]
+    following = np.roll(landmarks, -1, axis=1)[:, :, None]
+    corners = landmarks[:, :, None]
+    border = corners + GRID[:, None] * (following - corners)
+    inner = centre[:, None] + GRID[:, None, None, None] * (border - centre)[:, None]
+    return inner.reshape(len(landmarks), -1, 2)
+
+
+def avs_directions(points: FloatArray, landmarks: FloatArray, yaw: FloatArray) -> FloatArray:
+    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4)."""
+    forward = np.stack((np.cos(yaw), np.sin(yaw)), axis=1)
+    return np.column_stack(
+        [
+            attention_vector_sum(points, landmarks, rotate(forward, np.full(len(yaw), turn)))
+            for turn in np.arange(4) * np.pi / 2
+        ]
+    )
+
+
+def speaker_yaw(agent: FloatArray, landmarks: FloatArray) -> FloatArray:
+    """Heading of the line of sight from the agent's start (n, 3) to each landmark; (n,)."""
+    sight = centroid(landmarks) - agent[:, :2]
+    return np.arctan2(sight[:, 1], sight[:, 0])
+
+
+def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
+    """Heading of a landmark's longest side, of the two senses the one more along the agent's.
+
+    Pallets and trailers have no front in the semantic map, so the sense is taken from
+    how the agent meets them.
+    """
+    edges = np.roll(landmarks, -1, axis=1) - landmarks
+    longest = np.argmax((edges**2).sum(axis=2), axis=1)
+    edge = edges[np.arange(len(edges)), longest]
+    yaw = np.arctan2(edge[:, 1], edge[:, 0])
+    opposite = np.cos(yaw - agent[:, 2]) < 0
+    return np.where(opposite, yaw + np.pi, yaw)
+
+
+def frame_columns(frame: str) -> Columns:
+    """Columns of AVS in one frame."""
+    return tuple(Column(f"{frame}.{d}", "1", 0, 1, 6) for d in DIRECTIONS)
+
+
+def _centre(prisms: Boxes) -> FloatArray:
+    return centroid(prisms.corners)
+
+
+@feature_set(
+    "avs-start",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=frame_columns("start"),
+)
+def avs_start(batch: FactorBatch) -> FloatArray:
+    """AVS of figure and landmark in the frame of the agent's starting orientation."""
+    return avs_directions(
+        _centre(batch.boxes("figure")), batch.boxes("landmark").corners, batch.agent[:, 2]
+    )
+
+
+@feature_set(
+    "avs-speaker",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=frame_columns("speaker"),
+)
+def avs_speaker(batch: FactorBatch) -> FloatArray:
+    """AVS in the frame of the line of sight from the agent's start to the landmark."""
+    landmarks = batch.boxes("landmark").corners
+    yaw = speaker_yaw(batch.agent, landmarks)
+    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw)
+
+
+@feature_set(
+    "avs-intrinsic",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=frame_columns("intrinsic"),
+)
+def avs_intrinsic(batch: FactorBatch) -> FloatArray:
+    """AVS in the landmark's own frame, along its longest side."""
+    landmarks = batch.boxes("landmark").corners
+    yaw = intrinsic_yaw(landmarks, batch.agent)
+    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw)
+
+
+@feature_set(
+    "avs-log",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=(*frame_columns("end"), *frame_columns("mean")),
+    default=False,
+)
+def avs_log(batch: FactorBatch) -> FloatArray:
+    """AVS in the frames of the agent's ending and average orientation in the context's log.
+
+    Off unless asked for: when objects and places are grounded, no action has been
+    chosen yet, so these orientations are not known.
+    """
+    points, landmarks = _centre(batch.boxes("figure")), batch.boxes("landmark").corners
+    return np.column_stack(
+        [
+            avs_directions(points, landmarks, yaw)
+            for yaw in (batch.agent_end_yaw, batch.agent_mean_yaw)
+        ]
+    )

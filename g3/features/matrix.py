@@ -1,0 +1,249 @@
+"""From base features and words to the sparse binary matrix that the model is trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from g3.features.batch import FactorBatch, FieldWords
+from g3.features.bodies import IntArray
+from g3.features.registry import Columns, FeatureSet, scale_of, values
+from g3.groundings import FloatArray
+from g3.sdc import SDC_TYPES
+
+ALONE = ""
+"""Stands for no word: the base feature by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureSpace:
+    """The binary features of a model.
+
+    Parameters
+    ----------
+    sets
+        Names of the feature sets that the features come from.
+    bases
+        Names of the discretised base features, ``TYPE/set/column/bin``.
+    words
+        Names of the words, ``field:word``, the empty name standing for none.
+    keys
+        The features, sorted: base index times the number of words plus word index,
+        shape (k,).
+    """
+
+    sets: tuple[str, ...]
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    keys: npt.NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def name(self, feature: int) -> str:
+        """A feature's name for people: base feature and word."""
+        base, word = divmod(int(self.keys[feature]), len(self.words))
+        return f"{self.bases[base]} & {self.words[word]}" if word else self.bases[base]
+
+
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """Active products: row, base feature and word of each, all shape (cells,)."""
+
+    row: IntArray
+    base: IntArray
+    word: IntArray
+
+
+def fit_space(
+    batch: FactorBatch, sets: Sequence[FeatureSet], *, min_count: int = 1
+) -> tuple[FeatureSpace, sparse.csr_array]:
+    """Collect the features that occur in a batch.
+
+    Parameters
+    ----------
+    batch
+        Training factors.
+    sets
+        The feature sets to use.
+    min_count
+        Features active in fewer rows are left out.
+
+    Returns
+    -------
+    tuple
+        The space, and the batch's matrix (n, k) in it.
+    """
+    bases: dict[str, int] = {}
+    words: dict[str, int] = {ALONE: 0}
+    cells = _cells(batch, sets, bases, words, grow=True)
+    keys = cells.base.astype(np.int64) * len(words) + cells.word
+    unique, counts = np.unique(keys, return_counts=True)
+    space = FeatureSpace(
+        tuple(s.name for s in sets), tuple(bases), tuple(words), unique[counts >= min_count]
+    )
+    return space, _matrix(space, keys, cells.row, len(batch))
+
+
+def prior_scale(space: FeatureSpace) -> FloatArray:
+    """How large each feature's weight is expected to be, from its feature set; shape (k,)."""
+    of_base = np.array([scale_of(name.split("/")[1]) for name in space.bases])
+    return of_base[space.keys // len(space.words)]
+
+
+def transform(
+    batch: FactorBatch, sets: Sequence[FeatureSet], space: FeatureSpace
+) -> sparse.csr_array:
+    """The matrix (n, k) of a batch in a space; what the space doesn't know is left out."""
+    bases = {name: i for i, name in enumerate(space.bases)}
+    words = {name: i for i, name in enumerate(space.words)}
+    cells = _cells(batch, sets, bases, words, grow=False)
+    keys = cells.base.astype(np.int64) * len(words) + cells.word
+    return _matrix(space, keys, cells.row, len(batch))
+
+
+def _matrix(
+    space: FeatureSpace, keys: npt.NDArray[np.int64], rows: IntArray, n: int
+) -> sparse.csr_array:
+    column = np.searchsorted(space.keys, keys)
+    column[column == len(space.keys)] = 0
+    known = space.keys[column] == keys if len(space.keys) else np.zeros(len(keys), dtype=bool)
+    ones = np.ones(int(known.sum()))
+    matrix = sparse.csr_array((ones, (rows[known], column[known])), shape=(n, len(space.keys)))
+    matrix.sum_duplicates()
+    matrix.data[:] = 1.0
+    return matrix
+
+
+def _cells(
+    batch: FactorBatch,
+    sets: Sequence[FeatureSet],
+    bases: dict[str, int],
+    words: dict[str, int],
+    *,
+    grow: bool,
+) -> _Cells:
+    parts = [_type_cells(batch, bases, words, grow=grow)]
+    tables: dict[tuple[tuple[str, ...], bool], tuple[IntArray, IntArray]] = {}
+    for feature in sets:
+        key = (feature.words, feature.alone)
+        if key not in tables:
+            tables[key] = _word_table(batch.words, *key, words, grow=grow)
+        row, base = _active(batch, feature, bases, grow=grow)
+        parts.append(_multiply(row, base, batch.factor, *tables[key]))
+    return _Cells(
+        *(np.concatenate([getattr(p, f) for p in parts]) for f in ("row", "base", "word"))
+    )
+
+
+def _type_cells(
+    batch: FactorBatch, bases: dict[str, int], words: dict[str, int], *, grow: bool
+) -> _Cells:
+    """The bias of each type, alone and with each word: how often a phrase is right at all."""
+    ids = np.array([_lookup(f"{t}/bias", bases, grow=grow) for t in SDC_TYPES])
+    base = ids[batch.type]
+    known = np.flatnonzero(base >= 0)
+    table = _word_table(batch.words, ("figure", "relation", "goal"), True, words, grow=grow)
+    return _multiply(known, base[known], batch.factor, *table)
+
+
+def _active(
+    batch: FactorBatch, feature: FeatureSet, bases: dict[str, int], *, grow: bool
+) -> tuple[IntArray, IntArray]:
+    """Rows and base features that are active, after discretisation into uniform bins."""
+    columns = feature.columns_for(batch)
+    number = discretise(values(feature, batch), columns)
+    width = max((max(c.bins, 1) for c in columns), default=1)
+    levels = np.arange(width)
+    binary = np.array([c.bins == 0 for c in columns])
+    reached = (number[:, :, None] >= levels) & ((levels > 0) | binary[:, None])
+    row, column, level = np.nonzero(reached)
+    key = (batch.type[row].astype(np.intp) * len(columns) + column) * width + level
+    unique, inverse = np.unique(key, return_inverse=True)
+    ids = np.empty(len(unique), dtype=np.intp)
+    for i, code in enumerate(unique):
+        rest, of_level = divmod(int(code), width)
+        kind, place = divmod(rest, len(columns))
+        name = f"{SDC_TYPES[kind]}/{feature.name}/{columns[place].name}"
+        if columns[place].bins:
+            name += f">={of_level}"
+        ids[i] = _lookup(name, bases, grow=grow)
+    base = ids[inverse.reshape(-1)]
+    known = base >= 0
+    return row[known], base[known]
+
+
+def discretise(table: FloatArray, columns: Columns) -> npt.NDArray[np.int64]:
+    """Uniform bins of base features (section 3.3).
+
+    Parameters
+    ----------
+    table
+        Values (n, len(columns)).
+    columns
+        Their ranges.
+
+    Returns
+    -------
+    ndarray
+        Bin numbers (n, len(columns)); -1 where nothing is active: a value that is NaN,
+        or a binary feature that is false.
+    """
+    bins = np.array([c.bins for c in columns])
+    low = np.array([c.low for c in columns])
+    width = np.array([c.high - c.low for c in columns]) / np.maximum(bins, 1)
+    number = np.floor((table - low) / width)
+    number = np.clip(number, 0, np.maximum(bins - 1, 0))
+    number = np.where(bins == 0, np.where(table > 0.5, 0, -1), number)
+    return np.where(np.isnan(table), -1, number).astype(np.int64)
+
+
+def _word_table(
+    factors: Sequence[FieldWords],
+    fields: tuple[str, ...],
+    alone: bool,
+    words: dict[str, int],
+    *,
+    grow: bool,
+) -> tuple[IntArray, IntArray]:
+    """Word ids of every factor, as a flat array and offsets into it."""
+    flat: list[int] = []
+    offsets = [0]
+    for factor in factors:
+        if alone:
+            flat.append(words[ALONE])
+        ids = dict.fromkeys(
+            _lookup(f"{field}:{form}", words, grow=grow)
+            for field in fields
+            for form in _forms(factor.get(field, ()))  # type: ignore[call-overload]
+        )
+        flat.extend(i for i in ids if i >= 0)
+        offsets.append(len(flat))
+    return np.array(flat, dtype=np.intp), np.array(offsets, dtype=np.intp)
+
+
+def _forms(field: tuple[str, ...]) -> tuple[str, ...]:
+    """The words of a field, and the whole phrase if it has several."""
+    return (*field, "_".join(field)) if len(field) > 1 else field
+
+
+def _multiply(
+    row: IntArray, base: IntArray, factor: IntArray, flat: IntArray, offsets: IntArray
+) -> _Cells:
+    """The Cartesian product of each row's active base features with its factor's words."""
+    begin, end = offsets[factor[row]], offsets[factor[row] + 1]
+    repeat = end - begin
+    total = int(repeat.sum())
+    first = np.cumsum(repeat) - repeat
+    word = flat[np.arange(total) - np.repeat(first - begin, repeat)]
+    return _Cells(np.repeat(row, repeat), np.repeat(base, repeat), word)
+
+
+def _lookup(name: str, table: dict[str, int], *, grow: bool) -> int:
+    if grow:
+        return table.setdefault(name, len(table))
+    return table.get(name, -1)

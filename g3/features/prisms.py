@@ -1,0 +1,135 @@
+"""Relations between two three-dimensional boxes (section 3.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from g3.features.batch import Boxes, FactorBatch
+from g3.features.registry import Columns, Column, feature_set
+from g3.geometry import area, centroid, contains_point, gap, intersection_area
+from g3.groundings import FloatArray
+
+RESTING_TOLERANCE_M = 0.35
+"""How far the bottom of a thing may be from the top of what it rests on; logs are noisy."""
+
+PRISM_COLUMNS: Columns = (
+    Column("supports", "bool"),
+    Column("contact", "bool"),
+    Column("inside", "bool"),
+    Column("gap", "1", 0, 4, 10),
+    Column("distance", "1", 0, 5, 10),
+    Column("figure_overlap", "1", 0, 1, 4),
+    Column("landmark_overlap", "1", 0, 1, 4),
+    Column("height_above", "1", -2, 2, 8),
+    Column("height_difference", "1", -2, 2, 8),
+    Column("size_ratio", "1", -2, 2, 6),
+)
+
+
+def size(prisms: Boxes) -> FloatArray:
+    """Side in metres of a square as large as the footprint, at least 0.1; shape (n,)."""
+    return np.sqrt(np.maximum(area(prisms.corners), 0.01))
+
+
+def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
+    """Features of a figure's prism relative to a landmark's, as `PRISM_COLUMNS`.
+
+    Lengths are divided by the mean size of the two footprints, heights by the figure's
+    height, so that nothing depends on the scale.
+
+    Returns
+    -------
+    FloatArray
+        Shape (n, len(PRISM_COLUMNS)).
+    """
+    shared = intersection_area(figure.corners, landmark.corners)
+    figure_area = np.maximum(area(figure.corners), 1e-9)
+    landmark_area = np.maximum(area(landmark.corners), 1e-9)
+    scale = (size(figure) + size(landmark)) / 2
+    between = gap(figure.corners, landmark.corners)
+    centres = centroid(figure.corners), centroid(landmark.corners)
+    height = np.maximum(figure.z_max - figure.z_min, 0.1)
+    above = figure.z_min - landmark.z_max
+    overlap = shared / figure_area
+    meet_in_height = (figure.z_min <= landmark.z_max + RESTING_TOLERANCE_M) & (
+        landmark.z_min <= figure.z_max + RESTING_TOLERANCE_M
+    )
+    return np.column_stack(
+        (
+            (overlap > 0.3) & (np.abs(above) < RESTING_TOLERANCE_M),
+            (between < 0.1 * scale) & meet_in_height,
+            contains_point(landmark.corners, centres[0]),
+            between / scale,
+            np.linalg.norm(centres[0] - centres[1], axis=1) / scale,
+            overlap,
+            shared / landmark_area,
+            above / height,
+            (figure.z_min - landmark.z_min) / height,
+            np.log(figure_area / landmark_area) / np.log(10),
+        )
+    )
+
+
+@feature_set(
+    "prism-pair",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=PRISM_COLUMNS,
+)
+def figure_to_landmark(batch: FactorBatch) -> FloatArray:
+    """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
+    return prism_pair(batch.boxes("figure"), batch.boxes("landmark"))
+
+
+@feature_set(
+    "arguments",
+    types=("OBJECT", "PLACE", "PATH", "EVENT"),
+    roles=("figure",),
+    words=("figure", "relation", "goal"),
+    columns=(
+        Column("several", "bool"),
+        Column("landmark", "bool"),
+        Column("landmark_several", "bool"),
+        Column("theme", "bool"),
+        Column("goal", "bool"),
+    ),
+)
+def arguments(batch: FactorBatch) -> FloatArray:
+    """Which arguments the factor has, and whether figure and landmark are several things."""
+    count = batch.bodies.count
+    return np.column_stack(
+        (
+            count[batch.figure] > 1,
+            batch.landmark >= 0,
+            np.where(batch.landmark >= 0, count[batch.landmark] > 1, False),
+            batch.theme >= 0,
+            batch.goal >= 0,
+        )
+    ).astype(float)
+
+
+@feature_set(
+    "between",
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    columns=(Column("straight", "1", -1, 1, 8), Column("even", "1", 0, 1, 5)),
+)
+def between(batch: FactorBatch) -> FloatArray:
+    """How nearly the figure lies on a line between two things of a plural landmark."""
+    centre = centroid(batch.boxes("figure").corners)
+    arm = batch.bodies.members[batch.landmark] - centre[:, None]
+    length = np.maximum(np.linalg.norm(arm, axis=2), 1e-6)
+    first, second = np.triu_indices(arm.shape[1], 1)
+    cosine = (arm[:, first] * arm[:, second]).sum(axis=2) / (length[:, first] * length[:, second])
+    ratio = np.minimum(length[:, first], length[:, second]) / np.maximum(
+        length[:, first], length[:, second]
+    )
+    straight = np.where(np.isnan(cosine), -np.inf, -cosine)
+    best = straight.argmax(axis=1)
+    rows = np.arange(len(best))
+    plural = np.isfinite(straight[rows, best])
+    return np.where(
+        plural[:, None], np.column_stack((straight[rows, best], ratio[rows, best])), np.nan
+    )

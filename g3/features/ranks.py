@@ -1,0 +1,93 @@
+"""Where a thing stands among the other things of its scene: "furthest", "left-most"."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from g3.features.batch import FactorBatch
+from g3.features.bodies import IntArray
+from g3.features.registry import Column, Columns, feature_set
+from g3.geometry import centroid, rotate
+from g3.groundings import FloatArray
+
+ORDERS = ("ahead", "leftward", "far")
+"""Along the agent's starting heading, across it to the left, by distance from the agent."""
+
+RANK_COLUMNS: Columns = tuple(
+    Column(f"{order}.{rank}", "bool")
+    for order in ORDERS
+    for rank in ("first", "second", "middle", "second_last", "last")
+)
+
+BEARING_COLUMNS: Columns = (
+    Column("ahead", "1", -1, 1, 6),
+    Column("leftward", "1", -1, 1, 6),
+    Column("among_peers.ahead", "1", -2, 2, 6),
+    Column("among_peers.leftward", "1", -2, 2, 6),
+)
+
+
+def _local(batch: FactorBatch, index: IntArray) -> FloatArray:
+    """Centres of bodies (n, ...) in the frame of the agent's start pose, shape (n, ..., 2)."""
+    centres = centroid(batch.bodies.corners)[index]
+    lead = (slice(None),) + (None,) * (index.ndim - 1)
+    offset = centres - batch.agent[:, :2][lead]
+    return rotate(offset, -np.broadcast_to(batch.agent[:, 2][lead], index.shape))
+
+
+def _peers(batch: FactorBatch) -> tuple[FloatArray, FloatArray]:
+    """Centres of the context's objects that share the figure's labels (n, p, 2), and which."""
+    labels = batch.bodies.labels
+    same = (labels[batch.peers] == labels[batch.figure][:, None]).all(axis=2)
+    return _local(batch, batch.peers), same & (batch.peers >= 0)
+
+
+@feature_set(
+    "ranks",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=("figure", "relation"),
+    columns=RANK_COLUMNS,
+)
+def ranks(batch: FactorBatch) -> FloatArray:
+    """Rank among the scene's things with the same labels, seen from the agent's start."""
+    centres, peer = _peers(batch)
+    own = _local(batch, batch.figure)
+    columns = []
+    for own_value, values in zip(_orders(own), _orders(centres), strict=True):
+        tolerance = 0.1
+        before = (peer & (values < own_value[:, None] - tolerance)).sum(axis=1)
+        after = (peer & (values > own_value[:, None] + tolerance)).sum(axis=1)
+        several = before + after > 0
+        columns += [
+            several & (before == 0),
+            several & (before == 1),
+            (before > 0) & (after > 0),
+            several & (after == 1),
+            several & (after == 0),
+        ]
+    return np.column_stack(columns).astype(float)
+
+
+def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return local[..., 0], local[..., 1], np.linalg.norm(local, axis=-1)
+
+
+@feature_set(
+    "bearing",
+    types=("OBJECT", "PLACE"),
+    roles=("figure",),
+    words=("figure", "relation"),
+    columns=BEARING_COLUMNS,
+)
+def bearing(batch: FactorBatch) -> FloatArray:
+    """Direction of the figure from the agent's start, absolute and among its peers."""
+    own = _local(batch, batch.figure)
+    unit = own / np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-9)
+    centres, peer = _peers(batch)
+    weight = peer[..., None] / np.maximum(peer.sum(axis=1), 1)[:, None, None]
+    mean = (centres * weight).sum(axis=1)
+    spread = np.sqrt((((centres - mean[:, None]) ** 2) * weight).sum(axis=(1, 2)))
+    relative = (own - mean) / np.maximum(spread, 0.5)[:, None]
+    relative[~peer.any(axis=1)] = np.nan
+    return np.column_stack((unit, relative))

@@ -1,0 +1,166 @@
+"""Plane geometry of footprints, vectorised over a leading batch axis.
+
+Footprints are convex polygons with their corners counter-clockwise, shape (n, k, 2);
+polygons with fewer corners than k repeat their last one. Every function works on the
+whole batch at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.groundings import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The z component of the cross product of plane vectors, over the last axis."""
+    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
+
+
+def rotate(xy: FloatArray, angle: FloatArray) -> FloatArray:
+    """Plane vectors (..., 2) turned counter-clockwise by angles in radians (...)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack((c * xy[..., 0] - s * xy[..., 1], s * xy[..., 0] + c * xy[..., 1]), axis=-1)
+
+
+def wrap(angle: FloatArray) -> FloatArray:
+    """Angles in radians brought into [-pi, pi)."""
+    wrapped: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
+    return wrapped
+
+
+def area(polygons: FloatArray) -> FloatArray:
+    """Areas in square metres, shape (n,)."""
+    total: FloatArray = 0.5 * cross(polygons, np.roll(polygons, -1, axis=1)).sum(axis=1)
+    return total
+
+
+def centroid(polygons: FloatArray) -> FloatArray:
+    """Centres of area in metres, shape (n, 2); the mean corner where the area vanishes."""
+    mean = polygons.mean(axis=1)
+    local = polygons - mean[:, None]
+    following = np.roll(local, -1, axis=1)
+    weight = cross(local, following)
+    total = weight.sum(axis=1)
+    moment = ((local + following) * weight[..., None]).sum(axis=1)
+    flat = np.abs(total) < 1e-12
+    offset: FloatArray = moment / (3 * np.where(flat, 1.0, total))[:, None]
+    return mean + np.where(flat[:, None], 0.0, offset)
+
+
+def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
+    """Whether each polygon holds its point (n, 2), borders included."""
+    edges = np.roll(polygons, -1, axis=1) - polygons
+    inside: BoolArray = (cross(edges, points[:, None] - polygons) >= -1e-9).all(axis=1)
+    return inside
+
+
+def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Areas in square metres that pairs of polygons share, shape (n,).
+
+    Sutherland and Hodgman's clipping [1]_, with the shrinking polygon held in a fixed
+    number of corners so that the batch stays one array.
+
+    References
+    ----------
+    .. [1] I. E. Sutherland and G. W. Hodgman, "Reentrant polygon clipping",
+       Communications of the ACM 17(1), 1974.
+    """
+    shared = np.zeros(len(a))
+    low = np.maximum(a.min(axis=1), b.min(axis=1))
+    high = np.minimum(a.max(axis=1), b.max(axis=1))
+    near = np.flatnonzero((low < high).all(axis=1))
+    if len(near) == 0:
+        return shared
+    corners, clip = a[near], b[near]
+    edges = np.roll(clip, -1, axis=1) - clip
+    for i in range(clip.shape[1]):
+        corners = _clip(corners, clip[:, i], edges[:, i])
+    shared[near] = np.maximum(area(corners), 0.0)
+    return shared
+
+
+def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArray:
+    """Keep what lies to the left of a line; dropped corners move onto their neighbours."""
+    n, k, _ = corners.shape
+    side = cross(edge[:, None], corners - origin[:, None])
+    following, next_side = np.roll(corners, -1, axis=1), np.roll(side, -1, axis=1)
+    inside = side >= 0
+    crossing = inside != (next_side >= 0)
+    ratio = side / np.where(crossing, side - next_side, 1.0)
+    meeting = corners + ratio[..., None] * (following - corners)
+    candidates = np.stack((corners, meeting), axis=2).reshape(n, 2 * k, 2)
+    kept = np.stack((inside, crossing), axis=2).reshape(n, 2 * k)
+    # A convex polygon gains at most one corner from one cut: order the kept ones first.
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : k + 1]
+    rows = np.arange(n)[:, None]
+    count = kept.sum(axis=1)
+    last = np.maximum(count - 1, 0)[:, None]
+    order = np.where(np.arange(order.shape[1]) < count[:, None], order, order[rows, last])
+    clipped: FloatArray = candidates[rows, order]
+    return np.where((count > 0)[:, None, None], clipped, 0.0)
+
+
+def gap(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Shortest distances in metres between pairs of polygons, 0 where they overlap."""
+    distance = np.minimum(_corner_to_edge(a, b), _corner_to_edge(b, a))
+    apart = _separated(a, b) | _separated(b, a)
+    return np.where(apart, distance, 0.0)
+
+
+def _separated(a: FloatArray, b: FloatArray) -> BoolArray:
+    """Whether some edge of a has all of b on its outer side (separating axis)."""
+    edges = np.roll(a, -1, axis=1) - a
+    side = cross(edges[:, :, None], b[:, None] - a[:, :, None])
+    solid = (edges**2).sum(axis=-1) > 1e-18
+    outside: BoolArray = ((side < 0).all(axis=2) & solid).any(axis=1)
+    return outside
+
+
+def _corner_to_edge(corners: FloatArray, polygons: FloatArray) -> FloatArray:
+    edges = np.roll(polygons, -1, axis=1) - polygons
+    offset = corners[:, :, None] - polygons[:, None]
+    length = (edges**2).sum(axis=-1)[:, None]
+    along = (offset * edges[:, None]).sum(axis=-1) / np.where(length > 0, length, 1.0)
+    nearest = offset - np.clip(along, 0, 1)[..., None] * edges[:, None]
+    smallest: FloatArray = np.sqrt((nearest**2).sum(axis=-1)).min(axis=(1, 2))
+    return smallest
+
+
+def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
+    """Distances in metres from points (n, T, 2) to polygons (n, k, 2), shape (n, T).
+
+    Zero inside the polygon.
+    """
+    edges = np.roll(polygons, -1, axis=1) - polygons
+    offset = points[:, :, None] - polygons[:, None]
+    length = (edges**2).sum(axis=-1)[:, None]
+    along = (offset * edges[:, None]).sum(axis=-1) / np.where(length > 0, length, 1.0)
+    nearest = offset - np.clip(along, 0, 1)[..., None] * edges[:, None]
+    distance = np.sqrt((nearest**2).sum(axis=-1)).min(axis=2)
+    inside = (cross(edges[:, None], offset) >= 0).all(axis=2)
+    return np.where(inside, 0.0, distance)
+
+
+def convex_hull(points: FloatArray) -> FloatArray:
+    """The convex hull of points (m, 2), corners counter-clockwise.
+
+    Andrew's monotone chain; used to bring footprints into the form of this module.
+    """
+    order = np.unique(np.asarray(points, dtype=float), axis=0)
+    if len(order) < 3:
+        return order
+
+    def chain(rows: FloatArray) -> list[FloatArray]:
+        hull: list[FloatArray] = []
+        for point in rows:
+            while len(hull) > 1 and cross(hull[-1] - hull[-2], point - hull[-1]) <= 0:
+                hull.pop()
+            hull.append(point)
+        return hull[:-1]
+
+    return np.array(chain(order) + chain(order[::-1]))

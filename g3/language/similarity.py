@@ -1,0 +1,96 @@
+"""How likely a word denotes a label of the semantic map (section 3.3).
+
+A measure takes words and labels and gives one number between 0 and 1 for each pair.
+Measures are registered by name; each becomes a base feature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from rapidfuzz.distance import JaroWinkler
+from rapidfuzz.process import cdist
+
+from g3.groundings import FloatArray
+from g3.language.words import normalise
+
+Measure = Callable[[Sequence[str], Sequence[str]], FloatArray]
+
+MEASURES: dict[str, Measure] = {}
+
+
+def measure(name: str) -> Callable[[Measure], Measure]:
+    """Register a measure: from w words and l labels to similarities (w, l) in [0, 1]."""
+
+    def register(function: Measure) -> Measure:
+        MEASURES[name] = function
+        return function
+
+    return register
+
+
+@measure("exact")
+def exact(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """1 where the lower-case forms are equal."""
+    return np.array([[float(w.lower() == label.lower()) for label in labels] for w in words])
+
+
+@measure("lemma")
+def lemma(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """1 where the stems are equal: "tires" and "tire"."""
+    return exact([normalise(w) for w in words], [normalise(label) for label in labels])
+
+
+@measure("spelling")
+def spelling(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Jaro-Winkler similarity of the stems: "palett" and "pallet"."""
+    similarity: FloatArray = cdist(
+        [normalise(w) for w in words],
+        [normalise(label) for label in labels],
+        scorer=JaroWinkler.similarity,
+    ).astype(float)
+    return similarity
+
+
+def best_match(
+    similarity: FloatArray,
+    factor_words: Sequence[Sequence[int]],
+    factor: npt.NDArray[np.intp],
+    labels: npt.NDArray[np.bool_],
+) -> FloatArray:
+    """For each row the similarity of the closest pair of one of its words and labels.
+
+    Parameters
+    ----------
+    similarity
+        All words against all labels, shape (w, l).
+    factor_words
+        The words of each factor, as rows of `similarity`.
+    factor
+        Which factor each row has, shape (n,).
+    labels
+        Which labels each row has, shape (n, l).
+
+    Returns
+    -------
+    FloatArray
+        Shape (n,); 0 for a row without words or labels.
+    """
+    patterns, pattern = np.unique(labels, axis=0, return_inverse=True)
+    pattern = pattern.reshape(-1)
+    per_word = (
+        np.stack([similarity[:, p].max(axis=1, initial=0.0) for p in patterns], axis=1)
+        if len(patterns)
+        else np.zeros((len(similarity), 0))
+    )
+    lengths = np.array([len(w) for w in factor_words], dtype=np.intp)
+    flat = np.concatenate([np.asarray(w, dtype=np.intp) for w in factor_words if len(w)] or [[]])
+    per_factor = np.zeros((len(factor_words), per_word.shape[1]))
+    filled = np.flatnonzero(lengths)
+    if len(filled):
+        starts = (np.cumsum(lengths) - lengths)[filled]
+        per_factor[filled] = np.maximum.reduceat(per_word[flat.astype(np.intp)], starts, axis=0)
+    best: FloatArray = per_factor[factor, pattern]
+    return best
