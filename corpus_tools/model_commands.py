@@ -5,10 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from g3.errors import FormatError, SDCError
+
+if TYPE_CHECKING:
+    from g3.features.registry import FeatureSet
 
 
 @click.command(
@@ -84,3 +88,191 @@ def _notation(notation: str | None, source: Path | None) -> str:
             where=str(source or "standard input"),
             fix="save the notation as UTF-8",
         ) from None
+
+
+@click.group()
+def features() -> None:
+    """Look at the features that the model is made of (section 3.3).
+
+    \b
+    Example:
+      ct features list
+    """
+
+
+@features.command("list")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="For people or for programs.",
+)
+def list_features(form: str) -> None:
+    """List the feature sets, which --ablate leaves out and --with adds.
+
+    \b
+    Examples:
+      ct features list
+      ct features list --format json
+    """
+    import json
+
+    import g3.features  # noqa: F401 - fills the catalogue
+    from g3.features.registry import CATALOGUE_VERSION, catalogue
+
+    records = [_feature_record(feature) for feature in catalogue()]
+    if form == "json":
+        content = {"catalogue_version": CATALOGUE_VERSION, "feature_sets": records}
+        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    else:
+        click.echo("\n\n".join(_feature_text(record) for record in records))
+
+
+def _feature_record(feature: FeatureSet) -> dict[str, object]:
+    columns = None
+    if not callable(feature.columns):
+        columns = [
+            {"name": c.name, "unit": c.unit, "low": c.low, "high": c.high, "bins": c.bins}
+            if c.bins
+            else {"name": c.name, "unit": c.unit}
+            for c in feature.columns
+        ]
+    return {
+        "name": feature.name,
+        "default": feature.default,
+        "description": feature.description,
+        "types": list(feature.types),
+        "roles": list(feature.roles),
+        "words": list(feature.words),
+        "alone": feature.alone,
+        "scale": feature.scale,
+        "columns": columns,
+    }
+
+
+def _feature_text(record: dict[str, object]) -> str:
+    import textwrap
+
+    columns = record["columns"]
+    names = "one for each label or word of the corpus"
+    if isinstance(columns, list):
+        names = ", ".join(_column_text(column) for column in columns)
+    words = _joined(record["words"])
+    times = f"the words of {words}" if words else "no words"
+    off = "" if record["default"] else "  (off: --with adds it)"
+    lines = [
+        f"{record['description']}",
+        f"SDCs:     {_joined(record['types'])}",
+        f"of:       {_joined(record['roles'])}",
+        f"times:    {times}{', and alone' if words and record['alone'] else ''}",
+        f"features: {names}",
+    ]
+    wrapped = (textwrap.wrap(line, 96, subsequent_indent=" " * 10) for line in lines)
+    indented = (f"  {line}" for paragraph in wrapped for line in paragraph)
+    return "\n".join([f"{record['name']}{off}", *indented])
+
+
+def _joined(names: object) -> str:
+    return ", ".join(map(str, names)) if isinstance(names, list) else ""
+
+
+def _column_text(column: dict[str, object]) -> str:
+    if "bins" not in column:
+        return str(column["name"])
+    unit = "" if column["unit"] == "1" else f" {column['unit']}"
+    limits = f"{column['low']:.3g} to {column['high']:.3g}{unit}"
+    return f"{column['name']} ({limits}, {column['bins']} bins)"
+
+
+@click.group()
+def train() -> None:
+    """Train models.
+
+    \b
+    Example:
+      ct train g3 --corpus aaai11 --out g3.npz
+    """
+
+
+@train.command()
+@click.option("--corpus", "name", metavar="CORPUS", required=True, help="What to train on.")
+@click.option(
+    "--out",
+    metavar="MODEL",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The model: NAME.npz, with NAME.json beside.",
+)
+@click.option(
+    "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
+)
+@click.option(
+    "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
+)
+@click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+)
+@click.option(
+    "--negatives",
+    type=click.Choice(["random", "hard"]),
+    default="random",
+    show_default=True,
+    help="The corpus's own, or other plausible groundings in the same scene.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="What hard negatives are drawn with.",
+)
+def g3(
+    *,
+    name: str,
+    out: Path,
+    ablate: tuple[str, ...],
+    plus: tuple[str, ...],
+    l2: float | None,
+    negatives: Literal["random", "hard"],
+    seed: int,
+) -> None:
+    """Train the grounding model on a corpus (section 3.2).
+
+    \b
+    Examples:
+      ct train g3 --corpus aaai11 --out g3.npz
+      ct train g3 --corpus aaai11 --negatives hard --ablate labels --out hard.npz
+    """
+    from collections import Counter
+
+    from corpus_tools.bundled import open_corpus
+    from corpus_tools.labelled import labelled_examples, scenario_ids
+    from corpus_tools.model_file import model_files, save_model
+    from g3.features.registry import select
+    from g3.model import DEFAULT_L2, train_model
+
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    sets = select(without=ablate, plus=plus)
+    corpus = open_corpus(name)
+    items = labelled_examples(corpus, negatives=negatives, seed=seed)
+    strength = DEFAULT_L2 if l2 is None else l2
+    model = train_model(items, sets, l2=strength, corpus_hash=corpus.hash)
+    sources = dict(sorted(Counter(e.source for e in items).items()))
+    scenarios = tuple(sorted(scenario_ids(items)))
+    training = {
+        "corpus": corpus.name,
+        "examples": sources,
+        "negatives": negatives,
+        "seed": seed,
+        "ablated": list(ablate),
+        "added": list(plus),
+    }
+    save_model(model, out, scenarios=scenarios, training=training)
+    counts = ", ".join(f"{count} {source}" for source, count in sources.items())
+    arrays, card = model_files(out)
+    click.echo(f"corpus {corpus.name}: {len(items)} examples ({counts})")
+    click.echo(f"{len(sets)} feature sets, {len(model.space)} features, l2 {strength:g}")
+    click.echo(f"wrote {arrays} and {card}")

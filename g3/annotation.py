@@ -8,11 +8,12 @@ from typing import Literal, get_args
 from g3.groundings import Context, Grounding
 from g3.sdc import SDC
 
-Source = Literal["positive", "random", "easy"]
+Source = Literal["positive", "random", "easy", "hard"]
 """How an annotation's groundings came about.
 
 ``positive``: an annotator's groundings. ``random``: a random grounding per SDC,
 re-annotated where it happens to be right. ``easy``: an object that is plainly wrong.
+``hard``: a plausible candidate from the command's own start state (:mod:`g3.negatives`).
 """
 SOURCES: tuple[Source, ...] = get_args(Source)
 

@@ -13,7 +13,7 @@ from g3.features.batch import FactorBatch, FieldWords
 from g3.features.bodies import pack
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Trajectory
 from g3.language.words import field_words, figure_words
-from g3.sdc import SDC, SDC_TYPES, Field, breadth_first, child_indices
+from g3.sdc import SDC, SDC_TYPES, Field, all_words, breadth_first, child_indices
 
 Groundings = tuple[Grounding, ...]
 
@@ -157,6 +157,9 @@ def factor_words(sdc: SDC) -> FieldWords:
         "figure": figure_words(sdc) if sdc.type in ("OBJECT", "PLACE") else (),
         "relation": field_words(sdc.relation),
         "goal": field_words(goal),
+        "landmark": field_words(
+            span for child in (*sdc.landmark1, *sdc.landmark2) for span in all_words(child)
+        ),
     }
 
 
@@ -186,6 +189,7 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
     ]
     width = max((len(p) for p in peers), default=0)
     padded = np.array([p + [-1] * (width - len(p)) for p in peers], dtype=np.intp)
+    agents = np.array([body((c.agent,)) for c in contexts.values()], dtype=np.intp)
     poses = np.array([_agent_poses(c.agent.trajectory) for c in contexts.values()])
     context = np.array([row_of[id(e.annotation.context)] for e in items], dtype=np.intp)
     return FactorBatch(
@@ -194,6 +198,7 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
         agent=poses[context, :3],
         agent_end_yaw=poses[context, 3],
         agent_mean_yaw=poses[context, 4],
+        agent_body=agents[context],
         peers=padded.reshape(len(contexts), width)[context],
         factor=np.arange(len(items), dtype=np.intp),
         words=[e.words for e in items],

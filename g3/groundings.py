@@ -64,6 +64,9 @@ class Prism:
     def __eq__(self, other: object) -> bool:
         return _same(self, other)
 
+    def __hash__(self) -> int:
+        return hash((len(self.xy), self.z_min, self.z_max))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
@@ -98,6 +101,9 @@ class Trajectory:
 
     def __eq__(self, other: object) -> bool:
         return _same(self, other)
+
+    def __hash__(self) -> int:
+        return hash((len(self.t), float(self.t[0])))
 
 
 @dataclass(frozen=True, slots=True)

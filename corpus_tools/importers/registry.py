@@ -104,3 +104,15 @@ register(
         target="corpus_tools.importers.slu_core.assembly:import_slu_core",
     )
 )
+
+register(
+    Importer(
+        name="authored",
+        summary="A corpus whose scenarios and commands are written by hand in YAML.",
+        description=(
+            "PATH is a folder with dataset.yaml and scenarios/*.yaml, such as datasets/warehouse. "
+            "docs/authored-corpora.md describes the files."
+        ),
+        target="corpus_tools.importers.authored.assembly:import_authored",
+    )
+)

@@ -20,8 +20,9 @@ is related to (OBJECT, PLACE and PATH clauses). ``theme``: the object that an EV
 on. ``goal``: where the EVENT leads, the grounding of its PLACE or of its PATH's landmark.
 """
 
-WordField = Literal["figure", "relation", "goal"]
-"""Whose words: the figure's, the relation's, or the relation of the PATH or PLACE in an EVENT."""
+WordField = Literal["figure", "relation", "goal", "landmark"]
+"""Whose words: the figure's, the relation's, those of the relation of the PATH or PLACE in an
+EVENT, or those of the landmarks (which the paper's factors don't see)."""
 
 FieldWords = dict[WordField, tuple[str, ...]]
 
@@ -51,6 +52,8 @@ class FactorBatch:
         Start pose x, y, yaw of the agent in the row's context, shape (n, 3).
     agent_end_yaw, agent_mean_yaw
         The agent's heading at the end of the context's log and on average, shape (n,).
+    agent_body
+        The agent of the row's context, shape (n,).
     peers
         Bodies of the context's objects other than the agent, padded with -1,
         shape (n, p).
@@ -69,6 +72,7 @@ class FactorBatch:
     agent: FloatArray
     agent_end_yaw: FloatArray
     agent_mean_yaw: FloatArray
+    agent_body: IntArray
     peers: IntArray
     factor: IntArray
     words: Sequence[FieldWords]

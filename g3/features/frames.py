@@ -137,6 +137,7 @@ def _centre(prisms: Boxes) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=frame_columns("start"),
+    scale=0.2,
 )
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
@@ -151,6 +152,7 @@ def avs_start(batch: FactorBatch) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=frame_columns("speaker"),
+    scale=0.3,
 )
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
@@ -165,6 +167,7 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=frame_columns("intrinsic"),
+    scale=0.3,
 )
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
@@ -180,6 +183,7 @@ def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=(*frame_columns("end"), *frame_columns("mean")),
     default=False,
+    scale=0.3,
 )
 def avs_log(batch: FactorBatch) -> FloatArray:
     """AVS in the frames of the agent's ending and average orientation in the context's log.

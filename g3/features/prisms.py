@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
-from g3.features.registry import Columns, Column, feature_set
+from g3.features.registry import Column, Columns, feature_set
 from g3.geometry import area, centroid, contains_point, gap, intersection_area
 from g3.groundings import FloatArray
 
@@ -76,6 +76,7 @@ def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=PRISM_COLUMNS,
+    scale=0.4,
 )
 def figure_to_landmark(batch: FactorBatch) -> FloatArray:
     """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
@@ -94,6 +95,7 @@ def figure_to_landmark(batch: FactorBatch) -> FloatArray:
         Column("theme", "bool"),
         Column("goal", "bool"),
     ),
+    scale=0.5,
 )
 def arguments(batch: FactorBatch) -> FloatArray:
     """Which arguments the factor has, and whether figure and landmark are several things."""
@@ -115,6 +117,7 @@ def arguments(batch: FactorBatch) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=(Column("straight", "1", -1, 1, 8), Column("even", "1", 0, 1, 5)),
+    scale=0.3,
 )
 def between(batch: FactorBatch) -> FloatArray:
     """How nearly the figure lies on a line between two things of a plural landmark."""

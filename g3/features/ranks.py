@@ -7,7 +7,7 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import centroid, rotate
+from g3.geometry import BoolArray, centroid, rotate
 from g3.groundings import FloatArray
 
 ORDERS = ("ahead", "leftward", "far")
@@ -48,6 +48,7 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, FloatArray]:
     roles=("figure",),
     words=("figure", "relation"),
     columns=RANK_COLUMNS,
+    scale=0.2,
 )
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
@@ -66,7 +67,21 @@ def ranks(batch: FactorBatch) -> FloatArray:
             several & (after == 1),
             several & (after == 0),
         ]
-    return np.column_stack(columns).astype(float)
+    table = np.column_stack(columns).astype(float)
+    table[is_robot(batch)] = np.nan
+    return table
+
+
+def is_robot(batch: FactorBatch) -> BoolArray:
+    """Whether the figure is a robot like the context's own, shape (n,).
+
+    Where the robot is seen from the robot means nothing; and a random robot from another
+    log is never where the command's own robot is, so it would give such negatives away.
+    """
+    labels = batch.bodies.shared_labels
+    own = labels[batch.agent_body]
+    same: BoolArray = (labels[batch.figure] == own).all(axis=1) & own.any(axis=1)
+    return same
 
 
 def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -79,6 +94,7 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     roles=("figure",),
     words=("figure", "relation"),
     columns=BEARING_COLUMNS,
+    scale=0.3,
 )
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""
@@ -90,4 +106,6 @@ def bearing(batch: FactorBatch) -> FloatArray:
     spread = np.sqrt((((centres - mean[:, None]) ** 2) * weight).sum(axis=(1, 2)))
     relative = (own - mean) / np.maximum(spread, 0.5)[:, None]
     relative[~peer.any(axis=1)] = np.nan
-    return np.column_stack((unit, relative))
+    table = np.column_stack((unit, relative))
+    table[is_robot(batch)] = np.nan
+    return table

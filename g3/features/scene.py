@@ -45,6 +45,7 @@ def peer_pairs(batch: FactorBatch) -> tuple[FloatArray, IntArray]:
         Column("nearest_gap", "1", 0, 3, 6),
         Column("near_count", "1", 0, 4, 4),
     ),
+    scale=0.3,
 )
 def place_in_scene(batch: FactorBatch) -> FloatArray:
     """Whether a place is on the ground or on a thing, free or taken, and near what."""

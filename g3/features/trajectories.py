@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
-from g3.features.bodies import SAMPLES, moved_corners, positions_at
+from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
 from g3.features.frames import DIRECTIONS, avs_directions
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import BoolArray, centroid, point_gap, rotate, wrap
+from g3.geometry import BoolArray, centroid, point_gap, rotate
 from g3.groundings import FloatArray
 
 REACH_M = 3.0
@@ -45,6 +45,10 @@ class Tracks:
     t: FloatArray
     xyz: FloatArray
     yaw: FloatArray
+
+    def take(self, rows: IntArray) -> Tracks:
+        """Some of the trajectories."""
+        return Tracks(self.t[rows], self.xyz[rows], self.yaw[rows])
 
 
 def tracks(batch: FactorBatch) -> Tracks:
@@ -90,9 +94,16 @@ def shape(track: Tracks) -> FloatArray:
     roles=("figure",),
     words=("relation", "goal"),
     columns=SHAPE_COLUMNS,
+    scale=0.1,
+    alone=False,
+    default=False,
 )
 def own_shape(batch: FactorBatch) -> FloatArray:
-    """Shape of the trajectory in the frame of its own start: turns, reversing, straightness."""
+    """Shape of the trajectory in the frame of its own start: turns, reversing, straightness.
+
+    Off unless asked for: a corpus with one log per scenario has too few shapes, and the
+    model learns which log it sees rather than what the words mean.
+    """
     return shape(tracks(batch))
 
 
@@ -155,6 +166,7 @@ def _reach(batch: FactorBatch, target: Boxes) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=APPROACH_COLUMNS,
+    scale=0.3,
 )
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
     """How a path lies to its landmark: displacement towards it, distances, passing along."""
@@ -168,6 +180,7 @@ def path_to_landmark(batch: FactorBatch) -> FloatArray:
     roles=("figure", "goal"),
     words=("relation", "goal"),
     columns=APPROACH_COLUMNS,
+    scale=0.3,
 )
 def event_to_goal(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to the place or object that the event leads to."""
@@ -181,6 +194,7 @@ def event_to_goal(batch: FactorBatch) -> FloatArray:
     roles=("figure", "theme"),
     words=("relation",),
     columns=APPROACH_COLUMNS,
+    scale=0.1,
 )
 def event_to_theme(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to where the object acted on stood at first."""
@@ -213,6 +227,7 @@ def sides(track: Tracks, target: Boxes) -> FloatArray:
     roles=("figure", "landmark"),
     words=("relation",),
     columns=SIDE_COLUMNS,
+    scale=0.1,
 )
 def path_sides(batch: FactorBatch) -> FloatArray:
     """On which side of the landmark the path ends, in the path's own frames."""
@@ -239,25 +254,34 @@ class Motion:
     moving: BoolArray
 
 
-def theme_motion(batch: FactorBatch, track: Tracks) -> Motion:
+def theme_motion(batch: FactorBatch, theme: IntArray, track: Tracks) -> Motion:
     """Follow the themes through the events.
 
     A theme moves in an event only if its log runs beside the event's and it moves with
     the agent near; otherwise it stays where it stood at first, as it does at inference
     when a candidate action leaves it alone. So a theme whose log belongs to another
     event is no different from one that nobody touches.
+
+    Parameters
+    ----------
+    batch
+        n events.
+    theme
+        The bodies to follow, shape (n,).
+    track
+        The events' trajectories.
     """
-    xyz, yaw = positions_at(batch.bodies, batch.theme, track.t)
+    xyz, yaw = positions_at(batch.bodies, theme, track.t)
     step = np.linalg.norm(np.diff(xyz, axis=1), axis=2)
     moving = step > STILL_M / 3
     near = np.linalg.norm(xyz[..., :2] - track.xyz[..., :2], axis=2) < REACH_M
     together = (~moving | (near[:, 1:] & near[:, :-1])).all(axis=1)
-    begin = batch.bodies.raw_t[batch.bodies.offsets[batch.theme]]
+    begin = batch.bodies.raw_t[batch.bodies.offsets[theme]]
     same_log = (begin <= track.t[:, -1]) & (
-        batch.bodies.raw_t[batch.bodies.offsets[batch.theme + 1] - 1] >= track.t[:, 0]
+        batch.bodies.raw_t[batch.bodies.offsets[theme + 1] - 1] >= track.t[:, 0]
     )
-    moved = (step.sum(axis=1) > STILL_M) & together & same_log & batch.bodies.moves[batch.theme]
-    rest = batch.bodies.xyz[batch.theme, :1], batch.bodies.yaw[batch.theme, :1]
+    moved = (step.sum(axis=1) > STILL_M) & together & same_log & batch.bodies.moves[theme]
+    rest = batch.bodies.xyz[theme, :1], batch.bodies.yaw[theme, :1]
     xyz = np.where(moved[:, None, None], xyz, rest[0])
     yaw = np.where(moved[:, None], yaw, rest[1])
     return Motion(xyz, yaw, moved, moving & moved[:, None])
@@ -296,11 +320,12 @@ THEME_COLUMNS: Columns = (
     roles=("figure", "theme"),
     words=("relation", "goal"),
     columns=THEME_COLUMNS,
+    scale=0.5,
 )
 def theme_moves(batch: FactorBatch) -> FloatArray:
     """What the event does to the object acted on: lifts, carries, puts down, leaves alone."""
     track = tracks(batch)
-    motion = theme_motion(batch, track)
+    motion = theme_motion(batch, batch.theme, track)
     prisms = theme_boxes(batch, motion, 0)
     height = np.maximum(prisms.z_max - prisms.z_min, 0.1)
     reach = size(prisms) + 1.0
@@ -335,11 +360,12 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
         *(Column(f"start.{c.name}", c.unit, c.low, c.high, c.bins) for c in PRISM_COLUMNS),
         Column("toward", "1", -1, 1, 8),
     ),
+    scale=0.1,
 )
 def theme_to_goal(batch: FactorBatch) -> FloatArray:
     """How the object acted on lies to the goal before and after the event."""
     track = tracks(batch)
-    motion = theme_motion(batch, track)
+    motion = theme_motion(batch, batch.theme, track)
     goal = batch.boxes("goal")
     first, last = (theme_boxes(batch, motion, sample) for sample in (0, SAMPLES - 1))
     before, after = (
@@ -348,5 +374,3 @@ def theme_to_goal(batch: FactorBatch) -> FloatArray:
     toward = (before - after) / path_length(track)
     return np.column_stack((prism_pair(last, goal), prism_pair(first, goal), toward))
 
-
-__all__ = ["Motion", "Tracks", "approach", "path_length", "shape", "theme_motion", "wrap"]

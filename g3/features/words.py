@@ -10,7 +10,8 @@ from g3.groundings import FloatArray
 from g3.language.similarity import MEASURES, best_match
 
 
-def _label_columns(batch: FactorBatch) -> Columns:
+def label_columns(batch: FactorBatch) -> Columns:
+    """A binary column for each label of the batch."""
     return tuple(Column(name, "bool") for name in batch.bodies.label_names)
 
 
@@ -19,7 +20,7 @@ def _label_columns(batch: FactorBatch) -> Columns:
     types=("OBJECT",),
     roles=("figure",),
     words=("figure", "relation"),
-    columns=_label_columns,
+    columns=label_columns,
 )
 def labels(batch: FactorBatch) -> FloatArray:
     """Labels that the semantic map gives the figure: all of it, for a plural."""
@@ -36,6 +37,7 @@ def _mixed_columns(batch: FactorBatch) -> Columns:
     roles=("figure",),
     words=("figure",),
     columns=_mixed_columns,
+    scale=0.7,
 )
 def mixed_labels(batch: FactorBatch) -> FloatArray:
     """Labels that some, but not all, things of a plural have."""
@@ -48,7 +50,8 @@ def mixed_labels(batch: FactorBatch) -> FloatArray:
     types=("OBJECT", "PLACE", "PATH"),
     roles=("landmark",),
     words=("relation",),
-    columns=_label_columns,
+    columns=label_columns,
+    scale=0.5,
 )
 def landmark_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the landmark: what can carry, contain or be near things."""
@@ -60,7 +63,8 @@ def landmark_labels(batch: FactorBatch) -> FloatArray:
     types=("EVENT",),
     roles=("theme",),
     words=("relation",),
-    columns=_label_columns,
+    columns=label_columns,
+    scale=0.2,
 )
 def theme_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the object acted on: what can be picked up, moved, loaded."""
@@ -68,7 +72,9 @@ def theme_labels(batch: FactorBatch) -> FloatArray:
 
 
 def _measure_columns(_: FactorBatch) -> Columns:
-    return tuple(Column(name, "1", 0, 1, 5) for name in MEASURES)
+    return tuple(
+        Column(f"{name}.{side}", "1", 0, 1, 5) for name in MEASURES for side in ("own", "other")
+    )
 
 
 @feature_set(
@@ -79,15 +85,14 @@ def _measure_columns(_: FactorBatch) -> Columns:
     columns=_measure_columns,
 )
 def word_label(batch: FactorBatch) -> FloatArray:
-    """Similarity of the figure's words to its labels: equal, same lemma, close spelling."""
+    """Similarity of the figure's words to its labels, and to the labels of other things."""
     factor_words = [factor.get("figure", ()) for factor in batch.words]
     vocabulary = sorted({word for words in factor_words for word in words})
     row = {word: i for i, word in enumerate(vocabulary)}
     indices = [[row[word] for word in words] for words in factor_words]
     own = batch.bodies.labels[batch.figure]
-    return np.column_stack(
-        [
-            best_match(measure(vocabulary, batch.bodies.label_names), indices, batch.factor, own)
-            for measure in MEASURES.values()
-        ]
-    )
+    columns = []
+    for measure in MEASURES.values():
+        similarity = measure(vocabulary, batch.bodies.label_names)
+        columns += [best_match(similarity, indices, batch.factor, side) for side in (own, ~own)]
+    return np.column_stack(columns)

@@ -54,6 +54,41 @@ def spelling(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     return similarity
 
 
+_SYNONYMS = {
+    "tire": "tire tyre wheel rubber",
+    "pallet": "pallet palette skid crate load tray stack rack cargo goods package freight",
+    "box": "box boxes carton package parcel cargo crate goods supplies case",
+    "trailer": "trailer tailor truck lorry flatbed flat bed platform table cart trolley wagon dock "
+    "bench conveyor rig semi van vehicle deck loading",
+    "forklift": "forklift fork lift robot machine driver you your yourself me my i",
+    "person": "person man woman worker people human guy",
+    "barrel": "barrel drum keg",
+}
+"""Words for kinds of things in a warehouse, hand-made from general knowledge."""
+
+_KINDS = {
+    **{kind: kind for kind in _SYNONYMS},
+    "assembly": "tire",
+    "generator": "box",
+    "accessories": "box",
+    "boxes": "box",
+    "flatbed": "trailer",
+    "truck": "trailer",
+}
+"""Labels of semantic maps, and the kind each belongs to."""
+
+
+@measure("domain")
+def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """1 where the word is a synonym of the label's kind in a small warehouse lexicon."""
+    kinds = [_KINDS.get(label.lower()) for label in labels]
+    synonyms = {k: {normalise(w) for w in text.split()} for k, text in _SYNONYMS.items()}
+    stems = [normalise(w) for w in words]
+    return np.array(
+        [[float(k is not None and stem in synonyms[k]) for k in kinds] for stem in stems]
+    ).reshape(len(stems), len(kinds))
+
+
 def best_match(
     similarity: FloatArray,
     factor_words: Sequence[Sequence[int]],

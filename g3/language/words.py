@@ -29,8 +29,20 @@ def field_words(spans: Iterable[Span]) -> tuple[str, ...]:
     return tuple(word for span in spans if (word := normalise(span.text)))
 
 
+COMPLEMENTS = frozenset(map(normalise, ("of", "with", "containing", "holding", "carrying")))
+"""Relations whose landmark says what the figure is made of or bears: "a pallet of tires"."""
+
+
 def figure_words(sdc: SDC) -> tuple[str, ...]:
-    """Words that name the figure: a leaf's own, or those of the clauses in its figure field."""
+    """Words that name the figure.
+
+    A leaf's own words; otherwise those of the clauses in the figure field, and those of
+    a noun's complement: "pallet" and "tires" name one thing in "the pallet of tires".
+    """
     if sdc.is_leaf:
         return field_words(sdc.words)
-    return field_words(span for child in sdc.figure for span in all_words(child))
+    relation = field_words(sdc.relation)
+    named = sdc.figure
+    if sdc.type == "OBJECT" and relation and relation[-1] in COMPLEMENTS:
+        named = (*named, *sdc.landmark1)
+    return field_words(span for child in named for span in all_words(child))

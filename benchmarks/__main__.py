@@ -1,0 +1,39 @@
+"""Runs all benchmarks: ``python -m benchmarks``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from benchmarks import extraction, reading, training
+from corpus_tools.bundled import open_corpus
+from g3.examples import examples, labels
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--corpus", default="warehouse", help="a corpus (default: warehouse)")
+    parser.add_argument(
+        "--slu-core", type=Path, metavar="PATH", help="the data of slu_core, rather than a corpus"
+    )
+    arguments = parser.parse_args()
+    print(
+        f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}, "
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+    )
+    if arguments.slu_core:
+        corpus = reading.run(arguments.slu_core)
+    else:
+        corpus = open_corpus(arguments.corpus)
+    items = examples(corpus.annotations)
+    matrix = extraction.run(items)
+    training.run(matrix, labels(items))
+
+
+if __name__ == "__main__":
+    main()

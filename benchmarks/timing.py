@@ -1,0 +1,35 @@
+"""Taking times and printing them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def best(action: Callable[[], T], repeats: int = 3) -> tuple[float, T]:
+    """The least of a few wall-clock times in seconds, which load disturbs least, and the result."""
+    return best_of({"": action}, repeats)[""]
+
+
+def best_of(actions: Mapping[str, Callable[[], T]], repeats: int = 3) -> dict[str, tuple[float, T]]:
+    """The least times of actions that take turns, so that load disturbs all of them alike."""
+    results: dict[str, tuple[float, T]] = {}
+    for _ in range(repeats):
+        for name, action in actions.items():
+            start = time.perf_counter()
+            value = action()
+            seconds = time.perf_counter() - start
+            if name not in results or seconds < results[name][0]:
+                results[name] = (seconds, value)
+    return results
+
+
+def heading(text: str) -> None:
+    print(f"\n{text}", flush=True)
+
+
+def show(what: str, value: float, unit: str, note: str = "") -> None:
+    print(f"  {what:<52}{value:>12,.4g} {unit}{f'  ({note})' if note else ''}", flush=True)

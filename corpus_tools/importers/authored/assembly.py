@@ -1,0 +1,166 @@
+"""Putting an authored corpus together from its files."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.importers.authored.clauses import Clauses, read_clauses
+from corpus_tools.importers.authored.consistency import check_clauses, check_log
+from corpus_tools.importers.authored.files import (
+    SCENARIOS,
+    Dataset,
+    read_dataset,
+    read_scenario,
+    read_utterance,
+    scenario_files,
+)
+from corpus_tools.importers.authored.negatives import generator, random_groundings, relabel
+from corpus_tools.importers.authored.worlds import World, build_world
+from corpus_tools.importers.registry import OnProgress
+from corpus_tools.importers.report import ImportReport, Journal
+from g3.annotation import Annotation, Command
+from g3.errors import FormatError
+from g3.sdc import SDC_TYPES, breadth_first
+
+IMPORTER = "authored"
+SUBJECT = "authored"
+LOG_INTERVAL_S = 10_000.0
+"""From the start of one scenario's log to that of the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Grounded:
+    """A command with its right groundings, and where it was given."""
+
+    command: Command
+    clauses: Clauses
+    world: World
+
+
+def import_authored(
+    path: Path,
+    *,
+    salt: str = "",
+    keep_going: bool = False,
+    on_progress: OnProgress | None = None,
+) -> tuple[Corpus, ImportReport]:
+    """Read an authored corpus; see :class:`corpus_tools.importers.registry.ImportFunction`.
+
+    Parameters
+    ----------
+    path
+        A folder with dataset.yaml and scenarios/*.yaml, such as datasets/warehouse.
+    salt
+        Not used: nobody's id is in the files.
+    keep_going
+        Leave out and report the records that can't be read, rather than fail.
+    on_progress
+        Told how far the import has come.
+
+    Raises
+    ------
+    FormatError
+        If the corpus isn't there, or something in it can't be read.
+    """
+    journal = Journal(keep_going)
+    dataset = read_dataset(path, journal)
+    files = scenario_files(path)
+    grounded: list[_Grounded] = []
+    worlds: list[World] = []
+    for number, file in enumerate(files, start=1):
+        if on_progress is not None:
+            on_progress("reading", number - 1, len(files))
+        try:
+            scenario = read_scenario(file, journal)
+            world = build_world(dataset, scenario, start_s=number * LOG_INTERVAL_S)
+            check_log(world)
+        except FormatError as error:
+            journal.skip(f"{SCENARIOS}/{file.name}", "", error)
+            continue
+        worlds.append(world)
+        grounded += _read_commands(world, dataset, journal)
+    journal.check()
+    if not grounded:
+        raise FormatError(
+            f"there is no command in {SCENARIOS}/*.yaml",
+            where=str(path),
+            fix="docs/authored-corpora.md tells what the files hold",
+        )
+    corpus = make_corpus(
+        dataset.name,
+        contexts=[world.context for world in worlds],
+        commands=[item.command for item in grounded],
+        annotations=[
+            annotation for item in grounded for annotation in _annotations(item, worlds, dataset)
+        ],
+        source=f"{dataset.source} Seed of the random negatives: {dataset.seed}.",
+        licence=dataset.licence,
+    )
+    return corpus, journal.report(IMPORTER, _counts(corpus, grounded), {})
+
+
+def _read_commands(world: World, dataset: Dataset, journal: Journal) -> list[_Grounded]:
+    scenario = world.scenario
+    found: list[_Grounded] = []
+    for number, value in enumerate(scenario.commands, start=1):
+        text = value.get("text") if isinstance(value, dict) else None
+        try:
+            utterance = read_utterance(value)
+            clauses = read_clauses(utterance, world, dataset)
+            check_clauses(clauses, world)
+        except FormatError as error:
+            journal.skip(scenario.file, f"command {number} ({text!r})", error)
+            continue
+        command = Command(
+            id=f"{scenario.id}-{number:02}",
+            text=utterance.text,
+            scenario=scenario.id,
+            video=scenario.id,
+            subject=SUBJECT,
+        )
+        found.append(_Grounded(command, clauses, world))
+    return found
+
+
+def _annotations(
+    item: _Grounded, worlds: Sequence[World], dataset: Dataset
+) -> tuple[Annotation, Annotation]:
+    """The positive and the random negative."""
+    clauses = item.clauses
+    drawn = random_groundings(clauses, item.world, worlds, generator(dataset.seed, item.command.id))
+    context = item.world.context
+    return (
+        Annotation(
+            id=f"{item.command.id}/positive",
+            command=item.command,
+            context=context,
+            sdcs=clauses.sdcs,
+            groundings=clauses.groundings,
+            correct=tuple(True if groundings else None for groundings in clauses.groundings),
+            source="positive",
+        ),
+        Annotation(
+            id=f"{item.command.id}/random",
+            command=item.command,
+            context=context,
+            sdcs=clauses.sdcs,
+            groundings=drawn,
+            correct=relabel(clauses, drawn, dataset),
+            source="random",
+        ),
+    )
+
+
+def _counts(corpus: Corpus, grounded: Sequence[_Grounded]) -> dict[str, int]:
+    types = Counter(sdc.type for item in grounded for sdc in breadth_first(item.clauses.sdcs))
+    return {
+        "scenarios": len(corpus.contexts),
+        "commands": len(corpus.commands),
+        **{f"{name} clauses": types[name] for name in SDC_TYPES},
+        "annotations": len(corpus.annotations),
+    }

@@ -1,0 +1,92 @@
+"""Whether the groundings of a command fit what the log shows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from corpus_tools.importers.authored.clauses import Clauses
+from corpus_tools.importers.authored.worlds import World
+from g3.errors import FormatError
+from g3.geometry import convex_hull, point_gap
+from g3.groundings import FloatArray, PhysicalObject, Place
+from g3.sdc import breadth_first, child_indices
+
+GOAL_TOLERANCE_M = 0.5
+
+
+def check_log(world: World) -> None:
+    """Check that the action does what it says.
+
+    Raises
+    ------
+    FormatError
+        If the object doesn't move, or doesn't end in the place it should; ``where`` is
+        the field.
+    """
+    action = world.scenario.action
+    goal = action.drive_to or action.to or action.at
+    thing = world.moved or world.context.agent
+    if np.ptp(thing.trajectory.xyz, axis=0).max() == 0:
+        raise FormatError(
+            f"{thing.id} doesn't move in the log", where="action", fix="correct the scenario"
+        )
+    if goal is not None and _distance(thing, world.places[goal]) > 0:
+        raise FormatError(
+            f"{thing.id} doesn't end in {goal}", where="action", fix="make the way free"
+        )
+
+
+def check_clauses(clauses: Clauses, world: World) -> None:
+    """Check that a command's groundings fit the log.
+
+    A command that names loads names the one that moves. A PLACE of an EVENT is where
+    what moves ends, or the robot.
+
+    Raises
+    ------
+    FormatError
+        If they don't; ``where`` is the field.
+    """
+    nodes = list(breadth_first(clauses.sdcs))
+    loads = {
+        item.id
+        for sdc, groundings in zip(nodes, clauses.groundings, strict=True)
+        for item in groundings
+        if sdc.type == "OBJECT" and isinstance(item, PhysicalObject) and "pallet" in item.labels
+    }
+    if world.moved is not None and loads and world.moved.id not in loads:
+        raise FormatError(
+            f"{world.moved.id}, which moves in the log, is no clause's grounding",
+            where="groundings",
+            fix="correct the ids",
+        )
+    for sdc, below in zip(nodes, child_indices(clauses.sdcs), strict=True):
+        if sdc.type != "EVENT":
+            continue
+        for child in (*below.get("l", ()), *below.get("l2", ())):
+            if nodes[child].type == "PLACE":
+                _check_goal(clauses, child, world)
+
+
+def _check_goal(clauses: Clauses, node: int, world: World) -> None:
+    ends = [item for item in (world.moved, world.context.agent) if item is not None]
+    for place in clauses.groundings[node]:
+        if not isinstance(place, Place):
+            raise FormatError(
+                f"{clauses.names[node]} is grounded in an object",
+                where=f"groundings.{clauses.names[node]}",
+                fix="give a place",
+            )
+        if min(_distance(item, place) for item in ends) > GOAL_TOLERANCE_M:
+            raise FormatError(
+                f"neither {' nor '.join(item.id for item in ends)} ends in the place of "
+                f"{clauses.names[node]}",
+                where=f"groundings.{clauses.names[node]}",
+                fix="correct the place",
+            )
+
+
+def _distance(item: PhysicalObject, place: Place) -> float:
+    """Metres from where an object ends to a place's footprint."""
+    end: FloatArray = item.trajectory.xyz[None, -1:, :2]
+    return float(point_gap(end, convex_hull(place.prism.xy)[None])[0, 0])

@@ -1,0 +1,235 @@
+"""A trained model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools import __version__
+from corpus_tools.atomic_file import write_bytes
+from g3.errors import ModelError
+from g3.features.matrix import FeatureSpace
+from g3.features.registry import CATALOGUE_VERSION, catalogue
+from g3.groundings import FloatArray
+from g3.model import Model
+
+SCHEMA_VERSION = 1
+ARRAYS = (("keys", np.dtype(np.int64)), ("weights", np.dtype(np.float64)))
+RETRAIN = "train the model again"
+
+
+class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the JSON file holds.
+
+    Parameters
+    ----------
+    schema_version
+        Version of this form.
+    program
+        Version of the program that trained the model.
+    catalogue_version
+        Version of the features' catalogue that it was trained with.
+    corpus_hash
+        Hash of the corpus that it was trained on.
+    l2
+        Strength of the regularisation.
+    features
+        Number of features.
+    arrays
+        ``sha256:`` and the digest of the other file.
+    sets, bases, words
+        Names in the feature space (:class:`g3.features.matrix.FeatureSpace`).
+    scenarios
+        The scenarios that it was trained on, which it can't be tested on
+        (:func:`corpus_tools.labelled.scenario_ids`).
+    training
+        What else is known of the training, for people.
+    """
+
+    schema_version: int
+    program: str
+    catalogue_version: int
+    corpus_hash: str
+    l2: float
+    features: int
+    arrays: str
+    sets: tuple[str, ...]
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    scenarios: tuple[str, ...] = ()
+    training: dict[str, object] = {}
+
+
+def model_files(path: Path | str) -> tuple[Path, Path]:
+    """The two files of a model, named with either suffix or with none: arrays and card."""
+    path = Path(path)
+    stem = path.name.removesuffix(".npz").removesuffix(".json")
+    return path.with_name(f"{stem}.npz"), path.with_name(f"{stem}.json")
+
+
+def save_model(
+    model: Model,
+    path: Path | str,
+    *,
+    scenarios: tuple[str, ...] = (),
+    training: Mapping[str, object] | None = None,
+) -> None:
+    """Write a model. The same model gives the same bytes.
+
+    Parameters
+    ----------
+    model
+        What to write.
+    path
+        ``NAME``, ``NAME.npz`` or ``NAME.json``; what is there is replaced.
+    scenarios
+        What it was trained on.
+    training
+        What to record of the training, in types that JSON has.
+    """
+    arrays_path, card_path = model_files(path)
+    out = io.BytesIO()
+    np.savez_compressed(out, keys=model.space.keys, weights=model.weights)
+    card = ModelCard(
+        schema_version=SCHEMA_VERSION,
+        program=__version__,
+        catalogue_version=model.catalogue_version,
+        corpus_hash=model.corpus_hash,
+        l2=model.l2,
+        features=len(model.space),
+        arrays=_digest(out.getvalue()),
+        sets=model.space.sets,
+        bases=model.space.bases,
+        words=model.space.words,
+        scenarios=scenarios,
+        training=dict(training or {}),
+    )
+    write_bytes(arrays_path, out.getvalue())
+    write_bytes(card_path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+
+
+def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
+    """Read a model.
+
+    Parameters
+    ----------
+    path
+        ``NAME``, ``NAME.npz`` or ``NAME.json``.
+    corpus_hash
+        Hash of the corpus that it must have been trained on, if that matters.
+
+    Raises
+    ------
+    ModelError
+        If it is missing or damaged, needs other features than there are, or was trained
+        on another corpus.
+    """
+    arrays_path, card_path = model_files(path)
+    card = read_card(path)
+    if corpus_hash is not None and card.corpus_hash != corpus_hash:
+        raise ModelError(
+            f"it was trained on another corpus ({card.corpus_hash or 'unnamed'})",
+            where=f"{card_path}: corpus_hash",
+            fix=f"{RETRAIN} on the corpus {corpus_hash}",
+        )
+    keys, weights = _read_arrays(arrays_path, card)
+    return Model(
+        space=FeatureSpace(card.sets, card.bases, card.words, keys),
+        weights=weights,
+        l2=card.l2,
+        catalogue_version=card.catalogue_version,
+        corpus_hash=card.corpus_hash,
+    )
+
+
+def read_card(path: Path | str) -> ModelCard:
+    """Read what a model's JSON file holds.
+
+    Raises
+    ------
+    ModelError
+        If it is missing or damaged, or needs other features than there are.
+    """
+    card_path = model_files(path)[1]
+    content = _read(card_path)
+    try:
+        version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
+        if version is None or bytes(version) != b"%d" % SCHEMA_VERSION:
+            found = "none" if version is None else bytes(version).decode(errors="replace")
+            raise ModelError(
+                f"the file's version is {found}, this program reads {SCHEMA_VERSION}",
+                where=f"{card_path}: schema_version",
+                fix=f"{RETRAIN}, or use the program's version that wrote it",
+            )
+        card = msgspec.json.decode(content, type=ModelCard)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ModelError(
+            f"the file is damaged: {error}", where=str(card_path), fix=RETRAIN
+        ) from error
+    if card.catalogue_version != CATALOGUE_VERSION:
+        raise ModelError(
+            f"it needs version {card.catalogue_version} of the features, "
+            f"this program has {CATALOGUE_VERSION}",
+            where=f"{card_path}: catalogue_version",
+            fix=RETRAIN,
+        )
+    unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
+    if unknown:
+        raise ModelError(
+            f"there is no feature set {unknown[0]!r}",
+            where=f"{card_path}: sets",
+            fix=f"install what registers it, or {RETRAIN}",
+        )
+    return card
+
+
+def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    content = _read(path)
+    if _digest(content) != card.arrays:
+        raise _damaged(path, "the content is not what was written with the JSON file")
+    arrays = {}
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            for name, dtype in ARRAYS:
+                arrays[name] = file[name]
+                if arrays[name].dtype != dtype or arrays[name].shape != (card.features,):
+                    raise _damaged(
+                        path,
+                        f"{name} has type {arrays[name].dtype} and shape {arrays[name].shape}, "
+                        f"expected {dtype} and ({card.features},)",
+                    )
+    except (ValueError, KeyError, EOFError, OSError, zipfile.BadZipFile) as error:
+        raise _damaged(path, f"the arrays can't be read: {error}") from error
+    keys, weights = arrays["keys"], arrays["weights"]
+    products = len(card.bases) * len(card.words)
+    if np.any(keys[1:] <= keys[:-1]) or np.any((keys < 0) | (keys >= products)):
+        raise _damaged(path, "keys are not ascending products of the bases and words")
+    if not np.isfinite(weights).all():
+        raise _damaged(path, "a weight is not finite")
+    return keys, weights
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ModelError(
+            f"the model can't be read: {error.strerror}",
+            where=str(path),
+            fix="give the name that 'ct train g3 --out' was given; a model is a .npz and a .json",
+        ) from error
+
+
+def _digest(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
+
+
+def _damaged(path: Path, what: str) -> ModelError:
+    return ModelError(what, where=str(path), fix=f"restore both files of the model, or {RETRAIN}")

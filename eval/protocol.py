@@ -1,0 +1,223 @@
+"""What is trained on and tested on: from the command line's choices to examples and splits."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from corpus_tools import __version__
+from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.labelled import Negatives, labelled_examples, scenario_ids
+from corpus_tools.model_file import load_model, read_card
+from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
+from g3.errors import CorpusError
+from g3.examples import Example
+from g3.features.registry import CATALOGUE_VERSION
+from g3.model import DEFAULT_L2, Model
+
+Division = Literal["cv", "split"]
+Metadata = dict[str, object]
+
+_STREAM = 2
+"""Tells these random numbers from others that are drawn with the same seed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What the options of ``ct eval`` say.
+
+    Parameters
+    ----------
+    corpus
+        The corpus to divide; or
+    train, test
+        one to train on and one to test on; or
+    model
+        a trained model, and ``test``.
+    division
+        How to divide ``corpus`` by scenario: each held out in turn, or some.
+    test_scenarios
+        Which to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
+    negatives
+        Which negatives to take.
+    ablate, plus
+        Feature sets to leave out and to add.
+    l2
+        Strength of the regularisation; None for the default.
+    threshold
+        Probability from which φ counts as predicted true.
+    seed
+        What everything random is drawn with.
+    """
+
+    corpus: str = ""
+    train: str = ""
+    test: str = ""
+    model: Path | None = None
+    division: Division = "split"
+    test_scenarios: str = ""
+    negatives: Negatives = "random"
+    ablate: tuple[str, ...] = ()
+    plus: tuple[str, ...] = ()
+    l2: float | None = None
+    threshold: float = 0.5
+    seed: int = 0
+
+    @property
+    def strength(self) -> float:
+        """Strength of the regularisation."""
+        return DEFAULT_L2 if self.l2 is None else self.l2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """Examples, and how they are divided.
+
+    Parameters
+    ----------
+    items
+        All examples.
+    splits
+        What is trained on and tested on.
+    metadata
+        What to record with the results.
+    """
+
+    items: Sequence[Example]
+    splits: Sequence[Split]
+    metadata: Metadata
+
+
+def set_up(choices: Choices) -> Trial:
+    """Read the corpora and divide the examples.
+
+    Raises
+    ------
+    CorpusError
+        If a side of the division is empty or shares a scenario with the other.
+    """
+    return _two_corpora(choices) if choices.train else _one_corpus(choices)
+
+
+def set_up_model(choices: Choices) -> tuple[Model, Sequence[Example], Metadata]:
+    """Read a trained model and the examples to test it on.
+
+    Raises
+    ------
+    CorpusError
+        If the model can't be used or has been trained on one of the scenarios.
+    """
+    if choices.model is None:
+        raise ValueError("there is no model")
+    model, card = load_model(choices.model), read_card(choices.model)
+    corpus, items = _examples(choices.test, choices)
+    _refuse_shared(set(card.scenarios), items, choices.test)
+    metadata = {
+        **_common(choices),
+        "protocol": "a trained model on a test corpus",
+        "train_corpus": model.corpus_hash,
+        "test_corpus": corpus.hash,
+        "feature_sets": list(model.space.sets),
+        "l2": model.l2,
+        "model_training": card.training,
+        "test_examples": by_source(items),
+    }
+    return model, items, metadata
+
+
+def _one_corpus(choices: Choices) -> Trial:
+    corpus, items = _examples(choices.corpus, choices)
+    names = scenarios(items)
+    metadata = {**_training(choices), "corpus": corpus.hash}
+    if choices.division == "cv":
+        splits = leave_one_out(names)
+        metadata |= {
+            "protocol": "leave one scenario out",
+            "test_scenarios": [split.name for split in splits],
+            "test_examples": by_source(items),
+        }
+        return Trial(items, splits, metadata)
+    known = sorted(set(names))
+    if choices.test_scenarios:
+        held_out = read_scenarios(choices.test_scenarios, known)
+    else:
+        held_out = draw_scenarios(known, np.random.default_rng([choices.seed, _STREAM]))
+    split = hold_out(names, held_out)
+    metadata |= {"protocol": "held-out scenarios", "test_scenarios": list(held_out)}
+    return Trial(items, [split], metadata | _sides(items, split))
+
+
+def _two_corpora(choices: Choices) -> Trial:
+    train, known = _examples(choices.train, choices)
+    test, unseen = _examples(choices.test, choices)
+    _refuse_shared(scenario_ids(known), unseen, choices.test)
+    items = [*known, *unseen]
+    split = Split(test.name, np.arange(len(known)), np.arange(len(known), len(items)))
+    metadata = {
+        **_training(choices),
+        "protocol": "a training and a test corpus",
+        "train_corpus": train.hash,
+        "test_corpus": test.hash,
+        **_sides(items, split),
+    }
+    return Trial(items, [split], metadata)
+
+
+def _examples(name: str, choices: Choices) -> tuple[Corpus, list[Example]]:
+    corpus = open_corpus(name)
+    return corpus, labelled_examples(corpus, negatives=choices.negatives, seed=choices.seed)
+
+
+def _refuse_shared(trained: AbstractSet[str], tested: Iterable[Example], where: str) -> None:
+    shared = sorted(trained & scenario_ids(tested))
+    if shared:
+        name = shared[0].rpartition(" ")[0]
+        raise CorpusError(
+            f"scenario {name!r} is on the training side too ({len(shared)} such in all), "
+            "so the test would say nothing",
+            where=where,
+            fix="test on other scenarios, or divide one corpus with --corpus and --cv or --split",
+        )
+
+
+def scenarios(items: Iterable[Example]) -> list[str]:
+    """The scenario of each example."""
+    return [e.annotation.command.scenario for e in items]
+
+
+def by_source(items: Iterable[Example]) -> dict[str, int]:
+    """Number of examples by how their groundings came about."""
+    return dict(sorted(Counter(e.source for e in items).items()))
+
+
+def _sides(items: Sequence[Example], split: Split) -> Metadata:
+    return {
+        "train_examples": by_source(items[i] for i in split.train),
+        "test_examples": by_source(items[i] for i in split.test),
+    }
+
+
+def _common(choices: Choices) -> Metadata:
+    return {
+        "program": f"ct {__version__}",
+        "catalogue_version": CATALOGUE_VERSION,
+        "negatives": choices.negatives,
+        "threshold": choices.threshold,
+        "seed": choices.seed,
+    }
+
+
+def _training(choices: Choices) -> Metadata:
+    return {
+        **_common(choices),
+        "ablated": list(choices.ablate),
+        "added": list(choices.plus),
+        "l2": choices.strength,
+    }

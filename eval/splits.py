@@ -1,0 +1,124 @@
+"""Which examples a model is trained on and which it is tested on.
+
+A scenario's examples are never on both sides: its commands describe the same video.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import CorpusError
+
+IntArray: TypeAlias = npt.NDArray[np.intp]
+
+HELD_OUT = 1 / 3
+"""Fraction of the scenarios that a drawn split holds out, about as in the paper."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Split:
+    """One division of examples.
+
+    Parameters
+    ----------
+    name
+        What is held out.
+    train, test
+        Indices of the examples on each side.
+    """
+
+    name: str
+    train: IntArray
+    test: IntArray
+
+    def __post_init__(self) -> None:
+        for side, rows in (("train on", self.train), ("test on", self.test)):
+            if not len(rows):
+                raise CorpusError(
+                    f"there are no examples to {side}",
+                    where=f"split {self.name}",
+                    fix="take a corpus with annotations of more scenarios, or another split",
+                )
+
+
+def leave_one_out(scenarios: Sequence[str]) -> tuple[Split, ...]:
+    """Hold out each scenario in turn, so that every example is tested exactly once.
+
+    Parameters
+    ----------
+    scenarios
+        The scenario of each example, length n.
+    """
+    return tuple(hold_out(scenarios, [name]) for name in sorted(set(scenarios)))
+
+
+def hold_out(scenarios: Sequence[str], held_out: Collection[str]) -> Split:
+    """Test on some scenarios and train on the others.
+
+    Parameters
+    ----------
+    scenarios
+        The scenario of each example, length n.
+    held_out
+        Scenarios to test on.
+    """
+    chosen = set(held_out)
+    tested = np.array([name in chosen for name in scenarios], dtype=bool)
+    return Split(", ".join(sorted(chosen)), np.flatnonzero(~tested), np.flatnonzero(tested))
+
+
+def draw_scenarios(known: Iterable[str], rng: np.random.Generator) -> tuple[str, ...]:
+    """Draw about a third of the scenarios, in the order of their names."""
+    names = sorted(set(known))
+    count = max(1, round(len(names) * HELD_OUT))
+    return tuple(sorted(rng.choice(names, size=count, replace=False).tolist())) if names else ()
+
+
+def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:
+    """Scenarios that were named on the command line.
+
+    Parameters
+    ----------
+    given
+        Names with commas between, or a file with one name a line (empty lines and what
+        follows a # are skipped).
+    known
+        The scenarios there are.
+
+    Raises
+    ------
+    CorpusError
+        If there are none, or a name isn't known.
+    """
+    names, where = _names(given, known)
+    unknown = sorted(set(names) - set(known))
+    if unknown or not names:
+        what = f"there is no scenario {unknown[0]!r}" if unknown else "no scenario is named"
+        raise CorpusError(what, where=where, fix=f"known scenarios: {', '.join(sorted(known))}")
+    return tuple(sorted(set(names)))
+
+
+def _names(given: str, known: Collection[str]) -> tuple[list[str], str]:
+    listed = [name.strip() for name in given.split(",") if name.strip()]
+    if set(listed) <= set(known) or not _is_file(given):
+        return listed, "--test-scenarios"
+    try:
+        lines = Path(given).read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise CorpusError(
+            f"byte {error.start + 1} is not UTF-8", where=given, fix="save the list as UTF-8"
+        ) from None
+    return [name for line in lines if (name := line.partition("#")[0].strip())], given
+
+
+def _is_file(name: str) -> bool:
+    try:
+        return Path(name).is_file()
+    except (OSError, ValueError):  # a list of names can be too long for a file's name
+        return False

@@ -1,0 +1,206 @@
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+
+import numpy as np
+import pytest
+
+from corpus_tools.cli import run
+from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.labelled import scenario_ids
+from corpus_tools.model_file import load_model, model_files, read_card, save_model
+from g3.errors import ModelError
+from g3.examples import examples
+from g3.features.registry import CATALOGUE_VERSION, select
+from g3.model import predict, train_model
+from tests.tiny_corpus import SCENARIOS, tiny_corpus
+
+
+@pytest.fixture(scope="module")
+def items():
+    return examples(tiny_corpus().annotations)
+
+
+@pytest.fixture(scope="module")
+def model(items):
+    return train_model(items, select(), corpus_hash="sha256:1")
+
+
+@pytest.fixture
+def path(model, tmp_path):
+    save_model(model, tmp_path / "g3.npz", scenarios=("s1",), training={"seed": 3})
+    return tmp_path / "g3.npz"
+
+
+def digest(content):
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
+
+
+def edit_card(path, **changes):
+    card_path = model_files(path)[1]
+    card = json.loads(card_path.read_text()) | changes
+    card_path.write_text(json.dumps({k: v for k, v in card.items() if v is not None}))
+
+
+def replace_arrays(path, **arrays):
+    """Put other arrays into a model whose digest is right."""
+    out = io.BytesIO()
+    np.savez(out, **arrays)
+    path.write_bytes(out.getvalue())
+    edit_card(path, arrays=digest(out.getvalue()))
+
+
+@pytest.mark.parametrize("name", ["g3", "g3.npz", "g3.json", "v1.2", "v1.2.npz"])
+def test_a_model_comes_back(model, items, tmp_path, name):
+    save_model(model, tmp_path / name)
+    loaded = load_model(tmp_path / name, corpus_hash="sha256:1")
+    stem = name.removesuffix(".npz").removesuffix(".json")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [f"{stem}.json", f"{stem}.npz"]
+    assert loaded.space.keys.tobytes() == model.space.keys.tobytes()
+    assert loaded.weights.tobytes() == model.weights.tobytes()
+    assert (loaded.space.sets, loaded.space.bases) == (model.space.sets, model.space.bases)
+    assert loaded.space.words == model.space.words
+    assert (loaded.l2, loaded.corpus_hash) == (model.l2, model.corpus_hash)
+    assert predict(loaded, items).tobytes() == predict(model, items).tobytes()
+
+
+def test_the_same_model_gives_the_same_bytes(model, path, tmp_path):
+    save_model(model, tmp_path / "again", scenarios=("s1",), training={"seed": 3})
+    for one, other in zip(model_files(path), model_files(tmp_path / "again"), strict=True):
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_the_card_tells_of_the_training(path, model):
+    card = read_card(path)
+    assert (card.scenarios, card.training) == (("s1",), {"seed": 3})
+    assert card.features == len(model.space)
+
+
+def test_another_corpus_is_refused(path):
+    with pytest.raises(ModelError, match=r"g3.json: corpus_hash: it was trained on another corpus"):
+        load_model(path, corpus_hash="sha256:2")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".json"])
+def test_a_missing_file_is_refused(path, suffix):
+    path.with_suffix(suffix).unlink()
+    with pytest.raises(ModelError, match=rf"g3\{suffix}: the model can't be read: No such file"):
+        load_model(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"schema_version": 99}, "schema_version: the file's version is 99, this program reads 1"),
+        ({"schema_version": None}, "the file's version is none"),
+        ({"catalogue_version": CATALOGUE_VERSION + 1}, "catalogue_version: it needs version"),
+        ({"sets": ["labels", "smell"]}, "sets: there is no feature set 'smell'"),
+        ({"weights": [1]}, "g3.json: the file is damaged: .*unknown field `weights`"),
+        ({"l2": "much"}, r"g3.json: the file is damaged: Expected `float`.*\$\.l2"),
+        ({"arrays": "sha256:0"}, "g3.npz: the content is not what was written"),
+        ({"features": 3}, r"g3.npz: keys has type int64 and shape \(\d+,\), expected int64 and"),
+        ({"words": [""], "bases": ["OBJECT/bias"]}, "g3.npz: keys are not ascending products"),
+    ],
+)
+def test_a_card_that_does_not_fit_is_refused(path, changes, message):
+    edit_card(path, **changes)
+    with pytest.raises(ModelError, match=message):
+        load_model(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{", b"null", b"\xff"])
+def test_a_card_that_is_no_json_object_is_refused(path, content):
+    path.with_suffix(".json").write_bytes(content)
+    with pytest.raises(ModelError, match=r"g3.json: the file is damaged"):
+        load_model(path)
+
+
+@pytest.mark.parametrize("keep", [0, 1, 200, -1])
+def test_a_truncated_array_file_is_refused(path, keep):
+    content = path.read_bytes()[:keep]
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match=r"g3.npz: the content is not what was written"):
+        load_model(path)
+    edit_card(path, arrays=digest(content))
+    with pytest.raises(ModelError, match=r"g3.npz: the arrays can't be read"):
+        load_model(path)
+
+
+def test_arrays_that_do_not_fit_are_refused(path, model):
+    keys, weights = model.space.keys, model.weights
+    for arrays, message in [
+        ({"keys": keys}, "the arrays can't be read"),
+        ({"keys": keys[::-1], "weights": weights}, "keys are not ascending"),
+        ({"keys": keys - keys[0] - 1, "weights": weights}, "keys are not ascending"),
+        ({"keys": keys, "weights": weights.astype(np.float32)}, "weights has type float32"),
+        ({"keys": keys, "weights": weights[:-1]}, "weights has type float64 and shape"),
+        ({"keys": keys, "weights": weights * np.inf}, "a weight is not finite"),
+        ({"keys": keys, "weights": weights.astype(object)}, "the arrays can't be read"),
+    ]:
+        replace_arrays(path, **arrays)
+        with pytest.raises(ModelError, match=message):
+            load_model(path)
+
+
+def test_train_writes_a_model_that_says_where_it_comes_from(tmp_path, capsys):
+    corpus = tiny_corpus()
+    write_corpus(corpus, tmp_path / "tiny")
+    arguments = ["--corpus", str(tmp_path / "tiny"), "--ablate", "labels", "--l2", "2"]
+    assert run(["train", "g3", *arguments, "--out", str(tmp_path / "m.npz")]) == 0
+    out = capsys.readouterr().out
+    assert "corpus tiny: 44 examples (22 positive, 22 random)" in out
+    assert f"wrote {tmp_path / 'm.npz'} and {tmp_path / 'm.json'}" in out
+    model, card = load_model(tmp_path / "m", corpus_hash=corpus.hash), read_card(tmp_path / "m")
+    assert model.l2 == 2
+    assert "labels" not in model.space.sets
+    assert set(card.scenarios) == scenario_ids(examples(corpus.annotations))
+    assert [s.rpartition(" ")[0] for s in card.scenarios] == sorted(SCENARIOS)
+    assert card.training["examples"] == {"positive": 22, "random": 22}
+
+
+def test_train_with_hard_negatives_is_repeatable(tmp_path):
+    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    arguments = ["--corpus", str(tmp_path / "tiny"), "--negatives", "hard", "--seed", "5"]
+    for name in ("one", "two"):
+        assert run(["train", "g3", *arguments, "--out", str(tmp_path / name)]) == 0
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+    assert read_card(tmp_path / "one").training["negatives"] == "hard"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--ablate", "smell"], "there is no feature set 'smell'"),
+        (["--corpus", "nowhere"], "nowhere: there is no such folder"),
+        (["--out", "no/folder/m"], "there is no folder no/folder"),
+        (["--l2", "0"], "--l2"),
+    ],
+)
+def test_train_refuses(tmp_path, capsys, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    assert run(["train", "g3", "--corpus", "tiny", "--out", "m", *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["tiny"]
+
+
+def test_features_list_shows_the_catalogue(capsys):
+    assert run(["features", "list"]) == 0
+    text = capsys.readouterr().out
+    assert run(["features", "list", "--format", "json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["catalogue_version"] == CATALOGUE_VERSION
+    names = [record["name"] for record in content["feature_sets"]]
+    assert {s.name for s in select()} == {
+        record["name"] for record in content["feature_sets"] if record["default"]
+    }
+    for record in content["feature_sets"]:
+        assert record["description"]
+        assert record["types"]
+        assert f"\n{record['name']}" in f"\n{text}"
+        for column in record["columns"] or []:
+            assert column["unit"]
+            assert column["name"] in text
+    assert names == sorted(names)
