@@ -31,7 +31,7 @@ def run(data: Path) -> Corpus:
 
 def _compare_with_yaml(data: Path, ours: float) -> None:
     try:
-        import yaml
+        import yaml  # noqa: PLC0415 - may be missing
     except ImportError:
         print("  (no comparison with plain YAML parsing: PyYAML is not installed)")
         return

@@ -20,7 +20,7 @@ TOLERANCE = 1e-4
 def run(matrix: sparse.csr_array, correct: BoolArray) -> None:
     heading(f"Training on {matrix.shape[0]} examples with {matrix.shape[1]} features")
     try:
-        from sklearn.linear_model import LogisticRegression
+        from sklearn.linear_model import LogisticRegression  # noqa: PLC0415 - may be missing
     except ImportError:
         print("  (left out: scikit-learn is not installed)")
         return

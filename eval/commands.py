@@ -68,7 +68,13 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
 @click.option(
     "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="What splits, hard negatives, resamples and orders are drawn with.",
+)
 @click.option(
     "--threshold",
     type=click.FloatRange(0, 1),
@@ -103,6 +109,7 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
     type=click.Choice(["table", "json", "csv", "latex"]),
     default="table",
     show_default=True,
+    help="For people, for programs, or for a paper.",
 )
 @click.option(
     "--out",

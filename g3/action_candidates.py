@@ -13,6 +13,7 @@ from g3.actions import (
     back_up,
     carry,
     centre,
+    covers,
     drive_past,
     drive_to,
     loaded,
@@ -21,7 +22,7 @@ from g3.actions import (
     recorded,
     turn,
 )
-from g3.geometry import area, contains_point, convex_hull, point_gap
+from g3.geometry import area, convex_hull
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism
 
 Kind = Literal["drive", "pick up", "carry", "put down", "turn", "back up"]
@@ -171,9 +172,9 @@ def square(middle: FloatArray, bottom: float) -> Prism:
 
 def is_free(context: Context, place: Prism, load: str | None) -> bool:
     """Whether nothing stands in the middle of a place, apart from a load that is to go there."""
-    middle = centre(place)[None, None]
-    return all(
-        point_gap(middle, convex_hull(o.prism.xy)[None])[0, 0] > FREE_M
+    middle = centre(place)
+    return not any(
+        covers(o.prism, middle, FREE_M)
         for o in recorded(context).objects
         if o.id != load and o.prism.z_max > place.z_min + 0.3
     )
@@ -185,10 +186,9 @@ def _is_surface(thing: PhysicalObject) -> bool:
 
 def _is_buried(thing: PhysicalObject, others: Iterable[PhysicalObject]) -> bool:
     """Whether something stands on an object."""
-    hull = convex_hull(thing.prism.xy)[None]
     return any(
         o.id != thing.id
         and o.prism.z_min > thing.prism.z_max - 0.2
-        and contains_point(hull, centre(o.prism)[None])[0]
+        and covers(thing.prism, centre(o.prism))
         for o in others
     )

@@ -24,7 +24,7 @@ from g3.action_log import (
     start_pose,
 )
 from g3.driving import Obstacles, Way, arc, direction, dock, route, straight
-from g3.geometry import centroid, contains_point, convex_hull, cross, point_gap, rotate
+from g3.geometry import centroid, convex_hull, cross, point_gap, rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 REACH_M = 1.1
@@ -41,9 +41,9 @@ CARRY_OUT_M = 2.5
 """A load that is to be carried away is backed out further by this."""
 MIN_CLEAR_M = 0.15
 """Loads are raised to clear what they are put down on by less than this."""
-FIND_S, AIM_S, PAUSE_S, RAISE_S = 60.0, 12.0, 8.0, 20.0
-"""Waits before entering a load, before the forks move it, before driving on with it, and
-before it is raised to something high."""
+START_S, FIND_S, AIM_S, PAUSE_S, RAISE_S = 8.0, 66.0, 12.0, 8.0, 30.0
+"""Waits before driving anywhere, before entering a load, before the forks move it, before
+driving on with it, and before it is raised to something high."""
 SETTLE_M = 0.4
 HANGING_M = 0.1
 MOVED_OFF_M = 0.5
@@ -260,7 +260,9 @@ def _put(
 def _driven(context: Context, way: Way, pace: Pace) -> Outcome:
     held = loaded(context)
     load = None if held is None else _object(context, held)
-    stages = tuple(drive(leg, None if load is None else 0.0) for leg in way)
+    rise = None if load is None else 0.0
+    first, *rest = way
+    stages = (drive(first, rise, START_S), *(drive(leg, rise) for leg in rest))
     return action_log(context, stages, load, pace)
 
 
@@ -272,6 +274,14 @@ def centre(prism: Prism) -> FloatArray:
     """The middle of a footprint, shape (2,)."""
     middle: FloatArray = centroid(convex_hull(prism.xy)[None])[0]
     return middle
+
+
+def covers(prism: Prism, point: FloatArray, margin_m: float = 0.0) -> bool:
+    """Whether a point (2,) lies in a footprint or within a margin of it, in metres."""
+    low, high = prism.xy.min(axis=0) - margin_m, prism.xy.max(axis=0) + margin_m
+    if (point < low).any() or (point > high).any():
+        return False
+    return bool(point_gap(point[None, None], convex_hull(prism.xy)[None])[0, 0] <= margin_m)
 
 
 def _obstacles(context: Context, but: str | None) -> Obstacles:
@@ -288,11 +298,11 @@ def _ground(context: Context) -> float:
 
 def _surfaces(context: Context, load: PhysicalObject, place: Prism) -> FloatArray:
     """Heights that a load can stand on at a place: the ground and the tops of objects."""
-    middle = centre(place)[None]
+    middle = centre(place)
     tops = [
         o.prism.z_max
         for o in recorded(context).objects
-        if o.id != load.id and contains_point(convex_hull(o.prism.xy)[None], middle)[0]
+        if o.id != load.id and covers(o.prism, middle)
     ]
     return np.array([_ground(context), *tops])
 
@@ -351,6 +361,7 @@ __all__ = [
     "back_up",
     "carry",
     "centre",
+    "covers",
     "drive_along",
     "drive_past",
     "drive_to",

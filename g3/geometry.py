@@ -35,28 +35,32 @@ def wrap(angle: FloatArray) -> FloatArray:
 
 def area(polygons: FloatArray) -> FloatArray:
     """Areas in square metres, shape (n,)."""
-    total: FloatArray = 0.5 * cross(polygons, np.roll(polygons, -1, axis=1)).sum(axis=1)
+    local = polygons - polygons[:, :1]
+    total: FloatArray = 0.5 * cross(local, np.roll(local, -1, axis=1)).sum(axis=1)
     return total
 
 
 def centroid(polygons: FloatArray) -> FloatArray:
-    """Centres of area in metres, shape (n, 2); the mean corner where the area vanishes."""
-    mean = polygons.mean(axis=1)
-    local = polygons - mean[:, None]
+    """Centres of area in metres, shape (n, 2); the middle of the extent where it vanishes."""
+    low, high = polygons.min(axis=1), polygons.max(axis=1)
+    middle = (low + high) / 2
+    local = polygons - middle[:, None]
     following = np.roll(local, -1, axis=1)
     weight = cross(local, following)
     total = weight.sum(axis=1)
     moment = ((local + following) * weight[..., None]).sum(axis=1)
-    flat = np.abs(total) < 1e-12
+    flat = np.abs(total) <= 1e-12 * ((high - low) ** 2).sum(axis=1)
     offset: FloatArray = moment / (3 * np.where(flat, 1.0, total))[:, None]
-    return mean + np.where(flat[:, None], 0.0, offset)
+    return middle + np.where(flat[:, None], 0.0, offset)
 
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
     """Whether each polygon holds its point (n, 2), borders included."""
     edges = np.roll(polygons, -1, axis=1) - polygons
-    inside: BoolArray = (cross(edges, points[:, None] - polygons) >= -1e-9).all(axis=1)
-    return inside
+    inside = (cross(edges, points[:, None] - polygons) >= -1e-9).all(axis=1)
+    low, high = polygons.min(axis=1) - 1e-9, polygons.max(axis=1) + 1e-9
+    within: BoolArray = inside & ((low <= points) & (points <= high)).all(axis=1)
+    return within
 
 
 def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -108,7 +112,8 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
 def gap(a: FloatArray, b: FloatArray) -> FloatArray:
     """Shortest distances in metres between pairs of polygons, 0 where they overlap."""
     distance = np.minimum(_corner_to_edge(a, b), _corner_to_edge(b, a))
-    apart = _separated(a, b) | _separated(b, a)
+    low, high = np.maximum(a.min(axis=1), b.min(axis=1)), np.minimum(a.max(axis=1), b.max(axis=1))
+    apart = _separated(a, b) | _separated(b, a) | (low > high).any(axis=1)
     return np.where(apart, distance, 0.0)
 
 
@@ -143,6 +148,8 @@ def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
     nearest = offset - np.clip(along, 0, 1)[..., None] * edges[:, None]
     distance = np.sqrt((nearest**2).sum(axis=-1)).min(axis=2)
     inside = (cross(edges[:, None], offset) >= 0).all(axis=2)
+    low, high = polygons.min(axis=1)[:, None], polygons.max(axis=1)[:, None]
+    inside &= ((low <= points) & (points <= high)).all(axis=2)
     return np.where(inside, 0.0, distance)
 
 

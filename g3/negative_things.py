@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from g3.action_candidates import is_free
-from g3.actions import centre, recorded
+from g3.actions import centre, covers, recorded
 from g3.annotation import Annotation
-from g3.geometry import area, contains_point, convex_hull
+from g3.geometry import area, convex_hull
 from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
 from g3.language.words import field_words, normalise
 from g3.sdc import SDC, all_words, breadth_first
@@ -136,15 +136,13 @@ def _other_places(clause: Clause, right: Sequence[Place]) -> list[Place]:
 
 def _beneath(context: Context, thing: Place | PhysicalObject) -> PhysicalObject | None:
     """What something stands on, None for the ground."""
-    middle = centre(thing.prism)[None]
+    middle = centre(thing.prism)
     own = thing.id if isinstance(thing, PhysicalObject) else None
     return next(
         (
             o
             for o in recorded(context).objects
-            if o.id != own
-            and o.prism.z_max < thing.prism.z_min + 0.3
-            and contains_point(convex_hull(o.prism.xy)[None], middle)[0]
+            if o.id != own and o.prism.z_max < thing.prism.z_min + 0.3 and covers(o.prism, middle)
         ),
         None,
     )

@@ -175,9 +175,12 @@ def _wrong_action(
     """
     clauses = [Clause.of(annotation, n) for n in acts]
     length = path_length(scene.log)
-    for kind in _kind_order(scene, kinds, rng):
+    orders = (
+        order for kind in _kind_order(scene, kinds, rng) for order in _orders(scene, kind, rng)
+    )
+    for order in orders:
         tried: list[tuple[int, float, Outcome]] = []
-        for candidate in _candidate_order(scene, kind, rng)[:TRIES]:
+        for candidate in order[:TRIES]:
             outcome = scene.perform(candidate)
             wrong = sum(is_wrong(clause, scene.log, outcome) for clause in clauses)
             if wrong:
@@ -200,27 +203,32 @@ def _kind_order(scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generat
     return [possible[i] for i in order]
 
 
-def _candidate_order(scene: _Scene, kind: Kind, rng: np.random.Generator) -> list[Candidate]:
-    """A random order that is as often about the log's object and raised places as not.
+def _orders(scene: _Scene, kind: Kind, rng: np.random.Generator) -> list[list[Candidate]]:
+    """Random orders of the actions of a kind about the log's object, and of the others.
 
-    Trucks offer few places and the floor many, but things are put on trucks as often; and
-    the right object in a wrong place is harder than another object.
+    Which come first is drawn too: the right object in a wrong place is harder to tell
+    than another object. Raised places come as often as the floor, for trucks offer few
+    places and the floor many, but things are put on trucks as often.
     """
-    possible = scene.candidates[kind]
     about = moved(scene.log)
-    weights = _evened(
-        np.array([c.place is not None and c.place.z_min > RAISED_M for c in possible])
-    )
-    weights *= _evened(np.array([c.object_id in about for c in possible]))
-    order = rng.choice(len(possible), len(possible), replace=False, p=weights / weights.sum())
-    return [possible[i] for i in order]
+    groups: tuple[list[Candidate], list[Candidate]] = ([], [])
+    for candidate in scene.candidates[kind]:
+        groups[candidate.object_id not in about].append(candidate)
+    first = int(rng.integers(2))
+    orders: list[list[Candidate]] = []
+    for group in (groups[first], groups[1 - first]):
+        raised = [c.place is not None and c.place.z_min > RAISED_M for c in group]
+        weights = _evened(np.array(raised, dtype=bool))
+        if group:
+            chosen = rng.choice(len(group), len(group), replace=False, p=weights)
+            orders.append([group[i] for i in chosen])
+    return orders
 
 
 def _evened(group: npt.NDArray[np.bool_]) -> FloatArray:
-    """Weights that give a group and the rest the same share."""
-    if group.all() or not group.any():
-        return np.ones(len(group))
-    weights: FloatArray = np.where(group, 1 / group.sum(), 1 / (~group).sum())
+    """Weights that give a group and the rest the same share, and add up to one."""
+    weights: FloatArray = np.where(group, 1 / max(group.sum(), 1), 1 / max((~group).sum(), 1))
+    weights /= max(float(weights.sum()), 1e-9)
     return weights
 
 

@@ -21,7 +21,7 @@ PUT = "EVENT(r = Put, l = OBJ(f = the {0}), l2 = PLACE(r = on, l = OBJ(f = the {
 
 def box(x: float, y: float, height: float = 1.0) -> Prism:
     corners = np.array([[-1, -0.5], [1, -0.5], [1, 0.5], [-1, 0.5]])
-    return Prism(corners + [x, y], 0.0, height)
+    return Prism(corners + np.array([x, y]), 0.0, height)
 
 
 def drive(start: tuple[float, float], end: tuple[float, float]) -> Trajectory:

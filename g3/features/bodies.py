@@ -224,9 +224,11 @@ def _footprint(group: tuple[Grounding, ...]) -> FloatArray:
 
 def _outline(grounding: Grounding) -> FloatArray:
     if isinstance(grounding, Path):
-        xy = grounding.trajectory.xyz[:, :2]
+        # The box around the path along its own first heading, which turns as the path does.
+        heading = grounding.trajectory.yaw[0]
+        xy = rotate(grounding.trajectory.xyz[:, :2], -heading)
         (x0, y0), (x1, y1) = xy.min(axis=0), xy.max(axis=0)
-        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        return rotate(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), heading)
     return grounding.prism.xy
 
 
@@ -242,7 +244,12 @@ def _heights(group: tuple[Grounding, ...]) -> tuple[float, float]:
 
 def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
     """The trajectory of the body: of the thing in it that moves most."""
-    return max((_own_trajectory(g) for g in group), key=len)
+    return max((_own_trajectory(g) for g in group), key=_length)
+
+
+def _length(trajectory: Trajectory) -> float:
+    turned = METRES_PER_RADIAN * np.abs(wrap(np.diff(trajectory.yaw)))
+    return float((np.linalg.norm(np.diff(trajectory.xyz, axis=0), axis=1) + turned).sum())
 
 
 def _own_trajectory(grounding: Grounding) -> Trajectory:

@@ -55,10 +55,10 @@ def attention_vector_sum(
        General 130(2), 2001.
     """
     focus = _focus(points, landmarks, direction)
-    grid = _grid(landmarks)
+    grid, share = _grid(landmarks)
     sigma = np.linalg.norm(points - focus, axis=1)
     distance = np.linalg.norm(grid - focus[:, None], axis=2)
-    attention = np.exp(-distance / (ATTENTION_WIDTH * np.maximum(sigma, 1e-6))[:, None])
+    attention = share * np.exp(-distance / (ATTENTION_WIDTH * np.maximum(sigma, 1e-6))[:, None])
     total = (attention[..., None] * (points[:, None] - grid)).sum(axis=1)
     along = (total * direction).sum(axis=1)
     deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
@@ -81,14 +81,22 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     return target * across + best[:, None] * direction
 
 
-def _grid(landmarks: FloatArray) -> FloatArray:
-    """Points spread over each footprint: rays from the centre to points along the border."""
-    centre = centroid(landmarks)[:, None, None]
-    following = np.roll(landmarks, -1, axis=1)[:, :, None]
-    corners = landmarks[:, :, None]
-    border = corners + GRID[:, None] * (following - corners)
-    inner = centre[:, None] + GRID[:, None, None, None] * (border - centre)[:, None]
-    return inner.reshape(len(landmarks), -1, 2)
+def _grid(landmarks: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points spread over each footprint, and the share of its area that each stands for.
+
+    The points lie on rays from the centre to points along the border. A repeated corner
+    stands for no area; where there is no area at all, shares go by the border's length.
+    """
+    n = len(landmarks)
+    centre = centroid(landmarks)
+    arm, edge = landmarks - centre[:, None], np.roll(landmarks, -1, axis=1) - landmarks
+    border = arm[:, :, None] + GRID[:, None] * edge[:, :, None]
+    inner = centre[:, None, None, None] + GRID[:, None, None, None] * border[:, None]
+    triangle, length = cross(arm, edge), np.linalg.norm(edge, axis=2)
+    flat = triangle.sum(axis=1) <= 1e-12 * (length**2).sum(axis=1)
+    share = np.where(flat[:, None], length + 1e-12, np.maximum(triangle, 0.0))
+    share = np.repeat(GRID[:, None] * share[:, None], len(GRID), axis=2)
+    return inner.reshape(n, -1, 2), share.reshape(n, -1)
 
 
 def avs_directions(points: FloatArray, landmarks: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -108,18 +116,25 @@ def speaker_yaw(agent: FloatArray, landmarks: FloatArray) -> FloatArray:
     return np.arctan2(sight[:, 1], sight[:, 0])
 
 
+LEAN_RAD = 1e-4
+"""A side that lies straight across the agent's heading counts as pointing to its left."""
+
+
 def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
     """Heading of a landmark's longest side, of the two senses the one more along the agent's.
 
     Pallets and trailers have no front in the semantic map, so the sense is taken from
-    how the agent meets them.
+    how the agent meets them. Of sides as long as each other, as a square's, the one more
+    along the agent's heading counts, not the one that the noise of its corners makes longer.
     """
     edges = np.roll(landmarks, -1, axis=1) - landmarks
-    longest = np.argmax((edges**2).sum(axis=2), axis=1)
-    edge = edges[np.arange(len(edges)), longest]
-    yaw = np.arctan2(edge[:, 1], edge[:, 0])
-    opposite = np.cos(yaw - agent[:, 2]) < 0
-    return np.where(opposite, yaw + np.pi, yaw)
+    length = np.linalg.norm(edges, axis=2)
+    long = length >= 0.999 * length.max(axis=1, keepdims=True)
+    yaw = np.arctan2(edges[..., 1], edges[..., 0])
+    along = np.cos(yaw - agent[:, 2:] - LEAN_RAD)
+    rows = np.arange(len(edges))
+    best = np.where(long, np.abs(along), -1.0).argmax(axis=1)
+    return np.where(along[rows, best] < 0, yaw[rows, best] + np.pi, yaw[rows, best])
 
 
 def frame_columns(frame: str) -> Columns:

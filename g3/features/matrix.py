@@ -15,6 +15,10 @@ from g3.features.registry import Columns, FeatureSet, scale_of, values
 from g3.groundings import FloatArray
 from g3.sdc import SDC_TYPES
 
+EDGE_TOLERANCE = 1e-6
+"""A value this close below the edge of a bin, in bins, is on it: the last digits of a sum
+depend on the order of its terms, and no feature should."""
+
 ALONE = ""
 """Stands for no word: the base feature by itself."""
 
@@ -196,7 +200,7 @@ def discretise(table: FloatArray, columns: Columns) -> npt.NDArray[np.int64]:
     bins = np.array([c.bins for c in columns])
     low = np.array([c.low for c in columns])
     width = np.array([c.high - c.low for c in columns]) / np.maximum(bins, 1)
-    number = np.floor((table - low) / width)
+    number = np.floor((table - low) / width + EDGE_TOLERANCE)
     number = np.clip(number, 0, np.maximum(bins - 1, 0))
     number = np.where(bins == 0, np.where(table > 0.5, 0, -1), number)
     return np.where(np.isnan(table), -1, number).astype(np.int64)

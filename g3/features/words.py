@@ -85,14 +85,17 @@ def _measure_columns(_: FactorBatch) -> Columns:
     columns=_measure_columns,
 )
 def word_label(batch: FactorBatch) -> FloatArray:
-    """Similarity of the figure's words to its labels, and to the labels of other things."""
+    """Similarity of the figure's words to its labels, and to others in its scene."""
     factor_words = [factor.get("figure", ()) for factor in batch.words]
     vocabulary = sorted({word for words in factor_words for word in words})
     row = {word: i for i, word in enumerate(vocabulary)}
     indices = [[row[word] for word in words] for words in factor_words]
-    own = batch.bodies.labels[batch.figure]
+    labels = batch.bodies.labels
+    own = labels[batch.figure]
+    peers = labels[batch.peers] & (batch.peers >= 0)[..., None]
+    other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
     columns = []
     for measure in MEASURES.values():
         similarity = measure(vocabulary, batch.bodies.label_names)
-        columns += [best_match(similarity, indices, batch.factor, side) for side in (own, ~own)]
+        columns += [best_match(similarity, indices, batch.factor, side) for side in (own, other)]
     return np.column_stack(columns)
