@@ -51,7 +51,8 @@ def centroid(polygons: FloatArray) -> FloatArray:
     moment = ((local + following) * weight[..., None]).sum(axis=1)
     flat = np.abs(total) <= 1e-12 * ((high - low) ** 2).sum(axis=1)
     offset: FloatArray = moment / (3 * np.where(flat, 1.0, total))[:, None]
-    return middle + np.where(flat[:, None], 0.0, offset)
+    centre: FloatArray = middle + np.where(flat[:, None], 0.0, offset)
+    return centre
 
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:

@@ -75,4 +75,5 @@ def landmark_words(batch: FactorBatch) -> FloatArray:
 def robot_pose(batch: FactorBatch) -> FloatArray:
     """Artefact: a random robot from another log isn't where this command's robot is."""
     start = batch.bodies.xyz[batch.figure, 0, :2]
-    return np.linalg.norm(start - batch.agent[:, :2], axis=1)[:, None]
+    away: FloatArray = np.linalg.norm(start - batch.agent[:, :2], axis=1)[:, None]
+    return away

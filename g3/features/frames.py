@@ -62,7 +62,8 @@ def attention_vector_sum(
     total = (attention[..., None] * (points[:, None] - grid)).sum(axis=1)
     along = (total * direction).sum(axis=1)
     deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
-    return np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
+    degree: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
+    return degree
 
 
 def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> FloatArray:
@@ -78,7 +79,8 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     on_edge = (ratio >= -1e-9) & (ratio <= 1 + 1e-9) & ~flat
     height = np.where(on_edge, ahead + ratio * (next_ahead - ahead), -np.inf).max(axis=1)
     best = np.where(np.isfinite(height), height, ahead.max(axis=1))
-    return target * across + best[:, None] * direction
+    focus: FloatArray = target * across + best[:, None] * direction
+    return focus
 
 
 def _grid(landmarks: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -134,7 +136,9 @@ def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
     along = np.cos(yaw - agent[:, 2:] - LEAN_RAD)
     rows = np.arange(len(edges))
     best = np.where(long, np.abs(along), -1.0).argmax(axis=1)
-    return np.where(along[rows, best] < 0, yaw[rows, best] + np.pi, yaw[rows, best])
+    sense: FloatArray = np.where(along[rows, best] < 0, np.pi, 0.0)
+    heading: FloatArray = yaw[rows, best] + sense
+    return heading
 
 
 def frame_columns(frame: str) -> Columns:

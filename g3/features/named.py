@@ -94,16 +94,20 @@ def named_position(batch: FactorBatch) -> FloatArray:
     ahead, leftward, among_ahead, among_leftward = bearing(batch).T
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
 
-    def put(concept: Concept, direction: FloatArray, among: FloatArray, extreme: FloatArray) -> None:
-        position = np.where(np.isnan(among), direction, (direction + np.clip(among, -1, 1)) / 2)
-        degrees[:, CONCEPTS.index(concept)] = np.maximum((1 + position) / 2, extreme)
+    def put(concept: Concept, degree: FloatArray) -> None:
+        degrees[:, CONCEPTS.index(concept)] = degree
 
-    put("left", leftward, among_leftward, rank["leftward.last"])
-    put("right", -leftward, -among_leftward, rank["leftward.first"])
-    put("front", ahead, among_ahead, np.zeros(len(batch)))
-    put("back", -ahead, -among_ahead, np.zeros(len(batch)))
-    for concept, column in (("far", "far.last"), ("near", "far.first")):
-        degrees[:, CONCEPTS.index(concept)] = rank[column]  # type: ignore[arg-type]
+    def toward(direction: FloatArray, among: FloatArray) -> FloatArray:
+        """Degree of a direction, from the agent and, where there are peers, among them."""
+        mean = (direction + np.clip(among, -1, 1)) / 2
+        return (1 + np.where(np.isnan(among), direction, mean)) / 2
+
+    put("left", np.maximum(toward(leftward, among_leftward), rank["leftward.last"]))
+    put("right", np.maximum(toward(-leftward, -among_leftward), rank["leftward.first"]))
+    put("front", toward(ahead, among_ahead))
+    put("back", toward(-ahead, -among_ahead))
+    put("far", rank["far.last"])
+    put("near", rank["far.first"])
     alone = batch.landmark < 0
     fields: tuple[WordField, ...] = ("figure", "relation")
     wanted = named(batch, ("figure",)) | (named(batch, fields) & alone[:, None])
@@ -115,7 +119,7 @@ def named_position(batch: FactorBatch) -> FloatArray:
     types=("EVENT", "PATH"),
     roles=("figure",),
     words=(),
-    columns=(*DEGREE_COLUMNS,),
+    columns=DEGREE_COLUMNS,
     scale=0.2,
 )
 def named_shape(batch: FactorBatch) -> FloatArray:
@@ -126,7 +130,7 @@ def named_shape(batch: FactorBatch) -> FloatArray:
     first = np.tanh(shape["first_turn"])
     for concept, sign in (("left", 1), ("right", -1)):
         lead = sign * (shape["leftward"] + turn + first) / 3
-        degrees[:, CONCEPTS.index(concept)] = (1 + lead) / 2  # type: ignore[arg-type]
+        degrees[:, CONCEPTS.index(concept)] = (1 + lead) / 2
     degrees[:, CONCEPTS.index("front")] = (1 + shape["forward"]) / 2
     degrees[:, CONCEPTS.index("back")] = np.maximum(shape["reversing"], shape["reverses_first"] / 2)
     wanted = named(batch, ("relation",))

@@ -13,6 +13,9 @@ from g3.groundings import FloatArray
 ORDERS = ("ahead", "leftward", "far")
 """Along the agent's starting heading, across it to the left, by distance from the agent."""
 
+SAME_PLACE_M = 0.1
+"""Things this close in an order share their rank."""
+
 RANK_COLUMNS: Columns = tuple(
     Column(f"{order}.{rank}", "bool")
     for order in ORDERS
@@ -35,7 +38,7 @@ def _local(batch: FactorBatch, index: IntArray) -> FloatArray:
     return rotate(offset, -np.broadcast_to(batch.agent[:, 2][lead], index.shape))
 
 
-def _peers(batch: FactorBatch) -> tuple[FloatArray, FloatArray]:
+def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     """Centres of the context's objects that share the figure's labels (n, p, 2), and which."""
     labels = batch.bodies.labels
     same = (labels[batch.peers] == labels[batch.figure][:, None]).all(axis=2)
@@ -56,14 +59,13 @@ def ranks(batch: FactorBatch) -> FloatArray:
     own = _local(batch, batch.figure)
     columns = []
     for own_value, values in zip(_orders(own), _orders(centres), strict=True):
-        tolerance = 0.1
-        before = (peer & (values < own_value[:, None] - tolerance)).sum(axis=1)
-        after = (peer & (values > own_value[:, None] + tolerance)).sum(axis=1)
-        several = before + after > 0
+        before = (peer & (values < own_value[:, None] - SAME_PLACE_M)).sum(axis=1)
+        after = (peer & (values > own_value[:, None] + SAME_PLACE_M)).sum(axis=1)
+        several = np.asarray(before + after > 0)
         columns += [
             several & (before == 0),
             several & (before == 1),
-            (before > 0) & (after > 0),
+            np.asarray(before > 0) & (after > 0),
             several & (after == 1),
             several & (after == 0),
         ]

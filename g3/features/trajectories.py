@@ -60,7 +60,8 @@ def tracks(batch: FactorBatch) -> Tracks:
 def path_length(track: Tracks) -> FloatArray:
     """Lengths on the plane in metres, at least 0.1; shape (n,)."""
     step = np.linalg.norm(np.diff(track.xyz[..., :2], axis=1), axis=2)
-    return np.maximum(step.sum(axis=1), 0.1)
+    length: FloatArray = np.maximum(step.sum(axis=1), 0.1)
+    return length
 
 
 def shape(track: Tracks) -> FloatArray:

@@ -121,11 +121,11 @@ def best_match(
         else np.zeros((len(similarity), 0))
     )
     lengths = np.array([len(w) for w in factor_words], dtype=np.intp)
-    flat = np.concatenate([np.asarray(w, dtype=np.intp) for w in factor_words if len(w)] or [[]])
+    flat = np.array([word for words in factor_words for word in words], dtype=np.intp)
     per_factor = np.zeros((len(factor_words), per_word.shape[1]))
     filled = np.flatnonzero(lengths)
     if len(filled):
         starts = (np.cumsum(lengths) - lengths)[filled]
-        per_factor[filled] = np.maximum.reduceat(per_word[flat.astype(np.intp)], starts, axis=0)
+        per_factor[filled] = np.maximum.reduceat(per_word[flat], starts, axis=0)
     best: FloatArray = per_factor[factor, pattern]
     return best
