@@ -23,7 +23,7 @@ Usage = Mapping[tuple[str, ...], frozenset[Labels]]
 ANOTHER_PLACE_M = 3.0
 SAME_LABELS = 0.5
 """Share of candidates for OBJECTs with a relation that are drawn from those alike."""
-SAME_HEIGHT = 0.5
+SAME_HEIGHT = 0.75
 """Share of candidates for places drawn from those about as high as the right one."""
 BESIDE_M = 2.0
 _DETERMINERS = {"the", "a", "an", "this", "that", "these", "those"}

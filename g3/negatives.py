@@ -4,11 +4,12 @@ A random grounding from another log is easily told from the right one (section 4
 path starts elsewhere, its objects are of another scene. Hard negatives come from the
 command's own scene and start state. Each positive annotation gives
 
-``<id>/hard-actions``
-    Every EVENT, and every PATH outside of one, gets a candidate action, which the clauses
-    below it share: they are grounded to what the agent does then and labelled False.
-    OBJECTs and PLACEs keep their right groundings, for they are landmarks of these
-    factors, with the trajectories that the action gives them; they have no label.
+``<id>/hard-action-0``, ``-1``, …
+    One for every EVENT, and for every PATH outside of one: it gets a candidate action,
+    which the clauses below it share: they are grounded to what the agent does then and
+    labelled False. OBJECTs and PLACEs keep their right groundings, for they are landmarks
+    of these factors, and have no label. They, and all objects of the context, have the
+    trajectories that the action gives them.
 ``<id>/hard-objects-0``, ``-1`` and ``-2``
     Other candidates of the same scene for the OBJECTs and PLACEs whose depth in the tree
     leaves this rest when divided by three; the other clauses stay as annotated, without
@@ -56,6 +57,8 @@ TRIES = 16
 """Actions of a kind that are tried before another kind is."""
 RAISED_M = 0.5
 """Places with their bottom higher than this are on something."""
+SHORTEST_M = 0.1
+"""Paths shorter than this are as good as none."""
 DEPTHS = 3
 
 Perform = Callable[[Candidate], Outcome]
@@ -97,7 +100,7 @@ def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) 
     made: list[Annotation] = []
     for annotation in positives:
         own = np.random.default_rng([seed, _number(annotation.id)])
-        made.append(_hard_actions(annotation, scenes[id(annotation.context)], kinds, own))
+        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], kinds, own))
         made.extend(_hard_things(annotation, words, depth, own) for depth in range(DEPTHS))
     return [a for a in made if any(label is not None for label in a.correct)]
 
@@ -133,32 +136,37 @@ def _scene(context: Context, movable: Iterable[str]) -> _Scene:
 
 def _hard_actions(
     annotation: Annotation, scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generator
-) -> Annotation:
-    """Candidate actions for the EVENTs and PATHs."""
+) -> list[Annotation]:
+    """A candidate action for each top EVENT and PATH, in the scene as the action changes it."""
     nodes, children = list(breadth_first(annotation.sdcs)), child_indices(annotation.sdcs)
-    groundings: list[Groundings] = list(annotation.groundings)
-    correct: list[bool | None] = [None] * len(nodes)
+    made: list[Annotation] = []
     for root in _roots(annotation.sdcs):
         tree = below(children, [root])
         acts = [n for n in tree if nodes[n].type in ("EVENT", "PATH") and _is_right(annotation, n)]
         outcome = _wrong_action(annotation, acts, scene, kinds, rng) if acts else None
+        if outcome is None:
+            continue
+        groundings: list[Groundings] = [()] * len(nodes)
+        correct: list[bool | None] = [None] * len(nodes)
         for n in tree:
             if nodes[n].type not in ("EVENT", "PATH"):
-                groundings[n] = _after(groundings[n], outcome or scene.log)
-            elif outcome is None or n not in acts:
-                groundings[n] = ()
-            else:
+                groundings[n] = _after(annotation.groundings[n], outcome)
+            elif n in acts:
                 act = outcome.agent if nodes[n].type == "EVENT" else Path(outcome.agent.trajectory)
                 groundings[n] = (act,)
                 wrong = is_wrong(Clause.of(annotation, n), scene.log, outcome)
                 correct[n] = False if wrong else None
-    return replace(
-        annotation,
-        id=f"{annotation.id}/hard-actions",
-        groundings=tuple(groundings),
-        correct=tuple(correct),
-        source="hard",
-    )
+        made.append(
+            replace(
+                annotation,
+                id=f"{annotation.id}/hard-action-{len(made)}",
+                context=replace(annotation.context, objects=(outcome.agent, *outcome.objects)),
+                groundings=tuple(groundings),
+                correct=tuple(correct),
+                source="hard",
+            )
+        )
+    return made
 
 
 def _wrong_action(
@@ -174,7 +182,7 @@ def _wrong_action(
     a kind that whose path is about as long as the log's is taken.
     """
     clauses = [Clause.of(annotation, n) for n in acts]
-    length = path_length(scene.log)
+    length = max(path_length(scene.log), SHORTEST_M)
     orders = (
         order for kind in _kind_order(scene, kinds, rng) for order in _orders(scene, kind, rng)
     )
@@ -184,7 +192,8 @@ def _wrong_action(
             outcome = scene.perform(candidate)
             wrong = sum(is_wrong(clause, scene.log, outcome) for clause in clauses)
             if wrong:
-                tried.append((-wrong, abs(np.log(path_length(outcome) / length)), outcome))
+                unlike = abs(np.log(max(path_length(outcome), SHORTEST_M) / length))
+                tried.append((-wrong, unlike, outcome))
             if sum(-w == len(clauses) for w, _, _ in tried) == CHOICES:
                 break
         if tried:

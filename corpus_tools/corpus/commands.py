@@ -39,10 +39,10 @@ def show(path: Path, id: str | None) -> None:  # noqa: A002 (the argument's name
       ct corpus show aaai11 move_tire_pallet-03
       ct corpus show aaai11 move_tire_pallet-03/positive
     """
+    from corpus_tools.bundled import open_corpus
     from corpus_tools.corpus import display
-    from corpus_tools.corpus.reading import load_corpus
 
-    loaded = load_corpus(path)
+    loaded = open_corpus(str(path))
     click.echo(display.overview(loaded) if id is None else display.show(loaded, id))
 
 
@@ -59,11 +59,11 @@ def stats(path: Path, form: str) -> None:
     """
     import msgspec
 
+    from corpus_tools.bundled import open_corpus
     from corpus_tools.corpus.display import statistics_table
-    from corpus_tools.corpus.reading import load_corpus
     from corpus_tools.corpus.statistics import statistics
 
-    counted = statistics(load_corpus(path))
+    counted = statistics(open_corpus(str(path)))
     if form == "json":
         click.echo(msgspec.json.format(msgspec.json.encode(counted), indent=2))
     else:
@@ -86,9 +86,10 @@ def validate(ctx: click.Context, path: Path, form: str) -> None:
     """
     import json
 
+    from corpus_tools.bundled import resolve
     from corpus_tools.corpus import validation
 
-    problems = validation.validate(path)
+    problems = validation.validate(resolve(str(path)))
     if form == "json":
         rows = [{"what": p.what, "where": p.where, "fix": p.fix} for p in problems]
         click.echo(json.dumps({"problems": rows}, indent=2))

@@ -19,6 +19,10 @@ INTERCEPT = 1.007
 ATTENTION_WIDTH = 1.0
 """Lambda: how fast attention falls with distance, in units of the figure's distance."""
 
+CORNER_INSET = 0.01
+"""How far from a corner attention stays, as part of the landmark's width: right at the end of
+a side that runs along the direction, the noise of its corners would choose between the two."""
+
 GRID = (np.arange(5) + 0.5) / 5
 
 
@@ -71,7 +75,9 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     across = np.stack((-direction[:, 1], direction[:, 0]), axis=1)
     side = (landmarks * across[:, None]).sum(axis=2)
     ahead = (landmarks * direction[:, None]).sum(axis=2)
-    target = np.clip((points * across).sum(axis=1), side.min(axis=1), side.max(axis=1))[:, None]
+    low, high = side.min(axis=1), side.max(axis=1)
+    inset = CORNER_INSET * (high - low)
+    target = np.clip((points * across).sum(axis=1), low + inset, high - inset)[:, None]
     next_side, next_ahead = np.roll(side, -1, axis=1), np.roll(ahead, -1, axis=1)
     span = next_side - side
     flat = np.abs(span) < 1e-9

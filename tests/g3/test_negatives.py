@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from g3.action_candidates import end_of, moved, square
 from g3.actions import Outcome, carry, drive_to, loaded, put_down, recorded
@@ -13,6 +14,7 @@ from g3.groundings import Context, Grounding, Path, PhysicalObject, Place
 from g3.negatives import hard_negatives
 from g3.sdc import SDC, Span, breadth_first
 from tests.g3.test_actions import box, with_load, yard
+from tests.strategies import annotations
 
 Groundings = tuple[Grounding, ...]
 
@@ -157,7 +159,7 @@ def test_every_example_is_wrong_and_every_label_has_a_grounding() -> None:
 
 def test_actions_start_in_the_commands_own_state() -> None:
     for a in many(put_on_truck()):
-        if a.id.endswith("hard-actions"):
+        if "hard-action-" in a.id:
             (agent,) = a.groundings[0]
             assert isinstance(agent, PhysicalObject)
             own = a.context.agent.trajectory
@@ -169,7 +171,7 @@ def test_landmarks_of_actions_stay_right_and_move_as_the_action_moves_them() -> 
     positive = put_on_truck()
     moves = 0
     for a in many(positive):
-        if not a.id.endswith("hard-actions"):
+        if "hard-action-" not in a.id:
             continue
         assert a.correct == (False, *(None,) * 6)
         for groundings, right in zip(a.groundings[2:], positive.groundings[2:], strict=True):
@@ -191,7 +193,7 @@ def test_an_object_carried_elsewhere_is_neither_where_the_log_puts_it_nor_at_the
     right = end_of(thing(positive.context, "tires"))
     for a in many(positive):
         theme = a.groundings[2][0]
-        if not a.id.endswith("hard-actions"):
+        if "hard-action-" not in a.id:
             continue
         assert isinstance(theme, PhysicalObject)
         if len(theme.trajectory) > 1:
@@ -201,7 +203,7 @@ def test_an_object_carried_elsewhere_is_neither_where_the_log_puts_it_nor_at_the
 
 
 def test_an_object_that_is_picked_up_is_left_alone_by_every_wrong_action() -> None:
-    made = [a for a in many(pick_it_up()) if a.id.endswith("hard-actions")]
+    made = [a for a in many(pick_it_up()) if "hard-action-" in a.id]
     assert made
     for a in made:
         theme = a.groundings[2][0]
@@ -210,8 +212,9 @@ def test_an_object_that_is_picked_up_is_left_alone_by_every_wrong_action() -> No
 
 
 def test_a_path_shares_the_action_of_its_event_and_ends_away_from_its_landmark() -> None:
+    log = go_to_truck().context.agent.trajectory
     for a in many(go_to_truck()):
-        if not a.id.endswith("hard-actions"):
+        if "hard-action-" not in a.id:
             continue
         (agent,), (path,) = a.groundings[0], a.groundings[2]
         assert isinstance(agent, PhysicalObject)
@@ -219,13 +222,14 @@ def test_a_path_shares_the_action_of_its_event_and_ends_away_from_its_landmark()
         assert path.trajectory == agent.trajectory
         assert a.correct[2] is False
         end = agent.trajectory.xyz[-1, :2]
-        assert np.linalg.norm(end - a.context.agent.trajectory.xyz[-1, :2]) > 4.0
+        assert np.linalg.norm(end - log.xyz[-1, :2]) > 4.0
+        assert a.context.agent.trajectory == agent.trajectory
 
 
 def test_half_of_the_actions_are_of_the_logs_kind() -> None:
     kinds = put_on_truck(), go_to_truck()
     positives = [replace(a, id=f"{a.id}-{i}") for a in kinds for i in range(40)]
-    made = [a for a in hard_negatives(positives, generator()) if a.id.endswith("hard-actions")]
+    made = [a for a in hard_negatives(positives, generator()) if "hard-action-" in a.id]
     carried = {
         kind: np.mean(
             [
@@ -322,7 +326,7 @@ def test_a_load_from_the_start_stays_on_the_forks_or_is_put_down(kind: str) -> N
     assert loaded(context) == "load"
     assert moved(recorded(context)) == {"load"}
     for a in many(positive):
-        if a.id.endswith("hard-actions"):
+        if "hard-action-" in a.id:
             (load,) = a.groundings[1]
             assert isinstance(load, PhysicalObject)
             assert len(load.trajectory) > 1
@@ -330,3 +334,15 @@ def test_a_load_from_the_start_stays_on_the_forks_or_is_put_down(kind: str) -> N
 
 def carry_load(context: Context) -> Outcome:
     return put_down(context, "load", square(np.array([8.0, 8.0]), 0.0))
+
+
+@settings(max_examples=40, deadline=None)
+@given(annotations())
+def test_any_annotation_gives_only_wrong_examples(positive: Annotation) -> None:
+    for a in hard_negatives([replace(positive, source="positive")], generator()):
+        assert len(a.groundings) == len(a.correct) == len(positive.correct)
+        for label, groundings, before in zip(
+            a.correct, a.groundings, positive.correct, strict=True
+        ):
+            assert label is not True
+            assert label is None or (groundings and before)
