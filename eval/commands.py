@@ -60,6 +60,11 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
     help="The corpus's own, or other plausible groundings in the same scene.",
 )
 @click.option(
+    "--test-negatives",
+    type=click.Choice(["random", "hard"]),
+    help="Test on other negatives than --negatives, which are then only trained on.",
+)
+@click.option(
     "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
 )
 @click.option(
@@ -131,6 +136,7 @@ def evaluate(
     test: str,
     model: Path | None,
     negatives: Literal["random", "hard"],
+    test_negatives: Literal["random", "hard"] | None,
     ablate: tuple[str, ...],
     plus: tuple[str, ...],
     l2: float | None,
@@ -163,6 +169,7 @@ def evaluate(
         division="cv" if cv else "split",
         test_scenarios=test_scenarios,
         negatives=negatives,
+        test_negatives=test_negatives,
         ablate=ablate,
         plus=plus,
         l2=l2,

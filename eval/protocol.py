@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -47,6 +47,8 @@ class Choices:
         Which to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
     negatives
         Which negatives to take.
+    test_negatives
+        Which negatives to test on, if others than to train on.
     ablate, plus
         Feature sets to leave out and to add.
     l2
@@ -64,11 +66,17 @@ class Choices:
     division: Division = "split"
     test_scenarios: str = ""
     negatives: Negatives = "random"
+    test_negatives: Negatives | None = None
     ablate: tuple[str, ...] = ()
     plus: tuple[str, ...] = ()
     l2: float | None = None
     threshold: float = 0.5
     seed: int = 0
+
+    @property
+    def tested_negatives(self) -> Negatives:
+        """Which negatives to test on."""
+        return self.test_negatives or self.negatives
 
     @property
     def strength(self) -> float:
@@ -117,7 +125,8 @@ def set_up_model(choices: Choices) -> tuple[Model, Sequence[Example], Metadata]:
     if choices.model is None:
         raise ValueError("there is no model")
     model, card = load_model(choices.model), read_card(choices.model)
-    corpus, items = _examples(choices.test, choices)
+    corpus = open_corpus(choices.test)
+    items = _examples(corpus, choices.tested_negatives, choices)
     _refuse_shared(set(card.scenarios), items, choices.test)
     metadata = {
         **_common(choices),
@@ -133,30 +142,51 @@ def set_up_model(choices: Choices) -> tuple[Model, Sequence[Example], Metadata]:
 
 
 def _one_corpus(choices: Choices) -> Trial:
-    corpus, items = _examples(choices.corpus, choices)
-    names = scenarios(items)
+    corpus = open_corpus(choices.corpus)
+    items = _examples(corpus, choices.negatives, choices)
+    tested = items
+    if choices.tested_negatives != choices.negatives:
+        tested = _examples(corpus, choices.tested_negatives, choices)
+    known = sorted(set(scenarios(items)))
     metadata = {**_training(choices), "corpus": corpus.hash}
     if choices.division == "cv":
-        splits = leave_one_out(names)
         metadata |= {
             "protocol": "leave one scenario out",
-            "test_scenarios": [split.name for split in splits],
-            "test_examples": by_source(items),
+            "test_scenarios": known,
+            "test_examples": by_source(tested),
         }
-        return Trial(items, splits, metadata)
-    known = sorted(set(names))
+        return _divided(items, tested, leave_one_out, metadata)
     if choices.test_scenarios:
         held_out = read_scenarios(choices.test_scenarios, known)
     else:
         held_out = draw_scenarios(known, np.random.default_rng([choices.seed, _STREAM]))
-    split = hold_out(names, held_out)
     metadata |= {"protocol": "held-out scenarios", "test_scenarios": list(held_out)}
-    return Trial(items, [split], metadata | _sides(items, split))
+    trial = _divided(items, tested, lambda names: [hold_out(names, held_out)], metadata)
+    return replace(trial, metadata=metadata | _sides(trial.items, trial.splits[0]))
+
+
+def _divided(
+    items: Sequence[Example],
+    tested: Sequence[Example],
+    divide: Callable[[Sequence[str]], Sequence[Split]],
+    metadata: Metadata,
+) -> Trial:
+    """Divide examples by their scenarios; others than are trained on may be tested on."""
+    splits = divide(scenarios(items))
+    if tested is items:
+        return Trial(items, splits, metadata)
+    behind = [len(items) + split.test for split in divide(scenarios(tested))]
+    return Trial(
+        [*items, *tested],
+        [replace(split, test=test) for split, test in zip(splits, behind, strict=True)],
+        metadata,
+    )
 
 
 def _two_corpora(choices: Choices) -> Trial:
-    train, known = _examples(choices.train, choices)
-    test, unseen = _examples(choices.test, choices)
+    train, test = open_corpus(choices.train), open_corpus(choices.test)
+    known = _examples(train, choices.negatives, choices)
+    unseen = _examples(test, choices.tested_negatives, choices)
     _refuse_shared(scenario_ids(known), unseen, choices.test)
     items = [*known, *unseen]
     split = Split(test.name, np.arange(len(known)), np.arange(len(known), len(items)))
@@ -170,9 +200,8 @@ def _two_corpora(choices: Choices) -> Trial:
     return Trial(items, [split], metadata)
 
 
-def _examples(name: str, choices: Choices) -> tuple[Corpus, list[Example]]:
-    corpus = open_corpus(name)
-    return corpus, labelled_examples(corpus, negatives=choices.negatives, seed=choices.seed)
+def _examples(corpus: Corpus, negatives: Negatives, choices: Choices) -> list[Example]:
+    return labelled_examples(corpus, negatives=negatives, seed=choices.seed)
 
 
 def _refuse_shared(trained: AbstractSet[str], tested: Iterable[Example], where: str) -> None:
@@ -209,6 +238,7 @@ def _common(choices: Choices) -> Metadata:
         "program": f"ct {__version__}",
         "catalogue_version": CATALOGUE_VERSION,
         "negatives": choices.negatives,
+        "test_negatives": choices.tested_negatives,
         "threshold": choices.threshold,
         "seed": choices.seed,
     }

@@ -168,7 +168,7 @@ def judgments(draw: st.DrawFn, name: str = "j") -> Judgment:
     videos = st.sampled_from(["video 1", "video 2"])
     return Judgment(
         id=name,
-        command=draw(st.text(min_size=1, max_size=8)),
+        command=draw(st.text(min_size=1, max_size=8).filter(str.strip)),
         command_video=draw(videos),
         shown_video=draw(videos),
         rating=draw(st.sampled_from(RATINGS)),

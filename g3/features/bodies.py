@@ -195,6 +195,8 @@ def _resample(
     t: FloatArray, xyz: FloatArray, yaw: FloatArray, offsets: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Poses evenly spread along each trajectory, however densely it was logged."""
+    if len(t) == 0:
+        return np.zeros((0, SAMPLES)), np.zeros((0, SAMPLES, 3)), np.zeros((0, SAMPLES))
     step = np.linalg.norm(np.diff(xyz, axis=0, prepend=xyz[:1]), axis=1)
     step += METRES_PER_RADIAN * np.abs(np.diff(yaw, prepend=yaw[:1]))
     step[offsets[:-1]] = 0.0

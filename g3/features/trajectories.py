@@ -13,7 +13,6 @@ import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
-from g3.features.frames import DIRECTIONS, avs_directions
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, Columns, feature_set
 from g3.geometry import BoolArray, centroid, point_gap, rotate
@@ -203,38 +202,6 @@ def event_to_theme(batch: FactorBatch) -> FloatArray:
     return approach(tracks(batch), target, _reach(batch, target))
 
 
-def side_columns(moment: str) -> Columns:
-    """Columns of AVS in the frame of the trajectory's own start."""
-    return tuple(Column(f"{moment}.{d}", "1", 0, 1, 6) for d in DIRECTIONS)
-
-
-SIDE_COLUMNS: Columns = (*side_columns("end"), *side_columns("mean"))
-
-
-def sides(track: Tracks, target: Boxes) -> FloatArray:
-    """AVS of the trajectory's end from the target, in its first, and its mean, heading."""
-    end = track.xyz[:, -1, :2]
-    return np.column_stack(
-        (
-            avs_directions(end, target.corners, track.yaw[:, 0]),
-            avs_directions(end, target.corners, track.yaw.mean(axis=1)),
-        )
-    )
-
-
-@feature_set(
-    "path-sides",
-    types=("PATH",),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=SIDE_COLUMNS,
-    scale=0.1,
-)
-def path_sides(batch: FactorBatch) -> FloatArray:
-    """On which side of the landmark the path ends, in the path's own frames."""
-    return sides(tracks(batch), batch.boxes("landmark"))
-
-
 @dataclass(frozen=True, slots=True)
 class Motion:
     """What becomes of the themes of n events.
@@ -374,4 +341,3 @@ def theme_to_goal(batch: FactorBatch) -> FloatArray:
     )
     toward = (before - after) / path_length(track)
     return np.column_stack((prism_pair(last, goal), prism_pair(first, goal), toward))
-

@@ -140,6 +140,18 @@ def test_hard_negatives_replace_the_others_and_do_not_depend_on_the_split(table)
     assert whole == table(*CV, "--negatives", "hard")
 
 
+def test_other_negatives_than_those_trained_on_can_be_tested(table):
+    both = table(*CV, "--test-negatives", "hard")
+    hard = table(*CV, "--negatives", "hard")
+    assert (both["negatives"], both["test_negatives"]) == ("random", "hard")
+    assert both["test_examples"] == hard["test_examples"]
+    assert [r["n"] for r in both["rows"]] == [r["n"] for r in hard["rows"]]
+    split = ("--corpus", "tiny", "--test-scenarios", SCENARIOS[0])
+    held_out = table(*split, "--test-negatives", "hard")
+    assert set(held_out["train_examples"]) == {"positive", "random"}
+    assert set(held_out["test_examples"]) == {"positive", "hard"}
+
+
 def test_feature_sets_can_be_left_out_and_added(table):
     every = [s.name for s in select()]
     chosen = [argument for name in every for argument in ("--ablate", name)]

@@ -115,7 +115,9 @@ def test_nothing_depends_on_where_a_scene_lies_or_how_it_is_turned(
     assert_allclose(centroid(there_a), moved(centroid(a), move), atol=1e-9)
     assert_allclose(intersection_area(there_a, there_b), intersection_area(a, b), atol=1e-9)
     assert_allclose(gap(there_a, there_b), gap(a, b), atol=1e-9)
-    assert_allclose(point_gap(there_point[None], there_a), point_gap(point[None, None], a), atol=1e-9)
+    assert_allclose(
+        point_gap(there_point[None], there_a), point_gap(point[None, None], a), atol=1e-9
+    )
 
 
 @given(solid, moves)

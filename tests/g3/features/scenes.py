@@ -150,9 +150,7 @@ def change(
     return [
         replace(
             example,
-            annotation=replace(
-                example.annotation, context=elsewhere(example.annotation.context)
-            ),
+            annotation=replace(example.annotation, context=elsewhere(example.annotation.context)),
             **{
                 role: tuple(map(apply, getattr(example, role)))
                 for role in ("figure", "landmark", "theme", "goal")
@@ -199,8 +197,12 @@ def yard() -> list[Example]:
     xy = np.concatenate([to_pallet, to_trailer])
     driven = log(xy, yaw=np.concatenate([np.zeros(26), turned]))
     ahead = to_trailer + np.column_stack((np.cos(turned), np.sin(turned)))
-    held = log(np.concatenate([[(6, 0)], ahead]), np.append(0, turned), z=[0, *[1.0] * 35],
-               t=np.arange(25, 61))
+    held = log(
+        np.concatenate([[(6, 0)], ahead]),
+        np.append(0, turned),
+        z=[0, *[1.0] * 35],
+        t=np.arange(25, 61),
+    )
     pallet = thing("pallet", "tire pallet", 6, 0, trajectory=held)
     left = thing("left", "tire pallet", 10, 4)
     right = thing("right", "tire pallet", 10, -4, (2, 1.4))

@@ -124,22 +124,6 @@ def test_stopping_beside_a_landmark() -> None:
     assert_allclose(approach(log(line((0, -3), (10, -3))))["beside_end"], 1)
 
 
-@pytest.mark.parametrize(("y", "side"), [(6, "left"), (-6, "right")])
-def test_sides_are_those_of_the_paths_own_frame(y: float, side: str) -> None:
-    path = Path(log(line((0, y), (10, y))))
-    values = one("path-sides", row(scene(TARGET), "PATH", path, landmark=(TARGET,)))
-    for moment in ("end", "mean"):
-        assert values[f"{moment}.{side}"] == 1.0
-    assert max(values, key=values.__getitem__).endswith(side)
-
-
-def test_the_mean_frame_has_the_mean_heading() -> None:
-    turning = Path(log([(0, 5), (10, 5)], yaw=[0, np.pi / 2]))
-    values = one("path-sides", row(scene(TARGET), "PATH", turning, landmark=(TARGET,)))
-    assert_allclose(values["mean.front"], values["mean.left"])
-    assert values["end.left"] > values["end.front"]
-
-
 # The robot drives 10 m in 10 s; what it carries is logged ten times a second.
 DRIVE = log(line((0, 0), (10, 0), 101), t=np.linspace(0, 10, 101))
 

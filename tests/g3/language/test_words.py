@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from g3.language.words import COMPLEMENTS, field_words, figure_words, normalise
+from g3.sdc import SDC, Span
+from g3.sdc_notation import parse_brackets
+
+
+@pytest.mark.parametrize(
+    ("word", "form"),
+    [
+        ("Pallets,", "pallet"),
+        ("pallet", "pallet"),
+        ("tires", "tire"),
+        ('"Trailer"', "trailer"),
+        ("boxes", "box"),
+        ("(the", "the"),
+        ("lifting", "lift"),
+        ("left-hand", "left-hand"),
+        ("...", ""),
+        ("-", ""),
+        ("2nd", "2nd"),
+    ],
+)
+def test_normalise(word: str, form: str) -> None:
+    assert normalise(word) == form
+
+
+@given(st.text(max_size=8))
+def test_normalise_does_not_see_capitals_or_punctuation_around(word: str) -> None:
+    assert normalise(word.lower()) == normalise(f"({word.lower()},")
+
+
+def spans(text: str) -> tuple[Span, ...]:
+    return tuple(Span(10 * i, word) for i, word in enumerate(text.split()))
+
+
+def test_field_words_keep_their_order_and_drop_what_is_empty() -> None:
+    assert field_words(spans("To the LEFT , of")) == ("to", "the", "left", "of")
+    assert field_words(()) == ()
+
+
+def figure(notation: str) -> tuple[str, ...]:
+    (sdc,) = parse_brackets(notation)
+    return figure_words(sdc)
+
+
+@pytest.mark.parametrize(
+    ("notation", "words"),
+    [
+        ("OBJ(f = the tire pallets)", ("the", "tire", "pallet")),
+        # an inner clause's words are its figure's, not its landmark's
+        (
+            "OBJ(f = OBJ(f = the pallet), r = on, l = OBJ(f = the truck))",
+            ("the", "pallet"),
+        ),
+        # unless the landmark tells what the figure is made of or bears
+        (
+            "OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = tires))",
+            ("the", "pallet", "tire"),
+        ),
+        (
+            "OBJ(f = OBJ(f = the trailer), r = carrying, l = OBJ(f = boxes))",
+            ("the", "trailer", "box"),
+        ),
+        # "to the left of" ends with one of these words, too, but is not about an OBJECT
+        (
+            "PLACE(r = to the left of, l = OBJ(f = the truck))",
+            (),
+        ),
+        # a clause in a clause
+        (
+            "OBJ(f = OBJ(f = OBJ(f = the box), r = on, l = OBJ(f = it)), r = by, l = OBJ(f = me))",
+            ("the", "box", "on", "it"),
+        ),
+    ],
+)
+def test_figure_words(notation: str, words: tuple[str, ...]) -> None:
+    assert figure(notation) == words
+
+
+def test_words_stand_in_the_order_of_the_command() -> None:
+    pallet, tires = SDC("OBJECT", words=spans("pallet")), SDC("OBJECT", words=(Span(90, "tires"),))
+    two = SDC("OBJECT", relation=(Span(50, "of"),), figure=(pallet,), landmark1=(tires,))
+    assert figure_words(two) == ("pallet", "tire")
+
+
+def test_a_clause_without_a_figure_has_no_figure_words() -> None:
+    assert figure_words(SDC("OBJECT")) == ()
+    assert figure("PLACE(r = on, l = OBJ(f = the truck))") == ()
+
+
+def test_complements_are_normal_forms() -> None:
+    assert {"of", "with", normalise("carrying"), normalise("containing")} <= COMPLEMENTS
