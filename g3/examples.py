@@ -164,7 +164,7 @@ def factor_words(sdc: SDC) -> FieldWords:
 
 
 def to_batch(items: Sequence[Example]) -> FactorBatch:
-    """Pack examples for feature extraction; equal groundings are packed once."""
+    """Pack examples for feature extraction; a grounding that several share is packed once."""
     groups: list[Groundings] = []
     seen: dict[tuple[int, ...], int] = {}
 
@@ -190,7 +190,7 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
     width = max((len(p) for p in peers), default=0)
     padded = np.array([p + [-1] * (width - len(p)) for p in peers], dtype=np.intp)
     agents = np.array([body((c.agent,)) for c in contexts.values()], dtype=np.intp)
-    poses = np.array([_agent_poses(c.agent.trajectory) for c in contexts.values()])
+    poses = np.array([_agent_poses(c.agent.trajectory) for c in contexts.values()]).reshape(-1, 5)
     context = np.array([row_of[id(e.annotation.context)] for e in items], dtype=np.intp)
     return FactorBatch(
         bodies=pack(groups),

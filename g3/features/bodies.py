@@ -266,7 +266,7 @@ def _members(groups: Sequence[tuple[Grounding, ...]]) -> FloatArray:
     centres = np.full((len(groups), MAX_MEMBERS, 2), np.nan)
     for row, group in zip(centres, groups, strict=True):
         for i, grounding in enumerate(group[:MAX_MEMBERS]):
-            row[i] = _outline(grounding).mean(axis=0)
+            row[i] = centroid(convex_hull(_outline(grounding))[None])[0]
     return centres
 
 

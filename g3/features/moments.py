@@ -2,7 +2,8 @@
 
 "We compute the same set of features as for OBJECTs and PLACEs using the state at the
 beginning of the trajectory, the end of the trajectory, and the average during the
-trajectory."
+trajectory." The average of a binary feature counts as true where it holds more than half
+of the time.
 """
 
 from __future__ import annotations

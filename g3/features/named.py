@@ -64,15 +64,17 @@ def named_relation(batch: FactorBatch) -> FloatArray:
         avs_directions(points, landmarks, batch.agent[:, 2]),
         avs_directions(points, landmarks, speaker_yaw(batch.agent, landmarks)),
     )
-    # In front of a thing is on the speaker's side of it; ahead of the agent is its far side.
-    facing = avs_directions(points, landmarks, speaker_yaw(batch.agent, landmarks) + np.pi)[:, 0]
+    # In front of a thing is also its near side to the speaker, and behind it its far side.
+    sight = speaker_yaw(batch.agent, landmarks)
+    near, far = (avs_directions(points, landmarks, sight + turn)[:, 0] for turn in (np.pi, 0.0))
+    sides[:, 0], sides[:, 2] = np.maximum(sides[:, 0], near), np.maximum(sides[:, 2], far)
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
 
     def put(concept: Concept, value: FloatArray) -> None:
         degrees[:, CONCEPTS.index(concept)] = value
 
     for i, side in enumerate(SIDES):
-        put(side, np.maximum(sides[:, i], facing) if side == "front" else sides[:, i])
+        put(side, sides[:, i])
     put("on", pair[:, PAIR["supports"]])
     straight = between(batch)[:, 0]
     put("between", np.where(np.isnan(straight), np.exp(-pair[:, PAIR["gap"]]), (1 + straight) / 2))

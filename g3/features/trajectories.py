@@ -1,8 +1,8 @@
 """What a trajectory does: by itself, with the thing it acts on, towards its goal (section 3.3).
 
-Everything is computed from the candidate trajectory itself. Frames of reference are the
-trajectory's own first heading, so a candidate that starts elsewhere than the annotated
-one is not given away by its start.
+Everything is computed from the candidate trajectory itself, in its own frames of
+reference, so a candidate that starts elsewhere than the annotated one is not given away
+by its start.
 """
 
 from __future__ import annotations

@@ -34,7 +34,8 @@ def measure(name: str) -> Callable[[Measure], Measure]:
 @measure("exact")
 def exact(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """1 where the lower-case forms are equal."""
-    return np.array([[float(w.lower() == label.lower()) for label in labels] for w in words])
+    equal = [[float(w.lower() == label.lower()) for label in labels] for w in words]
+    return np.array(equal).reshape(len(words), len(labels))
 
 
 @measure("lemma")

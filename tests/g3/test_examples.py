@@ -3,7 +3,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -263,7 +262,6 @@ def test_any_annotations_make_a_batch(drawn: list[Annotation]) -> None:
             assert_array_equal(np.where(bodies < 0, 0, batch.bodies.count[bodies]), counts)
 
 
-@pytest.mark.xfail(strict=True, reason="no rows of agent poses")
 def test_no_examples_make_an_empty_batch() -> None:
     assert len(to_batch([])) == 0
 
