@@ -6,6 +6,8 @@ import os
 import secrets
 from pathlib import Path
 
+from g3.errors import FormatError
+
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file under a temporary name, flush it to the disk, then give it its name.
@@ -19,6 +21,11 @@ def write_bytes(path: Path, content: bytes) -> None:
         Where the file shall be; what is there is replaced.
     content
         All of it.
+
+    Raises
+    ------
+    FormatError
+        If the folder doesn't exist.
     """
     path = path.resolve()
     if path.exists() and not path.is_file():
@@ -31,9 +38,9 @@ def write_bytes(path: Path, content: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
-    except FileNotFoundError as error:
-        raise FileNotFoundError(
-            error.errno, "the folder does not exist", str(path.parent)
+    except FileNotFoundError:
+        raise FormatError(
+            "there is no such folder", where=str(path.parent), fix="make it first"
         ) from None
     finally:
         temporary.unlink(missing_ok=True)

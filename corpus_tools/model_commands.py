@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.model_options import training_options
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
@@ -205,22 +206,7 @@ def train() -> None:
     type=click.Path(path_type=Path),
     help="The model: NAME.npz, with NAME.json beside.",
 )
-@click.option(
-    "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
-)
-@click.option(
-    "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
-)
-@click.option(
-    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
-)
-@click.option(
-    "--negatives",
-    type=click.Choice(["random", "hard"]),
-    default="random",
-    show_default=True,
-    help="The corpus's own, or other plausible groundings in the same scene.",
-)
+@training_options
 @click.option(
     "--seed",
     type=click.IntRange(min=0),

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 from click.core import ParameterSource
 
+from corpus_tools.model_options import training_options
+from corpus_tools.progress import progress_bar
+
 if TYPE_CHECKING:
-    from eval.experiment import OnProgress
     from eval.protocol import Choices
 
 DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--errors"}
@@ -52,26 +52,11 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
 @click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train g3` on --test."
 )
-@click.option(
-    "--negatives",
-    type=click.Choice(["random", "hard"]),
-    default="random",
-    show_default=True,
-    help="The corpus's own, or other plausible groundings in the same scene.",
-)
+@training_options
 @click.option(
     "--test-negatives",
     type=click.Choice(["random", "hard"]),
     help="Test on other negatives than --negatives, which are then only trained on.",
-)
-@click.option(
-    "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
-)
-@click.option(
-    "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
-)
-@click.option(
-    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )
 @click.option(
     "--seed",
@@ -247,7 +232,7 @@ def _table_1(
     from eval.correspondence import table_rows
     from eval.formats import render
 
-    with _progress_bar() as on_progress:
+    with progress_bar("extracting features") as on_progress:
         result = trials.run(choices, on_progress)
     rows = table_rows(
         result.predictions, threshold=choices.threshold, draws=draws, seed=choices.seed
@@ -260,7 +245,7 @@ def _errors(choices: Choices, top: int, form: str, *, terminal: bool) -> str:
     from eval import trials
     from eval.error_lists import error_lists, render_lists
 
-    with _progress_bar() as on_progress:
+    with progress_bar("extracting features") as on_progress:
         result = trials.run(choices, on_progress)
     lists = error_lists(result.predictions, result.shown, k=top, threshold=choices.threshold)
     metadata = {**result.metadata, "top": top}
@@ -273,7 +258,7 @@ def _learning_curve(choices: Choices, repeats: int, out: Path | None) -> None:
     from eval import trials
     from eval.learning_curve import write_csv, write_plot
 
-    with _progress_bar() as on_progress:
+    with progress_bar("extracting features") as on_progress:
         points, metadata = trials.curve(choices, repeats, on_progress)
     bounds = f"range of {repeats} random orders"
     write_csv(points, out.with_suffix(".csv"), metadata=metadata)
@@ -295,20 +280,3 @@ def _write(text: str, out: Path | None) -> None:
         click.echo(text)
     else:
         write_bytes(out, f"{text}\n".encode())
-
-
-@contextmanager
-def _progress_bar() -> Iterator[OnProgress | None]:
-    """A progress bar on the terminal; nothing where standard error is none."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("extracting features", total=None)
-        yield lambda done, total: progress.update(
-            task, description="training", completed=done, total=total
-        )

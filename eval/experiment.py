@@ -6,12 +6,13 @@ model sees only the columns that are active on its own training side.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
+from corpus_tools.progress import OnProgress
 from eval.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.learning_curve import CurvePoint
 from eval.splits import IntArray, Split
@@ -20,9 +21,6 @@ from g3 import crf
 from g3.examples import Example, labels, to_batch
 from g3.features.matrix import FeatureSpace, fit_space, prior_scale
 from g3.features.registry import FeatureSet
-
-OnProgress = Callable[[int, int], None]
-"""Told how many models have been trained, and how many will be."""
 
 SMALLEST_SIZE = 50
 """Annotated SDCs at the first point of a learning curve; each further point has twice as many."""
@@ -97,7 +95,7 @@ def predict_splits(
     for done, split in enumerate(splits, start=1):
         parts.append(train_and_predict(data, split.train, split.test, l2=l2))
         if on_progress:
-            on_progress(done, len(splits))
+            on_progress("training", done, len(splits))
     order = np.argsort(rows, kind="stable")
     return rows[order], np.concatenate(parts)[order]
 
@@ -165,7 +163,7 @@ def learning_curve(
                 parts.append(train_and_predict(data, train, split.test, l2=l2))
                 if on_progress:
                     done = (repeat * len(sizes) + step) * len(splits) + place + 1
-                    on_progress(done, errors.shape[0] * errors.shape[1] * len(splits))
+                    on_progress("training", done, errors.shape[0] * errors.shape[1] * len(splits))
             said = predictions([data.items[i] for i in tested], np.concatenate(parts))
             errors[repeat, step] = _errors(said, threshold)
     kinds: tuple[RowType, ...] = (*TYPES, "overall")

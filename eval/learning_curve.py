@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from corpus_tools.atomic_file import write_bytes
 from eval.correspondence import ROW_TYPES, Row, RowType
 from eval.formats import delimited, metadata_text
 from g3.errors import FormatError
@@ -97,7 +97,7 @@ def write_csv(
         for p in _ordered(points)
     ]
     text = delimited(records, metadata or {}, columns=("type", "sdcs", "error", "low", "high"))
-    _write(path, (text + "\n").encode())
+    write_bytes(path, (text + "\n").encode())
 
 
 def write_plot(
@@ -141,7 +141,7 @@ def write_plot(
     out = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "learning curve", "svg.fonttype": "none"}):
         _plot(points, bounds).savefig(out, format=suffix, dpi=160, metadata=description | undated)
-    _write(path, out.getvalue())
+    write_bytes(path, out.getvalue())
 
 
 def _ordered(points: Sequence[CurvePoint]) -> list[CurvePoint]:
@@ -258,17 +258,3 @@ def spread(heights: Sequence[float], gap: float) -> list[float]:
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values)
-
-
-def _write(path: Path, content: bytes) -> None:
-    if not path.parent.is_dir():
-        raise FormatError("there is no such folder", where=str(path.parent), fix="make it first")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with temporary.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from corpus_tools.progress import OnProgress
 from eval.correspondence import Predictions
 from eval.error_lists import Example as ShownExample
-from eval.experiment import OnProgress, learning_curve, predict_splits, predictions, prepare
+from eval.experiment import learning_curve, predict_splits, predictions, prepare
 from eval.learning_curve import CurvePoint
 from eval.protocol import Choices, Metadata, set_up, set_up_model
 from g3.examples import Example

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.importers.registry import Importer, OnProgress, importers
+from corpus_tools.importers.registry import Importer, importers
+from corpus_tools.progress import progress_bar
 
 if TYPE_CHECKING:
     from corpus_tools.importers.report import ImportReport
@@ -71,7 +70,7 @@ def _command(importer: Importer) -> click.Command:
         from corpus_tools.importers.report import REPORT
 
         check_writable(out, force=force)
-        with _progress_bar() as on_progress:
+        with progress_bar("reading") as on_progress:
             corpus, report = importer.load()(
                 path,
                 salt=salt or secrets.token_hex(16),
@@ -82,23 +81,6 @@ def _command(importer: Importer) -> click.Command:
         _summarise(report, out)
 
     return command
-
-
-@contextmanager
-def _progress_bar() -> Iterator[OnProgress | None]:
-    """A progress bar on the terminal; nothing where standard error is none."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-        yield lambda step, done, total: progress.update(
-            task, description=step, completed=done, total=total
-        )
 
 
 def _summarise(report: ImportReport, out: Path) -> None:

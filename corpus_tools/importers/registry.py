@@ -7,7 +7,6 @@ command line starts fast. :func:`register` adds one from outside.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
@@ -15,9 +14,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 if TYPE_CHECKING:
     from corpus_tools.corpus.model import Corpus
     from corpus_tools.importers.report import ImportReport
-
-OnProgress = Callable[[str, int, int], None]
-"""Told the current step, how much of the work is done, and how much there is."""
+    from corpus_tools.progress import OnProgress
 
 
 class ImportFunction(Protocol):

@@ -188,7 +188,7 @@ def test_bad_input_is_one_line_and_exits_2(tmp_path):
         ("graph", "--file", "."): "ct: error: .: Is a directory",
         ("graph", "--file", "bad.sdc"): "ct: error: bad.sdc: byte 9 is not UTF-8",
         ("graph", "--file", "open.sdc"): "ct: error: open.sdc, column 11: expected ',' or ')'",
-        ("graph", PUT, "--out", "no/file"): f"ct: error: {tmp_path}/no: the folder does not exist",
+        ("graph", PUT, "--out", "no/file"): f"ct: error: {tmp_path}/no: there is no such folder",
     }
     for args, message in cases.items():
         result = ct(*args, cwd=tmp_path)

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eval import learning_curve
 from eval.correspondence import ROW_TYPES, Row
 from eval.learning_curve import CurvePoint, points_of_rows, spread, write_csv, write_plot
 from eval.statistics import Estimate
@@ -98,7 +97,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
     def fail(_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(learning_curve.os, "fsync", fail)
+    monkeypatch.setattr("os.fsync", fail)
     with pytest.raises(OSError, match="disk full"):
         write_csv(POINTS, path)
     assert path.read_text() == "old"

@@ -21,8 +21,8 @@ from corpus_tools.importers.authored.files import (
 )
 from corpus_tools.importers.authored.negatives import generator, random_groundings, relabel
 from corpus_tools.importers.authored.worlds import World, build_world
-from corpus_tools.importers.registry import OnProgress
 from corpus_tools.importers.report import ImportReport, Journal
+from corpus_tools.progress import OnProgress
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.sdc import SDC_TYPES, breadth_first

@@ -10,7 +10,6 @@ from typing import Any
 
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.model import Corpus
-from corpus_tools.importers.registry import OnProgress
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core.files import (
     EASY_NEGATIVES,
@@ -25,6 +24,7 @@ from corpus_tools.importers.slu_core.files import (
 from corpus_tools.importers.slu_core.tables import read_assignments, read_judgments
 from corpus_tools.importers.slu_core.trees import read_trees
 from corpus_tools.importers.slu_core.worlds import Instances
+from corpus_tools.progress import OnProgress
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding

@@ -1,0 +1,37 @@
+"""Options of the commands that train a model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+Command = Callable[..., Any]
+
+
+def training_options(command: Command) -> Command:
+    """Add the options that say what a model is made of and trained on."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+_OPTIONS = (
+    click.option(
+        "--negatives",
+        type=click.Choice(["random", "hard"]),
+        default="random",
+        show_default=True,
+        help="The corpus's own, or other plausible groundings in the same scene.",
+    ),
+    click.option(
+        "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
+    ),
+    click.option(
+        "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
+    ),
+    click.option(
+        "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+    ),
+)
