@@ -29,20 +29,16 @@ def field_words(spans: Iterable[Span]) -> tuple[str, ...]:
     return tuple(word for span in spans if (word := normalise(span.text)))
 
 
-COMPLEMENTS = frozenset(map(normalise, ("of", "with", "containing", "holding", "carrying")))
-"""Relations whose landmark says what the figure is made of or bears: "a pallet of tires"."""
-
-
 def figure_words(sdc: SDC) -> tuple[str, ...]:
     """Words that name the figure.
 
     A leaf's own words; otherwise those of the clauses in the figure field, and those of
-    a noun's complement: "pallet" and "tires" name one thing in "the pallet of tires".
+    a noun's complement: "pallet" and "tires" name one thing in "the pallet of tires", but
+    not in "the truck with tires".
     """
     if sdc.is_leaf:
         return field_words(sdc.words)
-    relation = field_words(sdc.relation)
     named = sdc.figure
-    if sdc.type == "OBJECT" and relation and relation[-1] in COMPLEMENTS:
+    if sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",):
         named = (*named, *sdc.landmark1)
     return field_words(span for child in named for span in all_words(child))
