@@ -158,7 +158,11 @@ def _type_cells(
 def _active(
     batch: FactorBatch, feature: FeatureSet, bases: dict[str, int], *, grow: bool
 ) -> tuple[IntArray, IntArray]:
-    """Rows and base features that are active, after discretisation into uniform bins."""
+    """Rows and base features that are active, after discretisation into uniform bins.
+
+    A value activates the thresholds of its bin and of all bins below, so that neighbouring
+    bins share what is learned.
+    """
     columns = feature.columns_for(batch)
     number = discretise(values(feature, batch), columns)
     width = max((max(c.bins, 1) for c in columns), default=1)
