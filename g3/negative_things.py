@@ -154,4 +154,4 @@ def _top(context: Context, thing: PhysicalObject | None) -> float:
 
 def _shifted(prism: Prism, middle: FloatArray, bottom: float) -> Prism:
     xy = prism.xy + middle - centre(prism)
-    return Prism(xy, bottom, bottom + prism.z_max - prism.z_min)
+    return Prism(xy, bottom, bottom + (prism.z_max - prism.z_min))

@@ -10,7 +10,7 @@ from g3.action_candidates import end_of, moved, square
 from g3.actions import Outcome, carry, drive_to, loaded, put_down, recorded
 from g3.annotation import Annotation, Command
 from g3.examples import examples
-from g3.groundings import Context, Grounding, Path, PhysicalObject, Place
+from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Trajectory
 from g3.negatives import hard_negatives
 from g3.sdc import SDC, Span, breadth_first
 from tests.g3.test_actions import box, with_load, yard
@@ -346,3 +346,24 @@ def test_any_annotation_gives_only_wrong_examples(positive: Annotation) -> None:
         ):
             assert label is not True
             assert label is None or (groundings and before)
+
+
+def test_a_place_without_height_keeps_it_where_it_is_moved() -> None:
+    low = -0.6657574557760609  # sums with it round, so that it could end below its own bottom
+    context = scene()
+    agent = context.agent
+    raised = Trajectory(agent.trajectory.t, agent.trajectory.xyz + [0, 0, 1], agent.trajectory.yaw)
+    context = replace(
+        context,
+        objects=tuple(
+            replace(o, trajectory=raised) if o.id == agent.id else o for o in context.objects
+        ),
+    )
+    flat = Place(replace(square(np.array([1.0, 1.0]), 0.0), z_min=low, z_max=low))
+    positive = annotation("flat", context, leaf("there"), {0: (flat,)})
+    made = [a for a in many(positive) if "hard-objects" in a.id]
+    assert made
+    for a in made:
+        for place in a.groundings[0]:
+            assert isinstance(place, Place)
+            assert place.prism.z_min == place.prism.z_max
