@@ -352,7 +352,9 @@ def test_a_place_without_height_keeps_it_where_it_is_moved() -> None:
     low = -0.6657574557760609  # sums with it round, so that it could end below its own bottom
     context = scene()
     agent = context.agent
-    raised = Trajectory(agent.trajectory.t, agent.trajectory.xyz + [0, 0, 1], agent.trajectory.yaw)
+    raised = Trajectory(
+        agent.trajectory.t, agent.trajectory.xyz + np.eye(3)[2], agent.trajectory.yaw
+    )
     context = replace(
         context,
         objects=tuple(

@@ -1,0 +1,121 @@
+"""A MuJoCo model of a world, for physics and for pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.world.forklift import DRIVE_JOINTS, FORKS, LOW, add_forklift
+from corpus_tools.world.kinds import FORKLIFT, kind_of
+from corpus_tools.world.looks.registry import look_of
+from corpus_tools.world.recording import Recording, heading, upright
+from corpus_tools.world.shapes import shape_of
+from corpus_tools.world.solids import add_solid
+from g3.groundings import Context
+
+Index = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A compiled model of a context, and where its objects are in the simulator's state.
+
+    Parameters
+    ----------
+    context
+        The context; the objects' order is that of all indices.
+    model
+        The model.
+    free, free_qpos
+        Objects with a free joint, and where their seven coordinates begin.
+    mocap, mocap_id
+        Objects that only move where they are put, and their mocap indices.
+    robot
+        Index of the robot among the objects.
+    drive_qpos, forks_qpos
+        Where the robot's x, y, yaw and the height of the forks are.
+    """
+
+    context: Context
+    model: mujoco.MjModel
+    free: Index
+    free_qpos: Index
+    mocap: Index
+    mocap_id: Index
+    robot: int
+    drive_qpos: Index
+    forks_qpos: int
+
+
+def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
+    """A world with the objects of a context.
+
+    Bodies have the objects' ids as names and their poses as frames. What the forks can
+    lift has a free joint, the robot has joints to drive in the plane, everything else is
+    a mocap body, which collides and moves only where it is put.
+
+    Parameters
+    ----------
+    looks
+        Whether to add what is only there to be seen.
+    """
+    spec = mujoco.MjSpec()
+    for item in context.objects:
+        kind = kind_of(item.labels)
+        pose = item.trajectory
+        if item.id == context.agent_id:
+            kind = FORKLIFT
+            body = add_forklift(spec, item.id)
+        else:
+            body = spec.worldbody.add_body(
+                name=item.id, pos=pose.xyz[0], quat=upright(pose.yaw[0]), mocap=not kind.carriable
+            )
+            if kind.carriable:
+                body.add_freejoint()
+            add_solid(body, kind, shape_of(item))
+        if looks:
+            look_of(kind.name)(body, shape_of(item))
+    return spec
+
+
+def build_world(context: Context, *, looks: bool = True) -> World:
+    """Compile :func:`build_spec`."""
+    model = build_spec(context, looks=looks).compile()
+    names = [item.id for item in context.objects]
+    body = [model.body(name) for name in names]
+    robot = names.index(context.agent_id)
+    mocap = [i for i in range(len(names)) if body[i].mocapid[0] >= 0]
+    free = [i for i in range(len(names)) if i != robot and i not in mocap]
+    return World(
+        context,
+        model,
+        free=np.array(free, dtype=np.int64),
+        free_qpos=_qpos(model, [body[i].jntadr[0] for i in free]),
+        mocap=np.array(mocap, dtype=np.int64),
+        mocap_id=np.array([body[i].mocapid[0] for i in mocap], dtype=np.int64),
+        robot=robot,
+        drive_qpos=_qpos(model, [model.joint(name).id for name in DRIVE_JOINTS]),
+        forks_qpos=int(model.joint(FORKS).qposadr[0]),
+    )
+
+
+def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -> None:
+    """Put everything where it was at the k-th moment of a recording, without physics."""
+    position, orientation = recording.position[k], recording.orientation[k]
+    poses = np.concatenate((position, orientation), axis=1)
+    if len(world.free):
+        data.qpos[world.free_qpos[:, None] + np.arange(7)] = poses[world.free]
+    data.mocap_pos[world.mocap_id] = position[world.mocap]
+    data.mocap_quat[world.mocap_id] = orientation[world.mocap]
+    data.qpos[world.drive_qpos[:2]] = position[world.robot, :2]
+    data.qpos[world.drive_qpos[2]] = heading(orientation[world.robot])
+    data.qpos[world.forks_qpos] = recording.fork_height_m[k] - LOW
+    mujoco.mj_kinematics(world.model, data)
+
+
+def _qpos(model: mujoco.MjModel, joints: list[int]) -> Index:
+    addresses: Index = np.asarray(model.jnt_qposadr, dtype=np.int64)[joints]
+    return addresses
