@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.model import Corpus
+from corpus_tools.world.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc import SDC, SDC_TYPES, Span, breadth_first
@@ -104,6 +105,38 @@ def contexts(draw: st.DrawFn, name: str = "world", max_objects: int = 4) -> Cont
         objects=tuple(things),
         places=tuple(draw(st.lists(places(), max_size=2))),
         agent_id=draw(st.sampled_from(things)).id,
+    )
+
+
+@st.composite
+def recordings(draw: st.DrawFn, max_moments: int = 6) -> Recording:
+    """Recordings of any numbers; objects stand still at many moments, as in real ones."""
+    start = draw(contexts(max_objects=3))
+    start = replace(
+        start,
+        objects=tuple(
+            replace(item, trajectory=Trajectory(way.t[:1], way.xyz[:1], way.yaw[:1]))
+            for item in start.objects
+            for way in [item.trajectory]
+        ),
+    )
+    n, b = draw(st.integers(1, max_moments)), len(start.objects)
+    pose = st.tuples(*[st.floats(-1e6, 1e6)] * 3, *[st.floats(-1, 1)] * 4)
+    values = draw(st.lists(pose, min_size=1, max_size=n * b))
+    which = draw(st.lists(st.integers(0, len(values) - 1), min_size=n * b, max_size=n * b))
+    poses = np.array(values)[which].reshape(n, b, 7)
+    heights = draw(st.lists(st.floats(0, 3), min_size=n, max_size=n))
+    times = draw(st.lists(st.integers(0, 10**10), min_size=n, max_size=n, unique=True))
+    seconds = st.floats(0, 1e6)
+    arguments = st.lists(st.tuples(st.text(max_size=4), st.text(max_size=4)), max_size=2)
+    steps = st.builds(Step, st.text(max_size=4), arguments.map(tuple), seconds, seconds)
+    return Recording(
+        start,
+        np.array(sorted(times), dtype=np.int64),
+        poses[..., :3].copy(),
+        poses[..., 3:].copy(),
+        np.array(heights),
+        tuple(draw(st.lists(steps, max_size=2))),
     )
 
 

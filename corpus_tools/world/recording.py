@@ -75,9 +75,11 @@ class Recording:
             given = getattr(self, name)
             if given.shape != shape:
                 raise ValueError(f"{name} has shape {given.shape}, expected {shape}")
+            if not np.isfinite(given).all():
+                raise ValueError(f"{name} holds a value that is not finite")
             given.setflags(write=False)
-        if n == 0 or (np.diff(self.t_ns) <= 0).any():
-            raise ValueError("the times of a recording must grow, and there must be one")
+        if n == 0 or self.t_ns[0] < 0 or (np.diff(self.t_ns) <= 0).any():
+            raise ValueError("a recording needs times, from 0 on and growing")
 
     @property
     def t_s(self) -> FloatArray:

@@ -1,0 +1,47 @@
+"""``ct log``: look at logs of worlds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.group()
+def log() -> None:
+    """Look at logs: what happened in a world, as MCAP files.
+
+    \b
+    Example:
+      ct log show out/pick_up_tires.mcap
+    """
+
+
+@log.command()
+@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="For people or for programs.",
+)
+def show(path: Path, form: str) -> None:
+    """Show what a log holds: its scenario, objects and steps.
+
+    \b
+    Examples:
+      ct log show out/pick_up_tires.mcap
+      ct log show out/pick_up_tires.mcap --format json
+    """
+    import msgspec
+
+    from corpus_tools.logs.reading import read_log
+    from corpus_tools.logs.summary import as_table, summary
+
+    held = summary(read_log(path))
+    if form == "json":
+        click.echo(msgspec.json.format(msgspec.json.encode(held), indent=2))
+    else:
+        click.echo(as_table(held))

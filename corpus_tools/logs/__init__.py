@@ -1,0 +1,5 @@
+"""Logs of what happened in a world: MCAP files with the full state.
+
+Start with :mod:`corpus_tools.logs.writing`, which says what goes to which channel, and
+:mod:`corpus_tools.logs.reading`, which gives it back; ``docs/logs.md`` is for users.
+"""

@@ -1,0 +1,78 @@
+"""The channels of a log: topics, the messages on them, and the messages' schemas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+
+from corpus_tools.logs.foxglove import FrameTransforms, Log, SceneUpdate
+from corpus_tools.logs.records import ContextRecord, RobotRecord, StepsRecord
+
+VERSION = 1
+"""Of the format."""
+LIBRARY = "corpus-tools-g3"
+"""In the file's header, and the name of the metadata that tell the version and the scenario."""
+METADATA = "metadata"
+"""Name of the writer's own metadata."""
+
+CONTEXT, STEPS, TF, SCENE, ROBOT, ACTIONS = (
+    "/context",
+    "/steps",
+    "/tf",
+    "/scene",
+    "/robot",
+    "/actions",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """What is on a topic.
+
+    Parameters
+    ----------
+    message
+        Type of the messages.
+    schema
+        Name of their schema; viewers know those that begin with ``foxglove.``.
+    """
+
+    message: type[msgspec.Struct]
+    schema: str
+
+
+CHANNELS: Mapping[str, Channel] = MappingProxyType(
+    {
+        CONTEXT: Channel(ContextRecord, "g3.Context"),
+        STEPS: Channel(StepsRecord, "g3.Steps"),
+        TF: Channel(FrameTransforms, "foxglove.FrameTransforms"),
+        SCENE: Channel(SceneUpdate, "foxglove.SceneUpdate"),
+        ROBOT: Channel(RobotRecord, "g3.Robot"),
+        ACTIONS: Channel(Log, "foxglove.Log"),
+    }
+)
+"""All channels by topic, in the order of the file."""
+
+
+def json_schema(message: type[msgspec.Struct], name: str) -> dict[str, Any]:
+    """The JSON Schema of a type of messages, without references.
+
+    Viewers follow no references, so each is replaced by what it refers to.
+    """
+    schema = msgspec.json.schema(message)
+    definitions = schema["$defs"]
+
+    def resolved(part: Any) -> Any:
+        if isinstance(part, list):
+            return [resolved(item) for item in part]
+        if not isinstance(part, dict):
+            return part
+        if "$ref" in part:
+            return resolved(definitions[part["$ref"].removeprefix("#/$defs/")])
+        return {key: resolved(value) for key, value in part.items()}
+
+    return {**resolved({"$ref": schema["$ref"]}), "title": name}

@@ -1,0 +1,197 @@
+"""Reading logs back into the domain types, with errors that say what is wrong and where."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from mcap.records import Channel, Message, Metadata
+from mcap.stream_reader import StreamReader
+
+from corpus_tools.logs.channels import (
+    CHANNELS,
+    CONTEXT,
+    LIBRARY,
+    METADATA,
+    ROBOT,
+    STEPS,
+    TF,
+    VERSION,
+)
+from corpus_tools.logs.foxglove import FrameTransforms
+from corpus_tools.logs.records import (
+    ContextRecord,
+    RobotRecord,
+    StepsRecord,
+    context_of,
+    steps_of,
+)
+from corpus_tools.world.recording import NS_PER_S, Recording
+from g3.errors import FormatError
+from g3.groundings import Context, FloatArray
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+_FIX = "restore the file, or render the scenario again"
+_NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Log:
+    """What a log's file holds.
+
+    Parameters
+    ----------
+    recording
+        The states of the world.
+    name
+        Of the scenario.
+    metadata
+        What the writer kept with it.
+    """
+
+    recording: Recording
+    name: str
+    metadata: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """Metadata by name, and times and contents of messages by topic."""
+
+    metadata: dict[str, dict[str, str]]
+    messages: dict[str, list[tuple[int, bytes]]]
+
+
+def read_log(path: Path) -> Log:
+    """Read a log.
+
+    Returns
+    -------
+    Log
+        Its recording has the very numbers that were written.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, cut off or damaged, or no log of this toolkit.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FormatError(
+            f"the file can't be read: {error.strerror}", where=str(path), fix="give a log's file"
+        ) from error
+    file = _read_mcap(content, path)
+    about = file.metadata.get(LIBRARY)
+    if about is None:
+        raise FormatError("this is no log of a world", where=str(path), fix=_NOT_A_LOG)
+    if about.get("version") != str(VERSION):
+        raise FormatError(
+            f"the format's version is {about.get('version')}, this program reads {VERSION}",
+            where=str(path),
+            fix="render the scenario again, or use the program's version that wrote it",
+        )
+    try:
+        recording = _recording(file, path)
+    except ValueError as error:
+        raise FormatError(str(error), where=str(path), fix=_FIX) from error
+    return Log(recording, about.get("name", ""), file.metadata.get(METADATA, {}))
+
+
+def _read_mcap(content: bytes, path: Path) -> _File:
+    file = _File({}, {topic: [] for topic in CHANNELS})
+    topics: dict[int, str] = {}
+    stream = io.BytesIO(content)
+    reader = StreamReader(stream, validate_crcs=True, record_size_limit=len(content))
+    try:
+        for record in reader.records:
+            if isinstance(record, Message):
+                messages = file.messages.get(topics[record.channel_id])
+                if messages is not None:
+                    messages.append((record.log_time, record.data))
+            elif isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Metadata):
+                file.metadata[record.name] = record.metadata
+    # A byte out of place makes the parser fail in any way there is.
+    except Exception as error:
+        raise FormatError(
+            f"the file is cut off, damaged or no MCAP file ({error or type(error).__name__})",
+            where=f"{path}: byte {stream.tell()}",
+            fix=_FIX,
+        ) from error
+    return file
+
+
+def _recording(file: _File, path: Path) -> Recording:
+    start = context_of(_only(file, CONTEXT, ContextRecord, path))
+    steps = steps_of(_only(file, STEPS, StepsRecord, path))
+    robots = _decoded(file, ROBOT, RobotRecord, path)
+    t_ns = np.array([t for t, _ in robots], dtype=np.int64)
+    position, orientation = _poses(_decoded(file, TF, FrameTransforms, path), start, t_ns)
+    return Recording(
+        start=start,
+        t_ns=t_ns,
+        position=position,
+        orientation=orientation,
+        fork_height_m=np.array([robot.fork_height_m for _, robot in robots]),
+        steps=steps,
+    )
+
+
+def _poses(
+    messages: list[tuple[int, FrameTransforms]], start: Context, t_ns: npt.NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray]:
+    """Positions (n, b, 3) and orientations (n, b, 4): each object's latest at each moment."""
+    index = {item.id: i for i, item in enumerate(start.objects)}
+    moment = {t: k for k, t in enumerate(t_ns.tolist())}
+    values: list[tuple[float, ...]] = []
+    # Row of `values` with the latest pose, by moment and object.
+    latest = np.full((len(t_ns), len(index)), -1, dtype=np.int64)
+    for t, message in messages:
+        k = moment.get(t)
+        if k is None:
+            raise ValueError(f"{TF} has poses at {t / NS_PER_S:g} s, where {ROBOT} has none")
+        for transform in message.transforms:
+            i = index.get(transform.child_frame_id)
+            if i is not None:
+                latest[k, i] = len(values)
+                at, turn = transform.translation, transform.rotation
+                values.append((at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z))
+    latest = np.maximum.accumulate(latest, axis=0)
+    if (latest < 0).any():
+        raise ValueError(f"{TF} doesn't begin with the poses of all objects")
+    poses = np.array(values).reshape(-1, 7)[latest]
+    return poses[..., :3].copy(), poses[..., 3:].copy()
+
+
+def _only(file: _File, topic: str, message: type[T], path: Path) -> T:
+    found = _decoded(file, topic, message, path)
+    if len(found) != 1:
+        raise ValueError(f"{topic} has {len(found)} messages, not one")
+    return found[0][1]
+
+
+def _decoded(file: _File, topic: str, message: type[T], path: Path) -> list[tuple[int, T]]:
+    decode = msgspec.json.Decoder(message).decode
+    t = 0
+    try:
+        messages: list[tuple[int, Any]] = []
+        for t, data in file.messages[topic]:
+            messages.append((t, decode(data)))
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        found = re.fullmatch(r"(?s)(.*?)(?: - at `\$\.?(.*)`)?", str(error))
+        what, field = (found[1], found[2]) if found else (str(error), None)
+        where = f"{path}: {topic} at {t / NS_PER_S:g} s"
+        raise FormatError(
+            what[:1].lower() + what[1:], where=f"{where}: {field}" if field else where, fix=_FIX
+        ) from error
+    return messages

@@ -1,0 +1,208 @@
+"""Writing logs: MCAP files that viewers show and :mod:`corpus_tools.logs.reading` reads."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from corpus_tools.atomic_file import write_bytes
+from corpus_tools.logs.channels import (
+    ACTIONS,
+    CHANNELS,
+    CONTEXT,
+    LIBRARY,
+    METADATA,
+    ROBOT,
+    SCENE,
+    STEPS,
+    TF,
+    VERSION,
+    json_schema,
+)
+from corpus_tools.logs.foxglove import (
+    INFO,
+    FrameTransform,
+    FrameTransforms,
+    Log,
+    Pose,
+    Quaternion,
+    SceneUpdate,
+    Vector3,
+    time_of,
+)
+from corpus_tools.logs.records import RobotRecord, context_record, steps_record
+from corpus_tools.logs.scene import entities, frames
+from corpus_tools.world.carrying import NOTHING, carried
+from corpus_tools.world.recording import NS_PER_S, Recording, Step, heading
+from g3.geometry import BoolArray
+from g3.groundings import FloatArray
+
+CHUNK_BYTES = 1 << 20
+
+_Message = tuple[int, str, msgspec.Struct]
+"""Time in nanoseconds, topic and message."""
+
+
+def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[str, str]) -> None:
+    """Write a recording to an MCAP file.
+
+    The same arguments give the same bytes. At the start the file holds the world, the
+    steps and every pose; then, at every moment, the robot's state and the poses of what
+    moved, with all poses again every second.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be; what is there is replaced.
+    name
+        Of the scenario.
+    metadata
+        Anything to keep with it, such as versions and seeds.
+
+    Raises
+    ------
+    FormatError
+        If the folder doesn't exist.
+    """
+    write_bytes(path, to_bytes(recording, name=name, metadata=metadata))
+
+
+def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) -> bytes:
+    """The content of a log's file."""
+    stream = io.BytesIO()
+    writer = Writer(
+        stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+    )
+    writer.start(library=LIBRARY)
+    writer.add_metadata(LIBRARY, {"version": str(VERSION), "name": name})
+    writer.add_metadata(METADATA, dict(sorted(metadata.items())))
+    channel = {topic: _register(writer, topic) for topic in CHANNELS}
+    sequence = dict.fromkeys(CHANNELS, 0)
+    encoder = msgspec.json.Encoder()
+    for t_ns, topic, message in _messages(recording):
+        data = encoder.encode(message)
+        writer.add_message(channel[topic], t_ns, data, t_ns, sequence[topic])
+        sequence[topic] += 1
+    writer.finish()  # type: ignore[no-untyped-call]
+    return stream.getvalue()
+
+
+def _register(writer: Writer, topic: str) -> int:
+    channel = CHANNELS[topic]
+    schema = msgspec.json.encode(json_schema(channel.message, channel.schema))
+    number = writer.register_schema(channel.schema, "jsonschema", schema)
+    return int(writer.register_channel(topic, "json", number))
+
+
+def _messages(recording: Recording) -> Iterator[_Message]:
+    """Everything that happened, in order."""
+    begin_ns = int(recording.t_ns[0])
+    begin = time_of(begin_ns)
+    yield begin_ns, CONTEXT, context_record(recording.start, begin)
+    yield begin_ns, STEPS, steps_record(recording.steps, begin)
+    said = _said(recording.steps, begin_ns)
+    next_said = next(said, None)
+    carries = [
+        "" if i == NOTHING else recording.start.objects[i].id for i in carried(recording).tolist()
+    ]
+    shown = None
+    transforms = _transforms(recording)
+    robots = _robots(recording, carries)
+    for t_ns, on_forks in zip(recording.t_ns.tolist(), carries, strict=True):
+        while next_said is not None and next_said[0] <= t_ns:
+            yield next_said
+            next_said = next(said, None)
+        moved, robot = next(transforms), next(robots)
+        if moved:
+            yield t_ns, TF, FrameTransforms(moved)
+        if on_forks != shown:
+            drawn = entities(recording.start, on_forks, robot.timestamp)
+            yield t_ns, SCENE, SceneUpdate((), drawn)
+            shown = on_forks
+        yield t_ns, ROBOT, robot
+    if next_said is not None:
+        yield next_said
+        yield from said
+
+
+def _transforms(recording: Recording) -> Iterator[tuple[FrameTransform, ...]]:
+    """At every moment the frames that moved since the one before; every second all."""
+    site, forks = frames(recording.start)
+    agent = recording.start.agent_id
+    names = [item.id for item in recording.start.objects]
+    # Bits are compared, so that a log tells -0.0 from 0.0.
+    poses = np.concatenate((recording.position, recording.orientation), axis=2)
+    moved = np.asarray(_changed(poses).any(axis=2))
+    lifted = _changed(recording.fork_height_m)
+    second = recording.t_ns // NS_PER_S
+    whole = np.diff(second, prepend=second[0] - 1) > 0
+    moved[whole], lifted[whole] = True, True
+    unturned = Quaternion(0.0, 0.0, 0.0, 1.0)
+    for t_ns, which, of_all, up, height in zip(
+        recording.t_ns.tolist(),
+        moved,
+        poses,
+        lifted.tolist(),
+        recording.fork_height_m.tolist(),
+        strict=True,
+    ):
+        timestamp = time_of(t_ns)
+        transforms = [
+            FrameTransform(timestamp, site, names[i], Vector3(x, y, z), Quaternion(qx, qy, qz, qw))
+            for i, (x, y, z, qw, qx, qy, qz) in zip(
+                np.flatnonzero(which).tolist(), of_all[which].tolist(), strict=True
+            )
+        ]
+        if up:
+            lift = Vector3(0.0, 0.0, height)
+            transforms.append(FrameTransform(timestamp, agent, forks, lift, unturned))
+        yield tuple(transforms)
+
+
+def _changed(values: FloatArray) -> BoolArray:
+    bits = np.ascontiguousarray(values).view(np.uint64)
+    changed = np.ones(bits.shape, dtype=np.bool_)
+    changed[1:] = bits[1:] != bits[:-1]
+    return changed
+
+
+def _robots(recording: Recording, carries: list[str]) -> Iterator[RobotRecord]:
+    robot = [item.id for item in recording.start.objects].index(recording.start.agent_id)
+    position, orientation = recording.position[:, robot], recording.orientation[:, robot]
+    speed = _speed(recording.t_s, position, heading(orientation))
+    for t_ns, xyz, (w, x, y, z), v, height, on_forks in zip(
+        recording.t_ns.tolist(),
+        position.tolist(),
+        orientation.tolist(),
+        speed.tolist(),
+        recording.fork_height_m.tolist(),
+        carries,
+        strict=True,
+    ):
+        pose = Pose(Vector3(*xyz), Quaternion(x, y, z, w))
+        yield RobotRecord(time_of(t_ns), pose, v, height, on_forks)
+
+
+def _speed(t: FloatArray, position: FloatArray, yaw: FloatArray) -> FloatArray:
+    """Speed ahead in metres per second, shape (n,)."""
+    if len(t) == 1:
+        return np.zeros(1)
+    vx, vy = np.gradient(position[:, 0], t), np.gradient(position[:, 1], t)
+    speed: FloatArray = vx * np.cos(yaw) + vy * np.sin(yaw)
+    return speed
+
+
+def _said(steps: tuple[Step, ...], begin_ns: int) -> Iterator[_Message]:
+    """Lines on what the robot does, in the order of their times."""
+    lines: list[tuple[int, str]] = []
+    for step in steps:
+        told = " ".join((step.action, *(f"{name}={value}" for name, value in step.arguments)))
+        for seconds, what in ((step.start_s, "begins"), (step.end_s, "is done")):
+            lines.append((max(round(seconds * NS_PER_S), begin_ns), f"{told}: {what}"))
+    for t_ns, line in sorted(lines, key=lambda item: item[0]):
+        yield t_ns, ACTIONS, Log(time_of(t_ns), INFO, line, "robot", "", 0)
