@@ -27,8 +27,8 @@ from corpus_tools.corpus.records import (
 )
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.importers.authored.assembly import import_authored
-from corpus_tools.importers.authored.files import DATASET
 from corpus_tools.importers.report import REPORT
+from corpus_tools.shipped import DATASET, bundled
 from g3.errors import FormatError
 
 CACHE = "corpus-tools-g3"
@@ -36,17 +36,8 @@ CACHE = "corpus-tools-g3"
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
 _PACKAGE = Path(__file__).resolve().parent
-_BUILDERS = ("corpus", "importers/authored", "../g3")
+_BUILDERS = ("corpus", "importers/authored", "logs", "world", "world/scenarios", "../g3")
 """Folders with the modules that determine what is built, from this package."""
-
-
-def bundled() -> dict[str, Path]:
-    """The folders of the bundled datasets by name."""
-    # In a wheel the datasets are in the package, in a checkout beside it.
-    for datasets in (_PACKAGE / "datasets", _PACKAGE.parent / "datasets"):
-        if datasets.is_dir():
-            return {path.parent.name: path.parent for path in sorted(datasets.glob(f"*/{DATASET}"))}
-    return {}
 
 
 def resolve(name_or_path: str | Path) -> Path:
@@ -132,7 +123,7 @@ def _build(source: Path, target: Path) -> None:
 def _digest(source: Path) -> str:
     """Digest of a dataset's files and of the program that builds it."""
     digest = hashlib.sha256(_program().encode())
-    for path in sorted(source.rglob("*.yaml")):
+    for path in sorted(p for kind in ("yaml", "mcap") for p in source.rglob(f"*.{kind}")):
         digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]

@@ -107,7 +107,8 @@ register(
         name="authored",
         summary="A corpus whose scenarios and commands are written by hand in YAML.",
         description=(
-            "PATH is a folder with dataset.yaml and scenarios/*.yaml, such as datasets/warehouse. "
+            "PATH is a folder with dataset.yaml, scenarios, layouts and logs, such as "
+            "datasets/warehouse. "
             "docs/authored-corpora.md describes the files."
         ),
         target="corpus_tools.importers.authored.assembly:import_authored",

@@ -2,6 +2,6 @@
 
 ``docs/authored-corpora.md`` describes the files. Read
 :mod:`corpus_tools.importers.authored.files` first (what the files hold), then ``worlds``
-(contexts and logs), ``clauses`` (trees and groundings), ``consistency`` (whether they fit the
+(contexts with logs), ``clauses`` (trees and groundings), ``consistency`` (whether they fit the
 log), ``negatives`` (random groundings) and ``assembly``, which does it all.
 """

@@ -12,17 +12,20 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.importers.authored.clauses import Clauses, read_clauses
 from corpus_tools.importers.authored.consistency import check_clauses, check_log
 from corpus_tools.importers.authored.files import (
-    SCENARIOS,
     Dataset,
+    commands_of,
+    note_file,
     read_dataset,
-    read_scenario,
     read_utterance,
-    scenario_files,
 )
 from corpus_tools.importers.authored.negatives import generator, random_groundings, relabel
-from corpus_tools.importers.authored.worlds import World, build_world
+from corpus_tools.importers.authored.worlds import World, read_world
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.progress import OnProgress
+from corpus_tools.world.scenarios.documents import Document, read_document
+from corpus_tools.world.scenarios.files import SCENARIOS
+from corpus_tools.world.scenarios.library import scenario_files
+from corpus_tools.world.scenarios.reading import first_error, scenario_of
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.sdc import SDC_TYPES, breadth_first
@@ -54,7 +57,7 @@ def import_authored(
     Parameters
     ----------
     path
-        A folder with dataset.yaml and scenarios/*.yaml, such as datasets/warehouse.
+        A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
     salt
         Not used: nobody's id is in the files.
     keep_going
@@ -69,21 +72,26 @@ def import_authored(
     """
     journal = Journal(keep_going)
     dataset = read_dataset(path, journal)
-    files = scenario_files(path)
+    files = list(scenario_files(path).values())
     grounded: list[_Grounded] = []
     worlds: list[World] = []
     for number, file in enumerate(files, start=1):
         if on_progress is not None:
             on_progress("reading", number - 1, len(files))
+        name = f"{SCENARIOS}/{file.name}"
         try:
-            scenario = read_scenario(file, journal)
-            world = build_world(dataset, scenario, start_s=number * LOG_INTERVAL_S)
+            document = read_document(file, name)
+            commands = commands_of(document)
+            note_file(name, document.content, len(commands), journal)
+            scenario = first_error(*scenario_of(document, file))
+            world = read_world(path, scenario, number * LOG_INTERVAL_S, journal)
             check_log(world)
         except FormatError as error:
-            journal.skip(f"{SCENARIOS}/{file.name}", "", error)
+            place, _, field = error.where.partition(": ")
+            journal.skip(place, "", FormatError(error.what, where=field, fix=error.fix))
             continue
         worlds.append(world)
-        grounded += _read_commands(world, dataset, journal)
+        grounded += _read_commands(document, len(commands), world, dataset, journal)
     journal.check()
     if not grounded:
         raise FormatError(
@@ -104,20 +112,22 @@ def import_authored(
     return corpus, journal.report(IMPORTER, _counts(corpus, grounded), {})
 
 
-def _read_commands(world: World, dataset: Dataset, journal: Journal) -> list[_Grounded]:
+def _read_commands(
+    document: Document, count: int, world: World, dataset: Dataset, journal: Journal
+) -> list[_Grounded]:
     scenario = world.scenario
     found: list[_Grounded] = []
-    for number, value in enumerate(scenario.commands, start=1):
-        text = value.get("text") if isinstance(value, dict) else None
+    for i in range(count):
         try:
-            utterance = read_utterance(value)
+            utterance = read_utterance(document, i)
             clauses = read_clauses(utterance, world, dataset)
             check_clauses(clauses, world)
         except FormatError as error:
-            journal.skip(scenario.file, f"command {number} ({text!r})", error)
+            line, _ = document.marks["commands", i]
+            journal.skip(f"{document.name}:{line}", _title(document, i), error)
             continue
         command = Command(
-            id=f"{scenario.id}-{number:02}",
+            id=f"{scenario.id}-{i + 1:02}",
             text=utterance.text,
             scenario=scenario.id,
             video=scenario.id,
@@ -125,6 +135,12 @@ def _read_commands(world: World, dataset: Dataset, journal: Journal) -> list[_Gr
         )
         found.append(_Grounded(command, clauses, world))
     return found
+
+
+def _title(document: Document, i: int) -> str:
+    command = document.value["commands"][i]
+    text = command.get("text") if isinstance(command, dict) else None
+    return f"command {i + 1} ({text!r})"
 
 
 def _annotations(

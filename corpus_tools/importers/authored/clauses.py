@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from corpus_tools.importers.authored.files import Dataset, Utterance
+from corpus_tools.importers.authored.files import Dataset
 from corpus_tools.importers.authored.worlds import World
+from corpus_tools.world.scenarios.files import Utterance
 from g3.errors import FormatError, SDCError
 from g3.groundings import Grounding, Path, PhysicalObject
 from g3.sdc import SDC, breadth_first

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from corpus_tools.importers.authored.clauses import Clauses
-from corpus_tools.importers.authored.worlds import World
+from corpus_tools.importers.authored.worlds import World, ends
+from corpus_tools.world.scenarios.files import SCENARIOS
 from g3.errors import FormatError
 from g3.geometry import convex_hull, point_gap
 from g3.groundings import FloatArray, PhysicalObject, Place
@@ -15,25 +16,24 @@ GOAL_TOLERANCE_M = 0.5
 
 
 def check_log(world: World) -> None:
-    """Check that the action does what it says.
+    """Check that the log shows what the script says.
 
     Raises
     ------
     FormatError
-        If the object doesn't move, or doesn't end in the place it should; ``where`` is
-        the field.
+        If the robot, or what it moves, doesn't move or doesn't end in the place it should.
     """
-    action = world.scenario.action
-    goal = action.drive_to or action.to or action.at
-    thing = world.moved or world.context.agent
-    if np.ptp(thing.trajectory.xyz, axis=0).max() == 0:
-        raise FormatError(
-            f"{thing.id} doesn't move in the log", where="action", fix="correct the scenario"
-        )
-    if goal is not None and _distance(thing, world.places[goal]) > 0:
-        raise FormatError(
-            f"{thing.id} doesn't end in {goal}", where="action", fix="make the way free"
-        )
+    where = f"{SCENARIOS}/{world.scenario.id}.yaml: script"
+    for thing in filter(None, (world.context.agent, world.moved)):
+        if np.ptp(thing.trajectory.xyz, axis=0).max() == 0:
+            raise FormatError(
+                f"{thing.id} doesn't move in the log", where=where, fix="correct the scenario"
+            )
+    for name, place in ends(world.scenario).items():
+        if _distance(world.objects[name], world.places[place]) > 0:
+            raise FormatError(
+                f"{name} doesn't end in {place} in the log", where=where, fix="make the way free"
+            )
 
 
 def check_clauses(clauses: Clauses, world: World) -> None:

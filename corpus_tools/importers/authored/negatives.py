@@ -13,8 +13,9 @@ from corpus_tools.importers.authored.clauses import (
     fits_words,
     leaf_words,
 )
-from corpus_tools.importers.authored.files import ROBOT, Dataset
+from corpus_tools.importers.authored.files import Dataset
 from corpus_tools.importers.authored.worlds import World
+from corpus_tools.world.scenarios.model import ROBOT
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.sdc import SDC, breadth_first, child_indices
 

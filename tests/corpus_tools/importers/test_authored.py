@@ -2,39 +2,49 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from dataclasses import replace
+
 import pytest
 
 from corpus_tools.importers.authored.assembly import import_authored
+from corpus_tools.logs.writing import write_log
+from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
+from corpus_tools.world.scenarios.reading import read_scenario
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import Path
 from g3.sdc import breadth_first
+from tests.corpus_tools.importers.authored_logs import sliding, write_logs
 
 DATASET = """
 name: tiny
 source: Written for a test.
 licence: CC0-1.0
 seed: 7
-sites: {a: {at: [10, 20], yaw_deg: 90}}
-kinds:
-  forklift: {labels: [forklift], size: [1.5, 1.5], heights: [0, 2]}
-  tires: {labels: [tire, pallet], size: [1, 1.2], heights: [0, 0.7]}
-  boxes: {labels: [box, pallet], size: [1, 1.2], heights: [0, 1]}
-  trailer: {labels: [trailer], size: [5, 2], heights: [0.4, 0.8]}
 words:
   the: []
   tires: [tire]
   boxes: [box]
   trailer: [trailer]
 """
+LAYOUT = """
+title: A floor.
+at: [10, 20]
+yaw_deg: 90
+bounds: {x: [-20, 20], y: [-15, 15]}
+"""
 PUT = """
 title: Tires are put on a trailer.
-site: a
+layout: a
 robot: {at: [0, 0]}
-action: {carry: tires-1, to: on-trailer}
+script:
+  - pick_up: tires-1
+  - put_down: on-trailer
 objects:
-  tires-1: {kind: tires, at: [6, 0]}
-  boxes-1: {kind: boxes, at: [6, 5]}
+  tires-1: {kind: tire-pallet, at: [6, 0]}
+  boxes-1: {kind: box-pallet, at: [6, 5]}
   trailer-1: {kind: trailer, at: [2, -8]}
 places:
   on-trailer: {deck: trailer-1, at: [2, -8]}
@@ -48,11 +58,12 @@ commands:
 """
 GO = """
 title: The forklift drives on with what it carries.
-site: a
+layout: a
 robot: {at: [0, 0], yaw_deg: 45, carries: tires-1}
-action: {drive_to: corner}
+script:
+  - drive_to: corner
 objects:
-  tires-1: {kind: tires}
+  tires-1: {kind: tire-pallet}
 places:
   corner: {at: [8, 8], name: the corner}
 commands:
@@ -66,7 +77,11 @@ commands:
 
 
 def write(folder, dataset=DATASET, put=PUT, go=GO):
-    (folder / "scenarios").mkdir()
+    for name, texts in (("layouts", {"a": LAYOUT}), ("scenarios", {"put": PUT, "go": GO})):
+        (folder / name).mkdir()
+        for stem, text in texts.items():
+            (folder / name / f"{stem}.yaml").write_text(text)
+    write_logs(folder)
     (folder / "dataset.yaml").write_text(dataset)
     (folder / "scenarios" / "put.yaml").write_text(put)
     (folder / "scenarios" / "go.yaml").write_text(go)
@@ -96,7 +111,9 @@ def test_a_command_gets_a_positive_and_a_random_annotation(tiny):
     assert [file.file for file in report.files] == [
         "dataset.yaml",
         "scenarios/go.yaml",
+        "logs/go.mcap",
         "scenarios/put.yaml",
+        "logs/put.mcap",
     ]
 
 
@@ -131,15 +148,15 @@ def test_events_can_be_left_ungrounded(tiny):
     assert annotation.correct == (None, None, True)
 
 
-def test_the_site_moves_and_turns_everything(tiny):
+def test_the_layout_moves_and_turns_everything(tiny):
     context = tiny[0].contexts["put"]
     boxes = next(o for o in context.objects if o.id == "boxes-1")
-    assert boxes.trajectory.xyz[0] == pytest.approx([10 - 5, 20 + 6, 0.5])
+    assert boxes.trajectory.xyz[0] == pytest.approx([10 - 5, 20 + 6, 0.525])
     assert context.places[0].prism.xy.mean(axis=0) == pytest.approx([10 + 8, 20 + 2])
-    assert context.places[0].prism.z_min == 0.8
+    assert context.places[0].prism.z_min == 0.85
 
 
-def test_the_log_moves_what_the_action_names(tiny):
+def test_the_log_moves_what_the_script_names(tiny):
     moved = {
         name: {o.id for o in context.objects if len(o.trajectory) > 1}
         for name, context in tiny[0].contexts.items()
@@ -170,8 +187,8 @@ def test_one_more_command_changes_no_other_draws(tmp_path, tiny):
         ("EVENT_1(", "EVENT(", "sdcs", "not numbered"),
         ("f = the tires", "f = the tyres", "sdcs", "'tyres' is not in the command"),
         ("r = Put,", "r = Put", "sdcs", "expected"),
-        ("groundings:", "grounding:", "`grounding`", "unknown field"),
-        ("text: Put the tires on the trailer.", "text: 3", "text", "expected `str`"),
+        ("groundings:", "grounding:", "grounding", "no such field"),
+        ("text: Put the tires on the trailer.", "text: 3", "text", "expected text"),
     ],
 )
 def test_errors_name_the_file_the_command_and_the_field(tmp_path, old, new, where, what):
@@ -179,7 +196,7 @@ def test_errors_name_the_file_the_command_and_the_field(tmp_path, old, new, wher
     write(tmp_path, put=PUT.replace(old, new))
     with pytest.raises(FormatError) as caught:
         import_authored(tmp_path)
-    assert "scenarios/put.yaml: command 1 (" in caught.value.where
+    assert caught.value.where.startswith("scenarios/put.yaml:16: command 1 (")
     assert where in caught.value.where or where in caught.value.what
     assert what in caught.value.what
 
@@ -187,33 +204,92 @@ def test_errors_name_the_file_the_command_and_the_field(tmp_path, old, new, wher
 @pytest.mark.parametrize(
     ("old", "new", "where", "what"),
     [
-        ("site: a", "site: b", "site", "no site 'b'"),
-        ("kind: boxes", "kind: box", "objects.boxes-1.kind", "no kind 'box'"),
-        ("at: [6, 5]", "at: [6]", "objects.boxes-1.at", "length"),
-        ("at: [6, 5]", "deck: x", "objects.boxes-1", "no position"),
-        ("deck: trailer-1", "deck: x", "places.on-trailer.deck", "no object 'x'"),
-        ("to: on-trailer", "to: x", "action.to", "no 'x'"),
-        ("carry: tires-1, to", "pick_up: tires-1, to", "action", "not an action"),
-        ("  elsewhere:", "  boxes-1:", "boxes-1", "taken"),
-        ("robot: {at: [0, 0]}", "robot: {at: [0, 0], carries: x}", "robot.carries", "no object"),
-        ("title:", "name:", "put.yaml", "unknown field"),
-        ("site: a", "site: [", "put.yaml", "not valid"),
+        ("layout: a", "layout: b", "3:9: layout", "no layout 'b'"),
+        ("kind: box-pallet", "kind: box", "10:19: objects.boxes-1.kind", "no kind 'box'"),
+        ("script:", "action:", "2:1", "'script' is missing"),
+        ("layout: a", "layout: [", "5:1", "not YAML"),
+        ("commands:", "commands: 3\nx:", "15:11: commands", "expected a list"),
     ],
 )
-def test_errors_name_the_file_and_the_field(tmp_path, old, new, where, what):
+def test_errors_name_the_line_and_the_field(tmp_path, old, new, where, what):
     assert old in PUT
     write(tmp_path, put=PUT.replace(old, new, 1))
     with pytest.raises(FormatError) as caught:
         import_authored(tmp_path)
-    assert caught.value.where.startswith("scenarios/put.yaml")
-    assert caught.value.where.endswith(where)
+    assert caught.value.where == f"scenarios/put.yaml:{where}"
     assert what in caught.value.what
 
 
 def test_errors_of_the_dataset_name_it(tmp_path):
-    write(tmp_path, dataset=DATASET.replace("size: [5, 2]", "size: 5"))
-    with pytest.raises(FormatError, match=r"dataset\.yaml: kinds\.trailer\.size"):
+    write(tmp_path, dataset=DATASET.replace("tires: [tire]", "tires: tire"))
+    with pytest.raises(FormatError, match=r"dataset\.yaml:8:10: words\.tires: expected a list"):
         import_authored(tmp_path)
+
+
+def test_a_log_that_is_missing_is_told_with_the_command_that_makes_it(tmp_path):
+    (write(tmp_path) / "logs" / "go.mcap").unlink()
+    with pytest.raises(FormatError, match="there is no log") as caught:
+        import_authored(tmp_path)
+    assert caught.value.where == str(tmp_path / "logs" / "go.mcap")
+    assert f"ct scenarios log go --dataset {tmp_path}" in caught.value.fix
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("at: [6, 5]", "at: [6, 5.1]"),
+        ("elsewhere: {at: [12, 5]}", "elsewhere: {at: [12, 5], name: there}"),
+        ("put_down: on-trailer", "put_down: elsewhere"),
+        ("kind: box-pallet", "kind: crate"),
+    ],
+)
+def test_a_log_of_another_world_is_refused(tmp_path, old, new):
+    assert old in PUT
+    write(tmp_path, put=PUT.replace(old, new, 1))
+    with pytest.raises(FormatError, match="changed after its log"):
+        import_authored(tmp_path)
+
+
+def test_a_layout_that_was_moved_makes_logs_stale(tmp_path):
+    write(tmp_path)
+    (tmp_path / "layouts" / "a.yaml").write_text(LAYOUT.replace("yaw_deg: 90", "yaw_deg: 80"))
+    with pytest.raises(FormatError, match="changed after its log"):
+        import_authored(tmp_path)
+
+
+def test_titles_and_commands_are_no_part_of_the_log(tmp_path):
+    write(
+        tmp_path, put=PUT.replace("title: Tires", "title: The tires").replace("Put the", "Put the ")
+    )
+    corpus, _ = import_authored(tmp_path)
+    assert "put-01" in corpus.commands
+
+
+def test_a_log_that_does_not_show_the_script_is_refused(tmp_path):
+    write(tmp_path)
+    path = tmp_path / "scenarios" / "put.yaml"
+    scenario = read_scenario(path)
+    recording = sliding(replace(scenario, script=scenario.script[:1]))
+    metadata = {FINGERPRINT: fingerprint(scenario)}
+    write_log(recording, tmp_path / "logs" / "put.mcap", name="put", metadata=metadata)
+    with pytest.raises(FormatError, match="tires-1 doesn't move in the log"):
+        import_authored(tmp_path)
+
+
+def test_importing_needs_no_simulator(tmp_path):
+    write(tmp_path)
+    program = (
+        "import sys; from pathlib import Path; sys.modules['mujoco'] = None;"
+        "from corpus_tools.importers.authored.assembly import import_authored;"
+        "print(len(import_authored(Path(sys.argv[1]))[0].commands))"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert result.stdout == "3\n"
 
 
 def test_another_folder_is_no_authored_corpus(tmp_path):
@@ -226,5 +302,5 @@ def test_keep_going_leaves_out_what_cannot_be_read(tmp_path):
     corpus, report = import_authored(tmp_path, keep_going=True)
     assert [*corpus.commands] == ["go-01", "go-02"]
     assert [(s.file, s.field) for s in report.skipped] == [
-        ("scenarios/put.yaml", "groundings.PLACE_3")
+        ("scenarios/put.yaml:16", "groundings.PLACE_3")
     ]

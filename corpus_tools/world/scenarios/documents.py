@@ -1,0 +1,275 @@
+"""YAML whose every value knows its line.
+
+The values are those of YAML 1.2's core schema: ``yes``, ``on`` and ``1:30`` are text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+import msgspec
+import yaml
+
+from g3.errors import FormatError
+
+Field: TypeAlias = tuple[str | int, ...]
+"""Keys and indices that lead to a value from the top of a document."""
+
+T = TypeVar("T")
+
+_Loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+_NULL = {"", "~", "null", "Null", "NULL"}
+_TRUE, _FALSE = {"true", "True", "TRUE"}, {"false", "False", "FALSE"}
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_LONGEST_NUMBER = 40
+_DEEPEST = 20
+_OWN_WORDS = {
+    "array": "a list",
+    "object": "fields",
+    "str": "text",
+    "float": "a number",
+    "int": "a whole number",
+    "null": "nothing",
+    "bool": "true or false",
+}
+"""What people call msgspec's types."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something in a document that can't be so.
+
+    Parameters
+    ----------
+    field
+        What it is about.
+    what, fix
+        As in :class:`g3.errors.CorpusError`.
+    """
+
+    field: Field
+    what: str
+    fix: str
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A YAML file as it was read.
+
+    Parameters
+    ----------
+    name
+        The file, as errors name it.
+    content
+        Its bytes.
+    value
+        Plain dictionaries, lists, text, numbers, booleans and None.
+    marks
+        Line and column of every value, from 1.
+    keys
+        Line and column of every key.
+    """
+
+    name: str
+    content: bytes
+    value: Any
+    marks: Mapping[Field, tuple[int, int]]
+    keys: Mapping[Field, tuple[int, int]]
+
+    def error(self, problem: Problem) -> FormatError:
+        """The error that tells a problem's file, line, column and field."""
+        known = problem.field
+        while known not in self.marks and known:
+            known = known[:-1]
+        mark = self.marks.get(known, (1, 1))
+        # What is wrong with something that has a name of its own is told where the name is.
+        if isinstance(self._at(known), dict) or problem.field != known:
+            mark = self.keys.get(known, mark)
+        place = ":".join((self.name, *map(str, mark)))
+        field = field_name(problem.field)
+        return FormatError(
+            problem.what, where=f"{place}: {field}" if field else place, fix=problem.fix
+        )
+
+    def _at(self, field: Field) -> Any:
+        value = self.value
+        for key in field:
+            value = value[key]
+        return value
+
+
+def field_name(field: Field) -> str:
+    """A field as people write it, such as ``commands[2].text``."""
+    parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in field)
+    return "".join(parts).removeprefix(".")
+
+
+def read_document(path: Path, name: str | None = None) -> Document:
+    """Read a file.
+
+    Parameters
+    ----------
+    name
+        What errors call the file; its path if not given.
+
+    Raises
+    ------
+    FormatError
+        If it can't be read or is no YAML.
+    """
+    shown = str(path) if name is None else name
+    try:
+        content = path.read_bytes()
+        return parse_document(content, shown)
+    except OSError as error:
+        raise FormatError(
+            f"the file can't be read: {error.strerror}",
+            where=shown,
+            fix="check its name and its permissions",
+        ) from error
+
+
+def parse_document(content: bytes, name: str) -> Document:
+    """Parse the bytes of a file.
+
+    Raises
+    ------
+    FormatError
+        If they are no YAML, or use tags, aliases or a key twice.
+    """
+    try:
+        found = _Reader(name, yaml.parse(content.decode("utf-8"), Loader=_Loader))
+        value = found.document()
+    except UnicodeDecodeError as error:
+        raise FormatError(
+            f"the file is not UTF-8 text: {error}", where=name, fix="save it as UTF-8"
+        ) from error
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f"{name}:{mark.line + 1}:{mark.column + 1}" if mark else name
+        what = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise FormatError(f"this is not YAML: {what}", where=where, fix="correct it") from error
+    return Document(name, content, value, found.marks, found.keys)
+
+
+def convert(
+    value: Any, record_type: type[T], field: Field, manual: str = "docs/scenarios.md"
+) -> T | Problem:
+    """A value as a record, or why it is none.
+
+    Parameters
+    ----------
+    record_type
+        A type that :func:`msgspec.convert` knows.
+    field
+        Where in the document the value is.
+    manual
+        What tells the form that it should have.
+    """
+    try:
+        return msgspec.convert(value, record_type)
+    except msgspec.ValidationError as error:
+        # msgspec ends its message with the field: "... - at `$.at[0]`"
+        found = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$(.*)`)?", str(error))
+        what, inner = (found[1], found[2] or "") if found else (str(error), "")
+        keys = re.findall(r"\.([^.\[\]]+)|\[([0-9]+)\]", inner)
+        where = (*field, *(key or int(index) for key, index in keys))
+        unknown = re.fullmatch(r"Object contains unknown field `(.*)`", what)
+        if unknown:
+            return Problem((*where, unknown[1]), "there is no such field", "leave it out")
+        return Problem(where, _reworded(what), f"{manual} tells the form")
+
+
+def _reworded(what: str) -> str:
+    missing = re.fullmatch(r"Object missing required field `(.*)`", what)
+    if missing:
+        return f"the field {missing[1]!r} is missing"
+    what = re.sub(r"`array` of length ([0-9]+)", r"\1 numbers", what)
+    what = re.sub(r"`([a-z]+(?: \| [a-z]+)*)`", lambda types: _own_words(types[1]), what)
+    return what[:1].lower() + what[1:]
+
+
+def _own_words(types: str) -> str:
+    names = types.removesuffix(" | null").split(" | ")
+    return " or ".join(_OWN_WORDS.get(name, name) for name in names)
+
+
+class _Reader:
+    """Turns a parser's events into values and remembers where they were."""
+
+    def __init__(self, name: str, events: Iterator[Any]) -> None:
+        self.name = name
+        self.events = events
+        self.marks: dict[Field, tuple[int, int]] = {}
+        self.keys: dict[Field, tuple[int, int]] = {}
+
+    def document(self) -> Any:
+        """The only document; None if there is none."""
+        next(self.events)
+        if isinstance(next(self.events), yaml.StreamEndEvent):
+            return None
+        value = self.value(next(self.events), ())
+        next(self.events)
+        after = next(self.events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            raise self.refusal(after, (), "this is a second document", "leave it out")
+        return value
+
+    def value(self, event: Any, field: Field) -> Any:
+        self.marks[field] = _mark(event)
+        if isinstance(event, yaml.AliasEvent):
+            raise self.refusal(event, field, "aliases aren't understood", "write the value again")
+        if event.tag is not None:
+            raise self.refusal(
+                event, field, f"the tag {event.tag} isn't understood", "leave it out"
+            )
+        if len(field) > _DEEPEST:
+            raise self.refusal(event, (), "this is nested too deeply", "correct it")
+        if isinstance(event, yaml.MappingStartEvent):
+            return dict(self.entry(key, field) for key in self.until(yaml.MappingEndEvent))
+        if isinstance(event, yaml.SequenceStartEvent):
+            items = enumerate(self.until(yaml.SequenceEndEvent))
+            return [self.value(item, (*field, i)) for i, item in items]
+        return self.scalar(event, field)
+
+    def until(self, end: type) -> Iterator[Any]:
+        while not isinstance(event := next(self.events), end):
+            yield event
+
+    def entry(self, key: Any, field: Field) -> tuple[str, Any]:
+        if not isinstance(key, yaml.ScalarEvent):
+            raise self.refusal(key, field, "a key must be text", "correct it")
+        inner = (*field, str(key.value))
+        if inner in self.keys:
+            raise self.refusal(key, inner, "this is given twice", "leave one of them out")
+        self.keys[inner] = _mark(key)
+        return str(key.value), self.value(next(self.events), inner)
+
+    def scalar(self, event: Any, field: Field) -> Any:
+        text: str = event.value
+        if event.style:
+            return text
+        if text in _NULL:
+            return None
+        if text in _TRUE or text in _FALSE:
+            return text in _TRUE
+        if len(text) > _LONGEST_NUMBER or not _NUMBER.fullmatch(text):
+            return text
+        number = int(text) if _INTEGER.fullmatch(text) else float(text)
+        if number in (float("inf"), float("-inf")):
+            raise self.refusal(event, field, "the number is too large", "correct it")
+        return number
+
+    def refusal(self, event: Any, field: Field, what: str, fix: str) -> FormatError:
+        mark = ":".join(map(str, _mark(event)))
+        where = ": ".join(part for part in (f"{self.name}:{mark}", field_name(field)) if part)
+        return FormatError(what, where=where, fix=fix)
+
+
+def _mark(event: Any) -> tuple[int, int]:
+    return event.start_mark.line + 1, event.start_mark.column + 1

@@ -1,0 +1,47 @@
+"""Executing scenarios in physics, and the logs of datasets that come of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from corpus_tools.logs.writing import write_log
+from corpus_tools.world.execute import Execution, execute
+from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
+from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
+from corpus_tools.world.scenarios.logs import log_file
+from corpus_tools.world.scenarios.model import Scenario
+from g3.errors import CorpusError
+
+LOG_HZ = 5.0
+"""How many states a second the logs of datasets have."""
+
+
+def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
+    """Let the robot do what a scenario says; see :func:`corpus_tools.world.execute.execute`."""
+    places = scenario_places(scenario)
+    return execute(scenario_context(scenario), scenario.script, places=places, rate_hz=rate_hz)
+
+
+def log_scenario(scenario: Scenario, dataset: Path) -> Path:
+    """Execute a scenario and write its log into a dataset.
+
+    Returns
+    -------
+    Path
+        The log.
+
+    Raises
+    ------
+    CorpusError
+        If the robot doesn't do what the scenario says; there is no log then.
+    """
+    execution = execute_scenario(scenario, LOG_HZ)
+    if execution.problems:
+        raise CorpusError(
+            "; ".join(execution.problems), where=scenario.id, fix="correct the scenario"
+        )
+    path = log_file(scenario, dataset)
+    path.parent.mkdir(exist_ok=True)
+    metadata = {FINGERPRINT: fingerprint(scenario)}
+    write_log(execution.recording, path, name=scenario.id, metadata=metadata)
+    return path

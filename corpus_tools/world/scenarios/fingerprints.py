@@ -1,0 +1,31 @@
+"""Whether a log shows what a scenario says now."""
+
+from __future__ import annotations
+
+import hashlib
+
+import msgspec
+
+from corpus_tools.world.kinds import FORKLIFT, KINDS
+from corpus_tools.world.scenarios.model import Scenario
+
+FINGERPRINT = "scenario"
+"""Key of the fingerprint in a log's metadata."""
+
+
+def fingerprint(scenario: Scenario) -> str:
+    """A digest of all that determines what happens: all but titles and commands.
+
+    The sizes of the kinds that occur count too.
+    """
+    layout = scenario.layout
+    names = {FORKLIFT.name, *(thing.kind for thing in scenario.all_objects.values())}
+    parts = {
+        "frame": (layout.at, layout.yaw_deg),
+        "objects": scenario.all_objects,
+        "places": scenario.all_places,
+        "robot": scenario.robot,
+        "script": scenario.script,
+        "kinds": [KINDS[name] for name in sorted(names)],
+    }
+    return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()

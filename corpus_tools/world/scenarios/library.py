@@ -1,0 +1,81 @@
+"""Finding scenarios and layouts by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from corpus_tools.shipped import bundled
+from corpus_tools.world.scenarios.files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.model import Layout
+from corpus_tools.world.scenarios.reading import read_layout
+from g3.errors import FormatError
+
+DEFAULT = "warehouse"
+"""The dataset where names are looked for if no other is given."""
+
+
+def dataset_folder(name_or_path: str | Path) -> Path:
+    """The folder of a dataset: a folder as it is, or a bundled one by its name.
+
+    Raises
+    ------
+    FormatError
+        If there is none.
+    """
+    path = Path(name_or_path)
+    if path.is_dir():
+        return path
+    known = bundled()
+    if str(name_or_path) not in known:
+        raise FormatError(
+            "there is no such folder, nor a bundled dataset of that name",
+            where=str(name_or_path),
+            fix=f"the bundled ones are: {', '.join(known) or 'none'}",
+        )
+    return known[str(name_or_path)]
+
+
+def scenario_files(dataset: Path) -> dict[str, Path]:
+    """The files of a dataset's scenarios by name, in the order of the names."""
+    return {path.stem: path for path in sorted((dataset / SCENARIOS).glob("*.yaml"))}
+
+
+def scenario_file(name_or_path: str, dataset: Path) -> Path:
+    """The file of a scenario: a file as it is, or one of a dataset by its name.
+
+    Raises
+    ------
+    FormatError
+        If there is none.
+    """
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    known = scenario_files(dataset)
+    if name_or_path not in known:
+        raise FormatError(
+            "there is no such file, nor a scenario of that name",
+            where=name_or_path,
+            fix="ct scenarios list shows the names",
+        )
+    return known[name_or_path]
+
+
+def read_layouts(dataset: Path, names: Iterable[str] = ()) -> dict[str, Layout]:
+    """A dataset's layouts by name; all of them if no names are given.
+
+    Raises
+    ------
+    FormatError
+        If one isn't there, or something in it is wrong.
+    """
+    files = {path.stem: path for path in sorted((dataset / LAYOUTS).glob("*.yaml"))}
+    for name in names:
+        if name not in files:
+            raise FormatError(
+                f"there is no layout {name!r}",
+                where=str(dataset),
+                fix=f"the layouts are: {', '.join(files) or 'none'}",
+            )
+    return {name: read_layout(files[name]) for name in (sorted(names) or files)}
