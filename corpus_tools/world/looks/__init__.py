@@ -1,4 +1,14 @@
 """What kinds of objects look like: geoms that don't collide, one module a family of things.
 
-:func:`~corpus_tools.world.looks.registry.look` registers the look of a kind.
+Read :mod:`~corpus_tools.world.looks.registry` first, then any family, such as
+:mod:`~corpus_tools.world.looks.pallets`. A family makes things of surfaces
+(:mod:`~corpus_tools.world.looks.parts`) coloured from one picture
+(:mod:`~corpus_tools.world.looks.atlas`).
+
+Things of a kind have the same colours: the semantic map knows no colours, so people who
+describe what they see shouldn't tell things by them.
 """
+
+from corpus_tools.world.looks import forklift, furniture, pallets, people, vehicles
+
+__all__ = ["forklift", "furniture", "pallets", "people", "vehicles"]

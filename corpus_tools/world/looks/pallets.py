@@ -1,0 +1,162 @@
+"""Loads on wooden pallets, and crates: what the forks lift."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+
+from corpus_tools.world.looks.atlas import board, colour, patch
+from corpus_tools.world.looks.drawing import draw, variation
+from corpus_tools.world.looks.parts import Part, box, join
+from corpus_tools.world.looks.registry import look
+from corpus_tools.world.looks.wheels import tyre
+from corpus_tools.world.shapes import Shape
+from corpus_tools.world.solids import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
+from g3.groundings import FloatArray
+
+_SLIT = 0.005
+"""Half of what is between two cartons."""
+
+
+@look("tire-pallet")
+def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """Four stacks of tyres on a pallet."""
+    rng = variation(body)
+    base, low, high = _pallet(shape, rng)
+    size = high - low
+    columns = [max(1, min(4, round(length / 0.55))) for length in size[:2]]
+    pitch = size[:2] / columns
+    radius = 0.485 * float(pitch.min())
+    levels = max(1, min(4, round(float(size[2]) / 0.19)))
+    width = float(size[2]) / levels
+    stacks = [(x, y) for x in range(columns[0]) for y in range(columns[1])]
+    lower = int(rng.integers(2 * len(stacks))) if levels > 1 and len(stacks) > 1 else len(stacks)
+    parts = [base]
+    for i, (x, y) in enumerate(stacks):
+        top = levels - (i == lower)
+        for level in range(top):
+            slack = min(0.012, 0.5 * float(pitch.min()) - radius)
+            middle = low[:2] + (np.array([x, y]) + 0.5) * pitch + rng.uniform(-slack, slack, 2)
+            bottom = (*middle, low[2] + level * width)
+            parts.append(tyre(bottom, radius, width, open_top=level == top - 1))
+    draw(spec, body, parts)
+
+
+@look("box-pallet")
+def box_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """Cartons of several sizes on a pallet, held by straps."""
+    rng = variation(body)
+    base, low, high = _pallet(shape, rng)
+    full = bool(rng.random() < 0.6)
+    strap = np.array([0.006, 0.006, 0.003])
+    load = cartons(low, high - strap, rng) if full else cartons(low, high, rng, missing=1)
+    draw(spec, body, [base, *load, *(_straps(low, high) if full else ())])
+
+
+@look("crate")
+def crate(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """A wooden crate on feet."""
+    base, low, high = _feet(shape)
+    draw(spec, body, [base, box(low, high, patch("crate"))])
+
+
+def cartons(
+    low: FloatArray, high: FloatArray, rng: np.random.Generator, *, missing: int = 0
+) -> list[Part]:
+    """Cartons that fill a box, layer by layer.
+
+    Parameters
+    ----------
+    low, high
+        Opposite corners of the box, shape (3,).
+    missing
+        How many of the highest layer are missing, where it has several and lies on another.
+    """
+    size = high - low
+    layers = max(1, min(4, round(float(size[2]) / 0.4)))
+    parts = []
+    for layer in range(layers):
+        bottom, top = low[2] + size[2] * np.array([layer, layer + 1]) / layers
+        cells = _floor_plan(low[:2], high[:2], float(size.max()) / 5, rng)
+        if 0 < layer == layers - 1 and len(cells) > 2:
+            rng.shuffle(cells)
+            cells = cells[missing:]
+        for start, end in cells:
+            parts.append(
+                box(
+                    (*(start + _SLIT), bottom),
+                    (*(end - _SLIT), top),
+                    patch("carton" if rng.random() < 0.65 else "carton-dark"),
+                    tops=patch("carton-top"),
+                    without="-z",
+                )
+            )
+    return parts
+
+
+def _floor_plan(
+    low: FloatArray, high: FloatArray, least: float, rng: np.random.Generator
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Rectangles that fill one: it is cut across as long as it is longer than needed."""
+    size = high - low
+    axis = int(np.argmax(size))
+    if size[axis] <= max(least, 0.75 if rng.random() < 0.5 else 0.5):
+        return [(low, high)]
+    end, start = high.copy(), low.copy()
+    end[axis] = start[axis] = low[axis] + float(rng.choice([0.5, 0.5, 0.4, 0.6])) * size[axis]
+    return _floor_plan(low, end, least, rng) + _floor_plan(start, high, least, rng)
+
+
+def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
+    """Two plastic bands around the load."""
+    band, finish = 0.03, colour("light", 0.8, 1.0)
+    middles = low[1] + (high[1] - low[1]) * np.array([0.27, 0.73])
+    return [
+        box(
+            (low[0], y - band / 2, low[2]),
+            (high[0], y + band / 2, high[2]),
+            finish,
+            without="-y +y -z",
+        )
+        for y in middles
+    ]
+
+
+def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
+    """A pallet that the forks can enter from every side, and the room on it."""
+    feet, low, high = _feet(shape)
+    thick = (PALLET_HEIGHT / ENTRY_HEIGHT - 1) * (low[2] - shape.low[2])
+    low[2] += thick
+    across = high[1] - low[1]
+    n = max(5, min(11, round(float(high[0] - low[0]) / 0.145)))
+    edges = np.linspace(low[0], high[0], n + 1)
+    gap = 0.18 * (edges[1] - edges[0])
+    first = int(rng.integers(8))
+    boards = [
+        box(
+            (a if k == 0 else a + gap / 2, low[1], low[2] - thick),
+            (b if k == n - 1 else b - gap / 2, low[1] + across, low[2]),
+            board(first + k),
+            along=True,
+        )
+        for k, (a, b) in enumerate(pairwise(edges))
+    ]
+    return join([feet, *boards]), low, high
+
+
+def _feet(shape: Shape) -> tuple[Part, FloatArray, FloatArray]:
+    """Nine blocks on three boards, and the room above them."""
+    low, high = shape.low.copy(), shape.high.copy()
+    height = min(ENTRY_HEIGHT, 0.25 * float(high[2] - low[2]))
+    foot = np.minimum(BLOCK, 0.2 * (high - low)[:2])
+    sole = low[2] + 0.18 * height
+    parts = []
+    for row, y in enumerate(np.linspace(low[1], high[1] - foot[1], 3)):
+        parts.append(box((low[0], y, low[2]), (high[0], y + foot[1], sole), board(row), along=True))
+        for x in np.linspace(low[0], high[0] - foot[0], 3):
+            ends = (x, y, sole), (x + foot[0], y + foot[1], low[2] + height)
+            parts.append(box(*ends, board(row + 3), without="-z +z"))
+    low[2] += height
+    return join(parts), low, high

@@ -1,0 +1,291 @@
+"""Trucks and trailers. Their boxes are their decks; cabs, drawbars and wheels reach out of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+
+from corpus_tools.world.kinds import TRUCK
+from corpus_tools.world.looks.atlas import Finish, colour, patch
+from corpus_tools.world.looks.drawing import draw
+from corpus_tools.world.looks.parts import Part, box, extruded, quad, rod, turned
+from corpus_tools.world.looks.registry import look
+from corpus_tools.world.looks.wheels import wheel
+from corpus_tools.world.shapes import Shape
+from corpus_tools.world.solids import CAB_TOP, deck_of
+from g3.groundings import FloatArray
+
+DRAWBAR_LENGTH = 0.75
+"""How far a trailer's drawbar reaches ahead."""
+
+_DARK = colour("dark", 0.6, 0.9)
+
+
+@look("trailer")
+def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """A flat deck of planks on two axles, with a drawbar."""
+    low, high = shape.low, shape.high
+    length, width, _ = shape.size
+    ground = _ground(shape, ground_m)
+    middle = float(shape.middle[1])
+    red = colour("red", 0.6, 0.95)
+    floor = _deck(low, high, red)
+    frame = high[2] - _deck_thickness(shape)
+    hitch = min(DRAWBAR_LENGTH, 0.3 * float(length))
+    z = ground + 0.6 * (frame - ground)
+    tip = (high[0] + hitch, middle, z)
+    parts = [
+        *floor,
+        *_beams((low[0], high[0]), middle, width, (max(frame - 0.16, ground), frame)),
+        *_wheels([low[0] + part * length for part in (0.2, 0.37)], shape, ground, frame),
+        *(
+            rod((high[0] - 0.1 * hitch, middle + s * 0.3 * width, z), tip, 0.05, _DARK)
+            for s in (-1, 1)
+        ),
+        turned(
+            [(0.05, -0.04), (0.11, -0.04), (0.11, 0.04), (0.05, 0.04)],
+            _DARK,
+            centre=tip,
+            segments=10,
+        ),
+        rod(
+            (high[0] - 0.05 * length, middle, ground),
+            (high[0] - 0.05 * length, middle, frame),
+            0.05,
+            colour("steel"),
+        ),
+        box(
+            (high[0] - 0.05 * length - 0.12, middle - 0.12, ground),
+            (high[0] - 0.05 * length + 0.12, middle + 0.12, ground + 0.03),
+            _DARK,
+        ),
+        *_rear_lights(low[0], middle, width, frame - 0.02),
+    ]
+    draw(spec, body, parts)
+
+
+@look("truck")
+def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """A truck with a flat bed behind its cab."""
+    low, high = shape.low, shape.high
+    length, width, _ = shape.size
+    middle = float(shape.middle[1])
+    ground = _ground(shape, ground_m)
+    frame = high[2] - _deck_thickness(shape)
+    _, bed_end = deck_of(TRUCK, shape)
+    axles = [low[0] + part * length for part in (0.14, 0.29)]
+    roof = max(ground + CAB_TOP, float(high[2]) + 0.8)
+    teal = colour("teal", 0.6, 0.95)
+    cab = low + np.array([bed_end - low[0] + 0.02 * length, 0, 0]), high
+    parts = [
+        *_deck(low, np.array([bed_end, high[1], high[2]]), teal),
+        *_headboard(bed_end, shape, roof),
+        *_beams((low[0], bed_end), middle, width, (max(frame - 0.22, ground), frame)),
+        *_wheels([*axles, high[0] - 0.13 * length], shape, ground, frame),
+        *_rear_lights(low[0], middle, width, frame - 0.02),
+        *_tank(float(low[0] + 0.56 * length), shape, ground, frame),
+    ]
+    draw(spec, body, parts)
+    draw(spec, body, _cab(*cab, ground, roof), gloss=True)
+
+
+def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[Part]:
+    """A cab over the front axle, from behind it to the front."""
+    (back, right, _), (front, left, deck) = low, high
+    length, bottom = front - back, ground + 0.3 * (deck - ground)
+    sill, lean = deck + 0.35 * (top - deck), 0.16 * length
+    white = colour("blue", 0.62, 1.05)
+    inset = 0.02 * (left - right)
+    right, left = right + inset, left - inset
+    axle, arch = front - 0.47 * length, bottom + 0.55 * (deck - bottom)
+    front_low = min(axle + 0.45, front - 0.1 * length)
+    shell = [(back, arch), (front, arch), (front, sill), (front - lean, top), (back, top)]
+    parts = [
+        extruded(shell, (right, left), white),
+        box((front_low, right, bottom), (front, left, arch), white, without="+z"),
+        box(
+            (back, right + 0.3 * (left - right), bottom),
+            (front_low, left - 0.3 * (left - right), arch),
+            _DARK,
+        ),
+    ]
+    skin = 0.012
+    grille = bottom, sill - 0.12 * (sill - bottom)
+    parts.append(
+        quad(
+            [
+                (front + skin, y, z)
+                for y, z in (
+                    (right, grille[0]),
+                    (left, grille[0]),
+                    (left, grille[1]),
+                    (right, grille[1]),
+                )
+            ],
+            patch("grille"),
+        )
+    )
+    slant = np.array([front - lean, 0, top]) - (front, 0, sill)
+    out = skin * np.array([slant[2], 0, -slant[0]]) / np.hypot(slant[0], slant[2])
+    y_right, y_left = right + 0.05 * (left - right), left - 0.05 * (left - right)
+    down, up = (front, 0, sill) + 0.06 * slant + out, (front, 0, sill) + 0.86 * slant + out
+    parts.append(
+        quad(
+            [
+                (down[0], y_right, down[2]),
+                (down[0], y_left, down[2]),
+                (up[0], y_left, up[2]),
+                (up[0], y_right, up[2]),
+            ],
+            patch("window"),
+        )
+    )
+    z = sill, sill + 0.8 * (top - sill)
+    x = back + 0.22 * length, front - 0.06 * length, front - 0.06 * length - 0.8 * lean
+    for y, a, b in ((left + skin, 1, 0), (right - skin, 0, 1)):
+        lower, upper = (x[0], x[1]), (x[0], x[2])
+        corners = [
+            (lower[a], y, z[0]),
+            (lower[b], y, z[0]),
+            (upper[b], y, z[1]),
+            (upper[a], y, z[1]),
+        ]
+        parts.append(quad(corners, patch("window")))
+        parts.append(
+            box(
+                (x[0] + 0.02, y - 0.012, sill - 0.2),
+                (x[0] + 0.2, y + 0.012, sill - 0.15),
+                colour("black"),
+            )
+        )
+        mirror = y + (0.1 if y > (left + right) / 2 else -0.1)
+        ends = (x[1] - 0.02, mirror - 0.09, z[0] + 0.05), (x[1] + 0.05, mirror + 0.09, z[0] + 0.5)
+        parts.append(box(*ends, colour("black", 0.8, 1.0)))
+    y_right, y_left = right + 0.2 * (left - right), left - 0.2 * (left - right)
+    behind = [
+        (back - skin, y, z)
+        for y, z in ((y_left, z[0]), (y_right, z[0]), (y_right, z[1]), (y_left, z[1]))
+    ]
+    parts.append(quad(behind, patch("window")))
+    for y in np.linspace(right + 0.2, left - 0.2, 3):
+        parts.append(
+            box(
+                (front - lean - 0.12, y - 0.06, top),
+                (front - lean - 0.04, y + 0.06, top + 0.05),
+                colour("amber", 0.9, 1.1),
+            )
+        )
+    return parts
+
+
+def _deck(low: FloatArray, high: FloatArray, finish: Finish) -> list[Part]:
+    """A floor of planks, in lengths that keep the grain fine, with a rim."""
+    thick = 0.4 * (high[2] - low[2])
+    under, top = high[2] - thick, high[2]
+    parts = [box((*low[:2], under), high, finish, without="+z")]
+    n = max(1, min(4, round(float(high[0] - low[0]) / 2)))
+    edge = min(0.07, 0.1 * float(high[1] - low[1]))
+    x = np.linspace(low[0] + edge, high[0] - edge, n + 1)
+    y = low[1] + edge, high[1] - edge
+    for a, b in pairwise(x):
+        parts.append(
+            quad([(a, y[0], top), (b, y[0], top), (b, y[1], top), (a, y[1], top)], patch("deck"))
+        )
+    light = colour("light", 0.8, 0.8)
+    for a, b in ((low[1], y[0]), (y[1], high[1])):
+        parts.append(
+            quad([(low[0], a, top), (high[0], a, top), (high[0], b, top), (low[0], b, top)], light)
+        )
+    for a, b in ((low[0], x[0]), (x[-1], high[0])):
+        parts.append(quad([(a, y[0], top), (b, y[0], top), (b, y[1], top), (a, y[1], top)], light))
+    # reflectors
+    size = 0.25 * thick
+    for x_ in np.linspace(low[0] + 0.1 * (high[0] - low[0]), high[0] - 0.1 * (high[0] - low[0]), 4):
+        for y_ in (low[1] + 0.002, high[1] - 0.002):
+            at = np.array([x_, y_, under + thick / 2])
+            half = np.array([2 * size, 0.006, size / 2])
+            parts.append(
+                box(at - half, at + half, colour("amber", 0.9, 1.1), without="-z +z -x +x")
+            )
+    return parts
+
+
+def _deck_thickness(shape: Shape) -> float:
+    return 0.4 * float(shape.size[2])
+
+
+def _beams(
+    x: tuple[float, float], middle: float, width: float, z: tuple[float, float]
+) -> list[Part]:
+    """Two beams along the vehicle, below its deck."""
+    half = 0.04 * width
+    return [
+        box((x[0], y - half, z[0]), (x[1], y + half, z[1]), _DARK, without="+z")
+        for y in (middle - 0.22 * width, middle + 0.22 * width)
+    ]
+
+
+def _wheels(axles: list[float], shape: Shape, ground: float, frame: float) -> list[Part]:
+    """Wheels at both ends of the axles, below the deck."""
+    room = frame - ground
+    radius = 0.47 * room
+    width = min(0.34, 0.16 * float(shape.size[1]))
+    parts = []
+    for x in axles:
+        hub = ground + radius
+        y = shape.low[1] + 0.03 + width / 2, shape.high[1] - 0.03 - width / 2
+        parts.append(rod((x, y[0], hub), (x, y[1], hub), 0.06, _DARK))
+        parts += [
+            wheel((x, y_, hub), radius, width, side) for y_, side in zip(y, (-1, 1), strict=True)
+        ]
+    return parts
+
+
+def _rear_lights(x: float, middle: float, width: float, top: float) -> list[Part]:
+    """A bar with red and amber lamps at the rear."""
+    bar = min(0.12, 0.06 * width)
+    parts = [
+        box((x, middle - 0.48 * width, top - bar), (x + 0.06, middle + 0.48 * width, top), _DARK)
+    ]
+    for side in (-1, 1):
+        for at, name in ((0.40, "red"), (0.30, "amber")):
+            y = middle + side * at * width
+            ends = (
+                (x - 0.012, y - 0.04 * width, top - 0.9 * bar),
+                (x, y + 0.04 * width, top - 0.1 * bar),
+            )
+            parts.append(box(*ends, colour(name, 1.0, 1.1)))
+    return parts
+
+
+def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:
+    """A steel wall between the bed and the cab."""
+    low, high = shape.low[1] + 0.03, shape.high[1] - 0.03
+    z = shape.high[2]
+    return [
+        box(
+            (x, low, z - 0.1),
+            (x + 0.05, high, z + 0.5 * (roof - z)),
+            colour("steel", 0.7, 0.95),
+            tops=_DARK,
+        )
+    ]
+
+
+def _tank(x: float, shape: Shape, ground: float, frame: float) -> list[Part]:
+    """Fuel tanks on both sides."""
+    radius = 0.3 * (frame - ground)
+    half, silver = 0.07 * float(shape.size[0]), colour("silver", 0.55, 1.0)
+    profile = [(0, -half), (radius, -half), (radius, half), (0, half)]
+    return [
+        turned(profile, silver, centre=(x, y, frame - radius), axis="x", segments=12)
+        for y in (shape.low[1] + 1.3 * radius, shape.high[1] - 1.3 * radius)
+    ]
+
+
+def _ground(shape: Shape, ground_m: float) -> float:
+    """The ground, or where it would be under wheels of a likely size."""
+    bottom = float(shape.low[2])
+    return ground_m if 0.2 <= bottom - ground_m <= 1.2 else bottom - 0.45

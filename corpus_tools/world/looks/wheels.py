@@ -1,0 +1,81 @@
+"""Tyres and wheels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from corpus_tools.world.looks.atlas import colour, patch
+from corpus_tools.world.looks.parts import Part, Point, disc, join, turned
+
+_BEAD = 0.58
+"""Radius of the hole, as a part of the tyre's."""
+
+
+def tyre(bottom: Point, radius: float, width: float, *, open_top: bool, segments: int = 16) -> Part:
+    """A tyre that lies on its side.
+
+    Parameters
+    ----------
+    bottom
+        Middle of its lower side.
+    open_top
+        Whether its hole is seen; otherwise something lies on it.
+    """
+    profile = [(0.74, 0.0), (0.9, 0.05), (1.0, 0.2), (1.0, 0.8), (0.9, 0.95), (0.74, 1.0)]
+    finish = patch("tyre", t=(0.14, 0.86))
+    if open_top:
+        profile.append((_BEAD, 0.88))
+        finish = patch("tyre", t=(0.14, 1.0))
+    parts = [
+        turned(
+            np.array(profile) * (radius, width),
+            finish,
+            centre=bottom,
+            segments=segments,
+            smooth=True,
+        )
+    ]
+    if open_top:
+        hole = [(_BEAD * radius, 0.88 * width), (_BEAD * radius, 0.1 * width)]
+        x, y, z = bottom
+        parts.append(turned(hole, colour("black", 0.35, 0.6), centre=bottom, segments=segments))
+        floor = (x, y, z + 0.1 * width)
+        parts.append(disc(floor, _BEAD * radius, colour("black", 0.35, 0.35), segments=segments))
+    return join(parts)
+
+
+def wheel(hub: Point, radius: float, width: float, side: int, *, segments: int = 16) -> Part:
+    """A wheel that turns about y.
+
+    Parameters
+    ----------
+    hub
+        Middle of the wheel.
+    side
+        1 if its outside is on the left, -1 if it is on the right.
+    """
+    x, y, z = hub
+    half = width / 2
+    rim = 0.62 * radius
+    profile = [(rim, -half), (0.93 * radius, -half), (radius, -0.6 * half)]
+    profile += [(r, -h) for r, h in reversed(profile)]
+    facing = "+y" if side > 0 else "-y"
+    return join(
+        [
+            turned(
+                profile,
+                patch("tyre", t=(0.22, 0.78)),
+                centre=hub,
+                axis="y",
+                segments=segments,
+                smooth=True,
+            ),
+            disc(
+                (x, y + side * (half - 0.015), z),
+                rim,
+                patch("wheel"),
+                facing=facing,
+                segments=segments,
+            ),
+        ]
+    )

@@ -1,0 +1,96 @@
+"""The ground, and what is painted on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
+from corpus_tools.world.looks.parts import join
+from corpus_tools.world.looks.surroundings import add_surroundings
+from g3.geometry import rotate
+from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
+from tests.strategies import contexts
+
+
+def robot(yaw: float = 0.0) -> PhysicalObject:
+    corners = rotate(np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)]), np.full(4, yaw))
+    pose = Trajectory(np.zeros(1), np.zeros((1, 3)), np.array([yaw]))
+    return PhysicalObject("robot", ("forklift",), Prism(corners, 0.0, 2.0), pose)
+
+
+def world(*places: Place, yaw: float = 0.0) -> Context:
+    return Context("world", (robot(yaw),), places, "robot")
+
+
+RECEIVING = Place(Prism(np.array([(10.0, 0), (14, 0), (14, 4), (10, 4)]), 0.0, 1.0), "receiving")
+
+
+def test_the_yard_holds_everything_with_a_margin() -> None:
+    yard = yard_of(world(RECEIVING))
+    assert yard.yaw == pytest.approx(0)
+    assert yard.middle == pytest.approx([6.5, 1.5])  # x from -1 to 14, y from -1 to 4
+    assert yard.half == pytest.approx([7.5 + MARGIN_M, 2.5 + MARGIN_M])
+
+
+def test_the_yard_is_laid_out_as_objects_stand() -> None:
+    yard = yard_of(world(yaw=0.3))
+    assert yard.yaw == pytest.approx(0.3)
+    assert yard.half == pytest.approx([1 + MARGIN_M] * 2)
+    assert yard_of(world(yaw=0.3 + np.pi / 2)).yaw == pytest.approx(0.3)
+
+
+def test_only_named_places_are_painted() -> None:
+    unnamed = replace(RECEIVING, name="")
+    lines = {
+        name: join(markings(world(place), yard_of(world(place)), 0.0)).at
+        for name, place in (("named", RECEIVING), ("unnamed", unnamed))
+    }
+
+    def within(at: np.ndarray) -> np.ndarray:
+        return at[((at[:, :2] >= (9.99, -0.01)) & (at[:, :2] <= (14.01, 4.01))).all(axis=1)]
+
+    assert len(within(lines["unnamed"])) == 0
+    zone = within(lines["named"])
+    assert zone.min(axis=0) == pytest.approx([10, 0, PAINT_M])
+    assert zone.max(axis=0) == pytest.approx([14, 4, PAINT_M])
+    assert len(lines["named"]) == len(lines["unnamed"]) + len(zone)
+
+
+def test_names_are_not_written() -> None:
+    other = replace(RECEIVING, name="storage")
+    painted = [
+        join(markings(world(place), yard_of(world(place)), 0.0)) for place in (RECEIVING, other)
+    ]
+    assert (painted[0].at == painted[1].at).all()
+    assert (painted[0].uv == painted[1].uv).all()
+
+
+@settings(max_examples=20)
+@given(contexts())
+def test_the_edge_of_the_yard_is_away_from_everything(context: Context) -> None:
+    yard = yard_of(context)
+    walls = join(barrier(yard, 0.0)).at
+    walls = rotate(walls[:, :2] - yard.middle, np.full(len(walls), -yard.yaw))
+    assert (np.abs(walls) > yard.half - 1).any(axis=1).all()
+    for item in context.objects:
+        for xy in (item.prism.xy, item.trajectory.xyz[:, :2]):
+            inside = rotate(xy - yard.middle, np.full(len(xy), -yard.yaw))
+            assert (np.abs(inside) <= yard.half - MARGIN_M + 1e-6).all()
+
+
+def test_the_sun_throws_shadows_and_the_ground_throws_none() -> None:
+    spec = mujoco.MjSpec()
+    add_surroundings(spec, world(RECEIVING), 0.25)
+    model = spec.compile()
+    assert model.nlight == 1
+    assert model.light_castshadow[0]
+    planes = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+    assert model.geom_pos[planes, 2].max() == pytest.approx(0.25)
+    assert [geom.castshadow for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE] == [
+        False
+    ] * planes.sum()
