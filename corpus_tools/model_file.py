@@ -46,6 +46,9 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ``sha256:`` and the digest of the other file.
     sets, bases, words
         Names in the feature space (:class:`g3.features.matrix.FeatureSpace`).
+    data
+        What tells the data that feature sets read (WordNet, a tag table) from others, by
+        the name of the set.
     scenarios
         The scenarios that it was trained on, which it can't be tested on
         (:func:`corpus_tools.labelled.scenario_ids`).
@@ -63,6 +66,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sets: tuple[str, ...]
     bases: tuple[str, ...]
     words: tuple[str, ...]
+    data: dict[str, str] = {}
     scenarios: tuple[str, ...] = ()
     training: dict[str, object] = {}
 
@@ -108,6 +112,7 @@ def save_model(
         sets=model.space.sets,
         bases=model.space.bases,
         words=model.space.words,
+        data={s.name: s.data() for s in model.sets if s.data is not None},
         scenarios=scenarios,
         training=dict(training or {}),
     )
@@ -128,8 +133,8 @@ def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
     Raises
     ------
     ModelError
-        If it is missing or damaged, needs other features than there are, or was trained
-        on another corpus.
+        If it is missing or damaged, needs other features or other data than there are, or
+        was trained on another corpus.
     """
     arrays_path, card_path = model_files(path)
     card = read_card(path)
@@ -155,7 +160,7 @@ def read_card(path: Path | str) -> ModelCard:
     Raises
     ------
     ModelError
-        If it is missing or damaged, or needs other features than there are.
+        If it is missing or damaged, or needs other features or other data than there are.
     """
     card_path = model_files(path)[1]
     content = _read(card_path)
@@ -187,7 +192,30 @@ def read_card(path: Path | str) -> ModelCard:
             where=f"{card_path}: sets",
             fix=f"install what registers it, or {RETRAIN}",
         )
+    _check_data(card, card_path)
     return card
+
+
+def _check_data(card: ModelCard, path: Path) -> None:
+    """Refuse a model whose feature sets would read other data than it was trained with."""
+    for feature in catalogue():
+        if feature.name not in card.sets or feature.data is None:
+            continue
+        where = f"{path}: sets: {feature.name}"
+        try:
+            found = feature.data()
+        except ModelError as error:
+            raise ModelError(
+                f"it needs data that are missing here: {error.what}",
+                where=where,
+                fix=f"{error.fix}; or {RETRAIN} with --ablate {feature.name}",
+            ) from error
+        if found != card.data.get(feature.name, found):
+            raise ModelError(
+                "it was trained with other data than are there now",
+                where=where,
+                fix=f"set CT_WORDNET and CT_TAGS as they were, or {RETRAIN}",
+            )
 
 
 def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], FloatArray]:

@@ -12,7 +12,7 @@ from g3.annotation import Annotation, Source
 from g3.features.batch import FactorBatch, FieldWords
 from g3.features.bodies import pack
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Trajectory
-from g3.language.words import field_words, figure_words
+from g3.language.words import field_words, figure_name, figure_words
 from g3.sdc import SDC, SDC_TYPES, Field, all_words, breadth_first, child_indices
 
 Groundings = tuple[Grounding, ...]
@@ -153,8 +153,10 @@ def factor_words(sdc: SDC) -> FieldWords:
         if sdc.type == "EVENT" and child.type in ("PATH", "PLACE")
         for span in child.relation
     )
+    named = sdc.type in ("OBJECT", "PLACE")
     return {
-        "figure": figure_words(sdc) if sdc.type in ("OBJECT", "PLACE") else (),
+        "figure": figure_words(sdc) if named else (),
+        "name": figure_name(sdc) if named else (),
         "relation": field_words(sdc.relation),
         "goal": field_words(goal),
         "landmark": field_words(

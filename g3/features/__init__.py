@@ -5,13 +5,25 @@ see; each other module holds one family; :mod:`g3.features.matrix` makes the bin
 matrix. Importing the package registers everything.
 """
 
-from g3.features import artefacts, frames, moments, named, prisms, ranks, scene, trajectories, words
+from g3.features import (
+    artefacts,
+    frames,
+    moments,
+    named,
+    order,
+    prisms,
+    ranks,
+    scene,
+    trajectories,
+    words,
+)
 
 __all__ = [
     "artefacts",
     "frames",
     "moments",
     "named",
+    "order",
     "prisms",
     "ranks",
     "scene",

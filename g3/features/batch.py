@@ -20,9 +20,10 @@ is related to (OBJECT, PLACE and PATH clauses). ``theme``: the object that an EV
 on. ``goal``: where the EVENT leads, the grounding of its PLACE or of its PATH's landmark.
 """
 
-WordField = Literal["figure", "relation", "goal", "landmark"]
-"""Whose words: the figure's, the relation's, those of the relation of the PATH or PLACE in an
-EVENT, or those of the landmarks (which the paper's factors don't see)."""
+WordField = Literal["figure", "name", "relation", "goal", "landmark"]
+"""Whose words: the figure's, those same words as they are written ("name"), the relation's, those
+of the relation of the PATH or PLACE in an EVENT, or those of the landmarks (which the paper's
+factors don't see)."""
 
 FieldWords = dict[WordField, tuple[str, ...]]
 

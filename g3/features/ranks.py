@@ -30,7 +30,7 @@ BEARING_COLUMNS: Columns = (
 )
 
 
-def _local(batch: FactorBatch, index: IntArray) -> FloatArray:
+def local_centres(batch: FactorBatch, index: IntArray) -> FloatArray:
     """Centres of bodies (n, ...) in the frame of the agent's start pose, shape (n, ..., 2)."""
     centres = centroid(batch.bodies.corners)[index]
     lead = (slice(None),) + (None,) * (index.ndim - 1)
@@ -42,7 +42,7 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     """Centres of the context's objects that share the figure's labels (n, p, 2), and which."""
     labels = batch.bodies.labels
     same = (labels[batch.peers] == labels[batch.figure][:, None]).all(axis=2)
-    return _local(batch, batch.peers), same & (batch.peers >= 0)
+    return local_centres(batch, batch.peers), same & (batch.peers >= 0)
 
 
 @feature_set(
@@ -56,7 +56,7 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
     centres, peer = _peers(batch)
-    own = _local(batch, batch.figure)
+    own = local_centres(batch, batch.figure)
     columns = []
     for own_value, values in zip(_orders(own), _orders(centres), strict=True):
         before = (peer & (values < own_value[:, None] - SAME_PLACE_M)).sum(axis=1)
@@ -100,7 +100,7 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 )
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""
-    own = _local(batch, batch.figure)
+    own = local_centres(batch, batch.figure)
     unit = own / np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-9)
     centres, peer = _peers(batch)
     weight = peer[..., None] / np.maximum(peer.sum(axis=1), 1)[:, None, None]

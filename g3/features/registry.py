@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from g3.features.batch import FactorBatch, Role, WordField
 from g3.groundings import FloatArray
 from g3.sdc import SDC_TYPES, SDCType
 
-CATALOGUE_VERSION = 1
+CATALOGUE_VERSION = 2
 """Raised whenever a change makes older models read features differently."""
 
 
@@ -72,6 +74,9 @@ class FeatureSet:
     scale
         How large the features' weights are expected to be, relative to other sets'
         (the standard deviation of the Gaussian prior that L2 regularisation is).
+    data
+        For a set that reads data which may be absent or differ, what tells these data
+        from others; raises a ModelError where there are none.
     """
 
     name: str
@@ -84,6 +89,7 @@ class FeatureSet:
     default: bool = True
     alone: bool = True
     scale: float = 1.0
+    data: Callable[[], str] | None = None
 
     def columns_for(self, batch: FactorBatch) -> Columns:
         """The features' descriptions for this batch."""
@@ -103,6 +109,7 @@ def feature_set(
     default: bool = True,
     alone: bool = True,
     scale: float = 1.0,
+    data: Callable[[], str] | None = None,
 ) -> Callable[[Compute], Compute]:
     """Register a function as a feature set; the parameters are those of `FeatureSet`."""
 
@@ -121,6 +128,7 @@ def feature_set(
             default,
             alone,
             scale,
+            data,
         )
         return compute
 
@@ -135,10 +143,12 @@ def catalogue() -> tuple[FeatureSet, ...]:
 def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
     """The default feature sets, some left out and others added.
 
+    A default set whose data are absent is left out, with a note in the log.
+
     Raises
     ------
     ModelError
-        If a name is not in the catalogue.
+        If a name is not in the catalogue, or the data of an added set are absent.
     """
     without, plus = set(without), set(plus)
     unknown = sorted((without | plus) - set(_CATALOGUE))
@@ -147,7 +157,27 @@ def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[Fe
             f"there is no feature set {unknown[0]!r}",
             fix="'ct features list' shows the catalogue: " + ", ".join(sorted(_CATALOGUE)),
         )
-    return tuple(s for s in catalogue() if (s.default or s.name in plus) and s.name not in without)
+    wanted = [s for s in catalogue() if (s.default or s.name in plus) and s.name not in without]
+    for feature in wanted:
+        if feature.data is not None and feature.name in plus:
+            feature.data()
+    return tuple(s for s in wanted if s.data is None or _has_data(s))
+
+
+def _has_data(feature: FeatureSet) -> bool:
+    try:
+        if feature.data is not None:
+            feature.data()
+    except ModelError as error:
+        _note(f"feature set {feature.name!r} is off: {error}")
+        return False
+    return True
+
+
+@cache
+def _note(text: str) -> None:
+    """Say something once."""
+    logging.getLogger(__name__).warning(text)
 
 
 def scale_of(name: str) -> float:

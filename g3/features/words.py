@@ -7,7 +7,11 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.features.registry import Column, Columns, feature_set
 from g3.groundings import FloatArray
-from g3.language.similarity import MEASURES, best_match
+from g3.language.resources import tag_table_identity, wordnet_identity
+from g3.language.similarity import MEASURES, best_match, mean_match
+
+TIE = 1e-9
+"""Similarities this close are equal."""
 
 
 def label_columns(batch: FactorBatch) -> Columns:
@@ -71,31 +75,115 @@ def theme_labels(batch: FactorBatch) -> FloatArray:
     return batch.bodies.labels[batch.theme].astype(float)
 
 
-def _measure_columns(_: FactorBatch) -> Columns:
+def _compared(measures: tuple[str, ...]) -> Columns:
     return tuple(
-        Column(f"{name}.{side}", "1", 0, 1, 5) for name in MEASURES for side in ("own", "other")
+        Column(f"{name}.{side}", "1", 0, 1, 5) for name in measures for side in ("own", "other")
     )
 
 
-@feature_set(
-    "word-label",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_measure_columns,
-)
-def word_label(batch: FactorBatch) -> FloatArray:
-    """Similarity of the figure's words to its labels, and to others in its scene."""
-    factor_words = [factor.get("figure", ()) for factor in batch.words]
-    vocabulary = sorted({word for words in factor_words for word in words})
+def _compare(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
+    """Similarity of the closest word and label: of the figure, and of others in its scene."""
+    names = [factor.get("name", ()) for factor in batch.words]
+    vocabulary = sorted({word for words in names for word in words})
     row = {word: i for i, word in enumerate(vocabulary)}
-    indices = [[row[word] for word in words] for words in factor_words]
+    indices = [[row[word] for word in words] for words in names]
     labels = batch.bodies.labels
     own = labels[batch.figure]
     peers = labels[batch.peers] & (batch.peers >= 0)[..., None]
     other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
     columns = []
-    for measure in MEASURES.values():
-        similarity = measure(vocabulary, batch.bodies.label_names)
+    for name in measures:
+        similarity = MEASURES[name](vocabulary, batch.bodies.label_names)
         columns += [best_match(similarity, indices, batch.factor, side) for side in (own, other)]
     return np.column_stack(columns)
+
+
+@feature_set(
+    "word-form",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_compared(("exact", "lemma", "spelling")),
+)
+def word_form(batch: FactorBatch) -> FloatArray:
+    """Likeness in form of the figure's words to its labels, and to others in its scene."""
+    return _compare(batch, ("exact", "lemma", "spelling"))
+
+
+@feature_set(
+    "word-domain",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_compared(("domain",)),
+)
+def word_domain(batch: FactorBatch) -> FloatArray:
+    """Whether the figure's words are synonyms of its labels, or of others', in a warehouse."""
+    return _compare(batch, ("domain",))
+
+
+def _graded(measures: tuple[str, ...]) -> Columns:
+    return tuple(
+        column
+        for name in measures
+        for column in (
+            Column(f"{name}.own", "1", 0, 1, 5),
+            Column(f"{name}.margin", "1", -0.5, 0.5, 8),
+            Column(f"{name}.best", "bool"),
+        )
+    )
+
+
+def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
+    """Similarity of the figure, how much more that is than any other thing's, and whether it is.
+
+    Measures of meaning differ more between words than between things, so that what counts
+    is which thing of the scene a word fits best. NaN where no word is known.
+    """
+    bodies = batch.bodies
+    patterns, pattern = np.unique(bodies.labels, axis=0, return_inverse=True)
+    pattern = pattern.reshape(-1)
+    own = pattern[batch.figure]
+    others = np.column_stack((batch.peers, batch.agent_body))
+    rival = (others >= 0) & (pattern[others] != own[:, None])
+    names = [factor.get("name", ()) for factor in batch.words]
+    columns = []
+    for name in measures:
+        score = mean_match(MEASURES[name], names, bodies.label_names, patterns)[batch.factor]
+        mine = np.take_along_axis(score, own[:, None], axis=1)[:, 0]
+        theirs = np.where(rival, np.take_along_axis(score, pattern[others], axis=1), 0.0)
+        margin = mine - theirs.max(axis=1)
+        columns += [mine, margin, np.where(np.isnan(margin), np.nan, margin > -TIE)]
+    return np.column_stack(columns)
+
+
+@feature_set(
+    "word-wordnet",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("path", "wup", "lin")),
+    scale=0.4,
+    data=wordnet_identity,
+)
+def word_wordnet(batch: FactorBatch) -> FloatArray:
+    """Similarity in WordNet of the figure's words to its labels, next to others in its scene."""
+    return _grade(batch, ("path", "wup", "lin"))
+
+
+@feature_set(
+    "word-tags",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("tag-npmi", "tag-given")),
+    scale=0.4,
+    default=False,
+    data=tag_table_identity,
+)
+def word_tags(batch: FactorBatch) -> FloatArray:
+    """Co-occurrence as image tags of the figure's words with its labels, next to others.
+
+    Off: the table that comes along is made by hand and adds nothing to `word-domain`.
+    """
+    return _grade(batch, ("tag-npmi", "tag-given"))

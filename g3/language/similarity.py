@@ -1,12 +1,14 @@
 """How likely a word denotes a label of the semantic map (section 3.3).
 
 A measure takes words and labels and gives one number between 0 and 1 for each pair.
-Measures are registered by name; each becomes a base feature.
+Measures are registered by name; the feature sets of :mod:`g3.features.words` use them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,9 @@ from rapidfuzz.distance import JaroWinkler
 from rapidfuzz.process import cdist
 
 from g3.groundings import FloatArray
+from g3.language.concepts import concepts
+from g3.language.resources import tag_table, wordnet
+from g3.language.wordnet import Score
 from g3.language.words import normalise
 
 Measure = Callable[[Sequence[str], Sequence[str]], FloatArray]
@@ -90,6 +95,65 @@ def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     ).reshape(len(stems), len(kinds))
 
 
+PHYSICAL_ENTITY = "physical_entity"
+"""What labels of a semantic map are kinds of, and so the words for them."""
+
+SHORTEST = 3
+"""Shorter forms are function words, though WordNet has nouns like "a" and "in"."""
+
+
+def _in_wordnet(score: Score, words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Similarity of the most similar senses that are physical entities."""
+    net = wordnet()
+    (top,) = net.senses[PHYSICAL_ENTITY]
+
+    @cache
+    def things(word: str) -> tuple[int, ...]:
+        if len(word) < SHORTEST or concepts([normalise(word)]):
+            return ()
+        return tuple(s for s in net.synsets(word) if top in net.ancestors(s))
+
+    @cache
+    def similarity(word: str, label: str) -> float:
+        return max(
+            (net.similarity(score, a, b) for a in things(word) for b in things(label)), default=0.0
+        )
+
+    table = [[similarity(word.lower(), label.lower()) for label in labels] for word in words]
+    return np.array(table, dtype=float).reshape(len(words), len(labels))
+
+
+@measure("path")
+def path(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """1 / (1 + steps between them in WordNet)."""
+    return _in_wordnet("path", words, labels)
+
+
+@measure("wup")
+def wup(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Similarity of Wu and Palmer in WordNet: how deep what they have in common is."""
+    return _in_wordnet("wup", words, labels)
+
+
+@measure("lin")
+def lin(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Similarity of Lin in WordNet: how much they have in common of what they say."""
+    return _in_wordnet("lin", words, labels)
+
+
+@measure("tag-npmi")
+def tag_npmi(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Normalised mutual information of tags of the same images, negative as 0."""
+    return tag_table().npmi(words, labels)
+
+
+@measure("tag-given")
+def tag_given(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """How often an image that has the word as a tag has the label too."""
+    given: FloatArray = tag_table().conditional(labels, words).T
+    return given
+
+
 def best_match(
     similarity: FloatArray,
     factor_words: Sequence[Sequence[int]],
@@ -130,3 +194,58 @@ def best_match(
         per_factor[filled] = np.maximum.reduceat(per_word[flat], starts, axis=0)
     best: FloatArray = per_factor[factor, pattern]
     return best
+
+
+def mean_match(
+    measure: Measure,
+    names: Sequence[Sequence[str]],
+    labels: Sequence[str],
+    patterns: npt.NDArray[np.bool_],
+) -> FloatArray:
+    """How well names fit sets of labels: the mean over words of the closest label.
+
+    Words that are like no label at all are left out, and two neighbours that are known as
+    one ("loading dock") count as one word.
+
+    Parameters
+    ----------
+    measure
+        The measure.
+    names
+        The words of f names.
+    labels
+        The l labels there are.
+    patterns
+        Sets of labels, shape (k, l).
+
+    Returns
+    -------
+    FloatArray
+        Shape (f, k); NaN for a name without known words.
+    """
+    forms = {form for words in names for form in (*words, *map(" ".join, pairwise(words)))}
+    vocabulary = sorted(forms)
+    similarity = measure(vocabulary, labels)
+    row = {word: i for i, word in enumerate(vocabulary) if similarity[i].any()}
+    closest = [similarity[:, pattern].max(axis=1, initial=0.0) for pattern in patterns]
+    per_word = np.column_stack(closest) if len(patterns) else np.zeros((len(vocabulary), 0))
+    result = np.full((len(names), len(patterns)), np.nan)
+    for fit, words in zip(result, names, strict=True):
+        known = [row[unit] for unit in _units(words, row)]
+        if known:
+            fit[:] = per_word[known].mean(axis=0)
+    return result
+
+
+def _units(words: Sequence[str], known: Collection[str]) -> Iterator[str]:
+    """The known words and pairs of words of a name, each word in at most one."""
+    at = 0
+    while at < len(words):
+        pair = " ".join(words[at : at + 2])
+        if at + 1 < len(words) and pair in known:
+            yield pair
+            at += 2
+            continue
+        if words[at] in known:
+            yield words[at]
+        at += 1

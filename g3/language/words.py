@@ -19,9 +19,17 @@ def normalise(word: str) -> str:
     >>> normalise("Pallets,")
     'pallet'
     """
-    bare = word.lower().strip("\"'`.,;:!?()[]{}<>*-")
-    stem: str = _STEMMER.stemWord(bare)
+    stem: str = _STEMMER.stemWord(bare(word))
     return stem
+
+
+def bare(word: str) -> str:
+    """A word in lower case, without punctuation around it.
+
+    >>> bare("Pallets,")
+    'pallets'
+    """
+    return word.lower().strip("\"'`.,;:!?()[]{}<>*-")
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:
@@ -30,6 +38,16 @@ def field_words(spans: Iterable[Span]) -> tuple[str, ...]:
 
 
 def figure_words(sdc: SDC) -> tuple[str, ...]:
+    """Normal forms of the words that name the figure."""
+    return field_words(figure_spans(sdc))
+
+
+def figure_name(sdc: SDC) -> tuple[str, ...]:
+    """The words that name the figure as they are written, for looking them up."""
+    return tuple(word for span in figure_spans(sdc) if (word := bare(span.text)))
+
+
+def figure_spans(sdc: SDC) -> tuple[Span, ...]:
     """Words that name the figure.
 
     A leaf's own words; otherwise those of the clauses in the figure field, and those of
@@ -37,8 +55,8 @@ def figure_words(sdc: SDC) -> tuple[str, ...]:
     not in "the truck with tires".
     """
     if sdc.is_leaf:
-        return field_words(sdc.words)
+        return sdc.words
     named = sdc.figure
     if sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",):
         named = (*named, *sdc.landmark1)
-    return field_words(span for child in named for span in all_words(child))
+    return tuple(span for child in named for span in all_words(child))

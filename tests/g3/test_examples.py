@@ -178,14 +178,15 @@ def words(notation: str) -> dict[str, tuple[str, ...]]:
 
 def test_words_of_an_event() -> None:
     assert words(PUT) == {
-        "figure": (), "relation": ("put",), "goal": ("on",),
+        "figure": (), "name": (), "relation": ("put",), "goal": ("on",),
         "landmark": ("the", "pallet", "on", "the", "truck"),
     }  # fmt: skip
 
 
 def test_words_of_an_object() -> None:
     assert words("OBJ(f = OBJ(f = the pallets), r = next to, l = OBJ(f = it))") == {
-        "figure": ("the", "pallet"), "relation": ("next", "to"), "goal": (), "landmark": ("it",),
+        "figure": ("the", "pallet"), "name": ("the", "pallets"),
+        "relation": ("next", "to"), "goal": (), "landmark": ("it",),
     }  # fmt: skip
 
 

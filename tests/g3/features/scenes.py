@@ -99,6 +99,7 @@ def row(
     )
     fields: FieldWords = {
         "figure": tuple(map(normalise, words.split())),
+        "name": tuple(words.lower().split()),
         "relation": tuple(map(normalise, relation.split())),
         "goal": (),
         "landmark": (),

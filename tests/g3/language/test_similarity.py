@@ -1,19 +1,37 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from g3.language.similarity import MEASURES, best_match, domain, exact, lemma, spelling
+from g3.language.similarity import (
+    MEASURES,
+    best_match,
+    domain,
+    exact,
+    lemma,
+    mean_match,
+    spelling,
+)
 from g3.language.words import normalise
+from tests.g3.language.installed import needs_wordnet
 
-every_measure = pytest.mark.parametrize("name", MEASURES)
+every_measure = pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=needs_wordnet) if name in ("path", "wup", "lin") else name
+        for name in MEASURES
+    ],
+)
 
 
 def test_the_measures_there_are() -> None:
-    assert list(MEASURES) == ["exact", "lemma", "spelling", "domain"]
+    named = ["exact", "lemma", "spelling", "domain", "path", "wup", "lin", "tag-npmi", "tag-given"]
+    assert list(MEASURES) == named
 
 
 def test_exact_does_not_see_capitals() -> None:
@@ -108,3 +126,35 @@ def test_best_match_of_an_example() -> None:
     # Rows 0 and 1 have the words 0 and 1; row 2 has none; row 3 has words, but no label.
     found = best_match(similarity, [[0, 1], [], [2]], np.array([0, 0, 1, 2]), labels)
     assert_array_equal(found, [0.5, 0.9, 0, 0])
+
+
+def initials(words: Sequence[str], labels: Sequence[str]) -> np.ndarray:
+    """Words are like labels that share their first letter; of pairs only "red rose" is known."""
+    like = {("red rose", "tree")}
+    return np.array(
+        [[float((w, x) in like or (" " not in w and w[0] == x[0])) for x in labels] for w in words]
+    ).reshape(len(words), len(labels))
+
+
+def test_mean_match_of_an_example() -> None:
+    labels, patterns = ["tree", "pond"], np.array([[True, False], [True, True], [False, False]])
+    names = [("the", "pine"), ("one",), ("red", "rose", "path"), ("rose",), ()]
+    # "the" is like "tree", "pine" like "pond"; "one" and "rose" are like nothing.
+    found = mean_match(initials, names, labels, patterns)
+    nothing = [np.nan] * 3
+    assert_array_equal(found, [[0.5, 1, 0], nothing, [0.5, 1, 0], nothing, nothing])
+
+
+@needs_wordnet
+def test_wordnet_knows_what_no_lexicon_lists() -> None:
+    # A carton is a box, a van is nearer to a truck than to a tire, and a tyre is a tire.
+    assert MEASURES["path"](["carton"], ["box"])[0, 0] == 0.5
+    van = MEASURES["wup"](["van"], ["truck", "tire", "pallet"])[0]
+    assert van.argmax() == 0
+    assert MEASURES["lin"](["tyres"], ["tire"])[0, 0] == 1
+
+
+@needs_wordnet
+@pytest.mark.parametrize("word", ["the", "a", "in", "left", "wheeled", "zxq", ""])
+def test_function_words_are_like_nothing_in_wordnet(word: str) -> None:
+    assert not MEASURES["wup"]([word], ["pallet", "trailer"]).any()

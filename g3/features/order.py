@@ -1,0 +1,122 @@
+"""Where a thing stands among those that its words could mean: "second from the left".
+
+"The rightmost pallet" stands among all pallets, "the rightmost tire pallet" among those of tires:
+the words decide what the figure competes with.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.features.batch import FactorBatch
+from g3.features.named import named
+from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
+from g3.features.registry import Column, feature_set
+from g3.geometry import BoolArray
+from g3.groundings import FloatArray
+from g3.language.concepts import CONCEPTS, Concept
+from g3.language.similarity import MEASURES
+from g3.language.words import normalise
+
+_DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
+
+_ORDINALS = {
+    normalise(word): number
+    for number, words in enumerate(
+        ("first 1st", "second 2nd", "third 3rd", "fourth 4th", "fifth 5th", "sixth 6th"), start=1
+    )
+    for word in words.split()
+}
+
+
+@feature_set(
+    "named-order",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=(
+        Column("beaten", "1", 0, 1, 6),
+        Column("middle", "1", 0, 1, 4),
+        Column("ordinal", "1", 0, 1, 4),
+    ),
+    scale=0.7,
+)
+def named_order(batch: FactorBatch) -> FloatArray:
+    """Place that words name ("left-most", "second from the right") among what they could mean."""
+    rival = rivals(batch)
+    own = _values(local_centres(batch, batch.figure))
+    others = _values(local_centres(batch, batch.peers))
+    ahead = (rival[..., None] & (others > own[:, None] + SAME_PLACE_M)).sum(axis=1)
+    level = (rival[..., None] & (np.abs(others - own[:, None]) <= SAME_PLACE_M)).sum(axis=1)
+    count = rival.sum(axis=1)[:, None]
+    several = count > 0
+    beaten = np.where(several, 1 - (ahead + level / 2) / np.maximum(count, 1), np.nan)
+    wanted = named(batch, ("figure",)) | (
+        named(batch, ("figure", "relation")) & (batch.landmark < 0)[:, None]
+    )
+    direction = wanted[:, [CONCEPTS.index(c) for c in _DIRECTIONS]]
+    direction[:, _DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
+    middle = 1 - np.abs(2 * beaten[:, 0] - 1)
+    table = np.column_stack(
+        (
+            _mean(beaten, direction),
+            np.where(wanted[:, CONCEPTS.index("between")], middle, np.nan),
+            _ordinal(batch, ahead, direction, wanted[:, CONCEPTS.index("from")]),
+        )
+    )
+    table[is_robot(batch) | (batch.bodies.count[batch.figure] > 1)] = np.nan
+    return table
+
+
+def rivals(batch: FactorBatch) -> BoolArray:
+    """Which peers have labels that the figure's words fit no worse than the figure's; (n, p)."""
+    vocabulary = sorted({word for factor in batch.words for word in factor.get("name", ())})
+    row = {word: i for i, word in enumerate(vocabulary)}
+    names = batch.bodies.label_names
+    fits = np.maximum(
+        MEASURES["lemma"](vocabulary, names), MEASURES["domain"](vocabulary, names)
+    ).astype(bool)
+    word_fits = fits @ batch.bodies.labels.T
+    score = np.array(
+        [word_fits[[row[w] for w in factor.get("name", ())]].sum(axis=0) for factor in batch.words]
+    ).reshape(len(batch.words), len(batch.bodies.labels))
+    own = score[batch.factor, batch.figure]
+    result: BoolArray = (
+        (batch.peers >= 0)
+        & (batch.peers != batch.figure[:, None])
+        & (score[batch.factor[:, None], batch.peers] >= own[:, None])
+    )
+    return result
+
+
+def _values(local: FloatArray) -> FloatArray:
+    """How far centres (..., 2) from the agent lie in each direction, shape (..., directions)."""
+    forward, leftward = local[..., 0], local[..., 1]
+    away = np.linalg.norm(local, axis=-1)
+    return np.stack((leftward, -leftward, forward, -forward, -away, away), axis=-1)
+
+
+def _mean(degrees: FloatArray, wanted: BoolArray) -> FloatArray:
+    known = wanted & ~np.isnan(degrees)
+    total = np.where(known, degrees, 0.0).sum(axis=1)
+    return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+
+
+def _ordinal(
+    batch: FactorBatch, ahead: npt.NDArray[np.intp], side: BoolArray, from_side: BoolArray
+) -> FloatArray:
+    """1 for the place that the words count to, less the further off; NaN where none is.
+
+    "The second from the left" is counted from the left; "the second on the left" from there or
+    by distance, whichever fits better; "the second" by distance.
+    """
+    numbers = [
+        next((_ORDINALS[w] for w in factor.get("figure", ()) if w in _ORDINALS), 0)
+        for factor in batch.words
+    ]
+    number = np.array(numbers, dtype=float)[batch.factor]
+    counted = side.copy()
+    counted[:, _DIRECTIONS.index("near")] |= ~(from_side & side.any(axis=1))
+    off = np.where(counted, np.abs(ahead - (number[:, None] - 1)), np.inf).min(axis=1)
+    return np.where(number > 0, 1 / (1 + off), np.nan)
