@@ -11,12 +11,19 @@ import numpy.typing as npt
 from corpus_tools.world.forklift import DRIVE_JOINTS, FORKS, LOW, add_forklift
 from corpus_tools.world.kinds import FORKLIFT, kind_of
 from corpus_tools.world.looks.registry import look_of
+from corpus_tools.world.looks.surroundings import add_surroundings
 from corpus_tools.world.recording import Recording, heading, upright
 from corpus_tools.world.shapes import shape_of
-from corpus_tools.world.solids import add_solid
+from corpus_tools.world.solids import FRICTION, SOLID_GROUP, add_solid
 from g3.groundings import Context
 
 Index = npt.NDArray[np.int64]
+
+FLOOR = "floor"
+"""Geom of the ground."""
+TIMESTEP_S = 0.005
+IMPRATIO = 10.0
+"""How much stiffer friction is than the normal force: what is on the forks must not creep."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,21 +70,29 @@ def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
         Whether to add what is only there to be seen.
     """
     spec = mujoco.MjSpec()
+    spec.option.timestep = TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPRATIO
+    ground = ground_of(context)
+    _add_floor(spec, ground)
     for item in context.objects:
         kind = kind_of(item.labels)
         pose = item.trajectory
         if item.id == context.agent_id:
             kind = FORKLIFT
-            body = add_forklift(spec, item.id)
+            body = add_forklift(spec, item.id, ground)
         else:
             body = spec.worldbody.add_body(
                 name=item.id, pos=pose.xyz[0], quat=upright(pose.yaw[0]), mocap=not kind.carriable
             )
             if kind.carriable:
                 body.add_freejoint()
-            add_solid(body, kind, shape_of(item))
+            add_solid(body, kind, shape_of(item), ground - pose.xyz[0, 2])
         if looks:
-            look_of(kind.name)(body, shape_of(item))
+            look_of(kind.name)(spec, body, shape_of(item), ground - pose.xyz[0, 2])
+    if looks:
+        add_surroundings(spec, context, ground)
     return spec
 
 
@@ -114,6 +129,22 @@ def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -
     data.qpos[world.drive_qpos[2]] = heading(orientation[world.robot])
     data.qpos[world.forks_qpos] = recording.fork_height_m[k] - LOW
     mujoco.mj_kinematics(world.model, data)
+
+
+def ground_of(context: Context) -> float:
+    """Height of the ground: what the robot stands on."""
+    return float(context.agent.trajectory.xyz[0, 2])
+
+
+def _add_floor(spec: mujoco.MjSpec, ground_m: float) -> None:
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[0, 0, ground_m],
+        size=[0, 0, 1],
+        friction=[FRICTION, 0.005, 0.0001],
+        group=SOLID_GROUP,
+    )
 
 
 def _qpos(model: mujoco.MjModel, joints: list[int]) -> Index:

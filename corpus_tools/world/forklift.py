@@ -7,33 +7,57 @@ from __future__ import annotations
 
 import mujoco
 
+from corpus_tools.world.solids import Extent, box
+
 FORKS = "forks"
 """Body that goes up and down the mast, and its joint."""
 DRIVE_JOINTS = ("drive-x", "drive-y", "drive-yaw")
+ACTUATORS = (*DRIVE_JOINTS, FORKS)
+"""Their order is that of the controls, which are where the joints shall be."""
 
 CHASSIS = ((-1.2, 0.40), (-0.55, 0.55), (0.12, 2.1))
 """From and to, along x, y and z. The mast is in front of it, up to the heel of the forks."""
+MAST = ((0.40, 0.48), (-0.35, 0.35), (0.05, 2.1))
 HEEL_X = 0.55
 """Where the forks begin; loads touch them there."""
-FORK_LENGTH = 1.10
+FORK_LENGTH = 1.00
 FORK_WIDTH = 0.12
 FORK_THICKNESS = 0.04
 FORK_Y = 0.23
 """The middles of the two tines are this far to the left and the right."""
+BACKREST = ((-0.05, 0.0), (-0.45, 0.45), (-0.04, 0.9))
+"""Behind the heel, in the frame of the forks: it goes up and down with them."""
 LOW = 0.07
 """Height of the forks' upper side when they are down, above the ground."""
 LIFT_RANGE = 2.0
 
+CHASSIS_KG, CARRIAGE_KG, TINE_KG = 1500.0, 120.0, 40.0
 
-def add_forklift(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
+DRIVE_RATE, TURN_RATE, LIFT_RATE = 16.0, 16.0, 30.0
+"""How stiff the servos are: angular frequencies in 1/s with the mass that they move."""
+DRIVE_LIMIT_N, TURN_LIMIT_NM, LIFT_LIMIT_N = 12_000.0, 12_000.0, 25_000.0
+_SERVOS = (
+    (DRIVE_RATE, 2000.0, DRIVE_LIMIT_N),
+    (DRIVE_RATE, 2000.0, DRIVE_LIMIT_N),
+    (TURN_RATE, 1500.0, TURN_LIMIT_NM),
+    (LIFT_RATE, 500.0, LIFT_LIMIT_N),
+)
+
+
+def add_forklift(spec: mujoco.MjSpec, name: str, ground_m: float = 0.0) -> mujoco.MjsBody:
     """Add the robot without its looks; its joints' values are its pose.
+
+    Parameters
+    ----------
+    ground_m
+        Height of the ground.
 
     Returns
     -------
     mujoco.MjsBody
         The chassis, whose child :data:`FORKS` has the tines.
     """
-    body = spec.worldbody.add_body(name=name)
+    body = spec.worldbody.add_body(name=name, pos=[0, 0, ground_m])
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for joint, kind, axis in zip(
         DRIVE_JOINTS,
@@ -42,33 +66,30 @@ def add_forklift(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
         strict=True,
     ):
         body.add_joint(name=joint, type=kind, axis=axis)
-    _box(body, *CHASSIS, mass=1500.0)
-    forks = body.add_body(name=FORKS, pos=[HEEL_X, 0, LOW])
+    box(body, CHASSIS, mass=CHASSIS_KG)
+    box(body, MAST, mass=0.0)
+    forks = body.add_body(name=FORKS, pos=[HEEL_X, 0, LOW], gravcomp=1)
     forks.add_joint(name=FORKS, type=slide, axis=[0, 0, 1], range=[0, LIFT_RANGE])
+    box(forks, BACKREST, mass=CARRIAGE_KG)
     for side in (-1, 1):
-        y = side * FORK_Y
-        _box(
-            forks,
-            (0.0, FORK_LENGTH),
-            (y - FORK_WIDTH / 2, y + FORK_WIDTH / 2),
-            (-FORK_THICKNESS, 0.0),
-            mass=40.0,
-        )
+        box(forks, _tine(side * FORK_Y), mass=TINE_KG)
+    for joint, (rate, moved, limit) in zip(ACTUATORS, _SERVOS, strict=True):
+        _add_servo(spec, joint, rate, moved, limit)
     return body
 
 
-def _box(
-    body: mujoco.MjsBody,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    z: tuple[float, float],
-    mass: float,
-) -> None:
-    edges = (x, y, z)
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=[(low + high) / 2 for low, high in edges],
-        size=[(high - low) / 2 for low, high in edges],
-        mass=mass,
-        group=3,
+def _tine(y: float) -> Extent:
+    return ((0.0, FORK_LENGTH), (y - FORK_WIDTH / 2, y + FORK_WIDTH / 2), (-FORK_THICKNESS, 0.0))
+
+
+def _add_servo(spec: mujoco.MjSpec, joint: str, rate: float, moved: float, limit: float) -> None:
+    """A critically damped servo to a position."""
+    stiffness, damping = moved * rate**2, 2 * moved * rate
+    servo = spec.add_actuator(
+        name=joint,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        forcerange=[-limit, limit],
+        forcelimited=True,
     )
+    servo.set_to_position(kp=stiffness, kv=damping)

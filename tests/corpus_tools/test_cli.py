@@ -196,13 +196,15 @@ def test_verbose_shows_the_traceback():
 
 def test_other_distributions_add_commands(plugins):
     assert ct("hello", env=plugins).stdout == "hello\n"
-    assert "  hello     Greet.\n" in ct("--help", env=plugins).stdout
+    lines = ct("--help", env=plugins).stdout.splitlines()
+    assert ["hello", "Greet."] in [line.split() for line in lines]
 
 
 def test_a_broken_command_leaves_the_others_alone(plugins):
     listing = ct("--help", env=plugins)
     assert listing.returncode == 0
-    assert "missing   (can't be loaded: AttributeError" in listing.stdout
+    lines = [" ".join(line.split()) for line in listing.stdout.splitlines()]
+    assert any(line.startswith("missing (can't be loaded: Attribute") for line in lines)
     result = ct("missing", "--help", "x", "-y", env=plugins)
     assert result.returncode == 2
     assert result.stderr.startswith("ct: error: the command missing can't be loaded: AttributeErr")

@@ -1,0 +1,157 @@
+"""Videos against gymnasium's MujocoRenderer with imageio, and several jobs against one.
+
+``python -m benchmarks.rendering`` needs the extra ``bench``. For figures of one core, run it
+under ``taskset -c 0`` with ``--jobs 1``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.timing import heading, show
+from corpus_tools.video.gl import choose_back_end
+
+SIZE = (640, 480)
+FPS = 25
+FRAMES = 250
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.rendering", description=__doc__)
+    parser.add_argument("--scenario", default="dock_pick_up_tires")
+    parser.add_argument("--jobs", type=int, default=2, help="how many at a time (default: 2)")
+    arguments = parser.parse_args()
+    choose_back_end()
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    print(f"{cores} cores, load {os.getloadavg()[0]:.1f}, {os.environ['MUJOCO_GL']}")
+    _compare(arguments.scenario)
+    if arguments.jobs > 1:
+        _jobs(arguments.jobs)
+
+
+def _compare(scenario: str) -> None:
+    from corpus_tools.logs.writing import to_bytes  # noqa: PLC0415 - after the back end's choice
+    from corpus_tools.video.items import scenario_items, story_of  # noqa: PLC0415
+    from corpus_tools.video.moments import sampled  # noqa: PLC0415
+
+    heading(f"Drawing and encoding {scenario}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
+    story = story_of(scenario_items("warehouse", (scenario,))[0])
+    whole = story.record()
+    recording = _first_seconds(whole, FRAMES / FPS)
+    shown = sampled(recording, FPS)
+    seconds: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "video.mp4"
+        ways: dict[str, Callable[[], None]] = {
+            "gymnasium's MujocoRenderer, imageio": lambda: _gymnasium(shown, path),
+            **{
+                f"{camera}, {quality}": lambda camera=camera, quality=quality: _ours(  # type: ignore[misc]
+                    shown, path, camera, quality
+                )
+                for camera in ("overview", "follow", "operator")
+                for quality in ("draft", "standard", "high")
+            },
+        }
+        for name, way in ways.items():
+            start, cpu = time.perf_counter(), time.process_time()
+            way()
+            seconds[name] = time.process_time() - cpu
+            wall = time.perf_counter() - start
+            rate = len(shown.t_ns) / seconds[name]
+            show(name, rate, "frames/s", f"{seconds[name]:.1f} s of processor, {wall:.1f} s")
+        start = time.process_time()
+        to_bytes(recording, name=scenario, metadata={})
+        log = time.process_time() - start
+    ours = seconds["overview, standard"]
+    show("overview, standard / gymnasium", seconds[next(iter(ways))] / ours, "times as fast")
+    show("10 s of video and its log", (ours + log) * FRAMES / len(shown.t_ns), "s of processor")
+
+
+def _first_seconds(recording, duration_s):  # type: ignore[no-untyped-def]
+    from dataclasses import replace  # noqa: PLC0415
+
+    n = int(np.searchsorted(recording.t_s, duration_s))
+    return replace(
+        recording,
+        t_ns=recording.t_ns[:n],
+        position=recording.position[:n],
+        orientation=recording.orientation[:n],
+        fork_height_m=recording.fork_height_m[:n],
+    )
+
+
+def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ignore[no-untyped-def]
+    from corpus_tools.video.encode import encode  # noqa: PLC0415
+    from corpus_tools.video.frames import open_frames  # noqa: PLC0415
+    from corpus_tools.world.build import build_world  # noqa: PLC0415
+
+    world = build_world(recording.start)
+    with open_frames(world, recording, camera, SIZE, quality) as frames:  # type: ignore[arg-type]
+        pictures = map(frames.frame, range(len(recording.t_ns)))
+        encode(pictures, path, size=SIZE, fps=FPS, quality=quality)  # type: ignore[arg-type]
+
+
+def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
+    """The same view, with shadows and four samples a pixel, as MuJoCo draws them."""
+    import imageio.v3 as iio  # noqa: PLC0415
+    import mujoco  # noqa: PLC0415
+    from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer  # noqa: PLC0415
+
+    from corpus_tools.video.camera import overview  # noqa: PLC0415
+    from corpus_tools.world.build import build_world, set_state  # noqa: PLC0415
+
+    world = build_world(recording.start)
+    (camera,) = overview(recording, SIZE)
+    ahead = camera.axes[2]
+    world.model.vis.global_.fovy = math.degrees(camera.fovy)
+    world.model.vis.global_.offwidth, world.model.vis.global_.offheight = SIZE
+    data = mujoco.MjData(world.model)
+    view = {
+        "lookat": camera.position + ahead,
+        "distance": 1.0,
+        "azimuth": math.degrees(math.atan2(ahead[1], ahead[0])),
+        "elevation": math.degrees(math.asin(ahead[2])),
+    }
+    renderer = MujocoRenderer(
+        world.model, data, default_cam_config=view, width=SIZE[0], height=SIZE[1], max_geom=5000
+    )
+    with iio.imopen(path, "w", plugin="pyav") as video:
+        video.init_video_stream("libx264", fps=FPS)
+        for k in range(len(recording.t_ns)):
+            set_state(world, data, recording, k)
+            mujoco.mj_camlight(world.model, data)
+            video.write_frame(renderer.render("rgb_array"))
+    renderer.close()
+
+
+def _jobs(jobs: int) -> None:
+    heading(f"ct render-videos, {jobs} jobs against one")
+    seconds = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for count in (1, jobs):
+            out = Path(folder) / str(count)
+            command = [sys.executable, "-m", "corpus_tools", "render-videos", "--only", "[dh]*"]
+            start = time.perf_counter()
+            subprocess.run(
+                [*command, "--out", str(out), "--jobs", str(count)],
+                check=True,
+                stdout=subprocess.DEVNULL,
+                env={**os.environ, "LP_NUM_THREADS": "1"},
+            )
+            seconds[count] = time.perf_counter() - start
+            show(f"{count} at a time", seconds[count], "s", f"{len(list(out.iterdir()))} videos")
+    show(f"{jobs} jobs / one", seconds[1] / seconds[jobs], "times as fast")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""The frames of a recording, drawn as its quality and camera ask."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.video.camera import CAMERAS, Camera
+from corpus_tools.video.canvas import Image, open_canvas, sun_of
+from corpus_tools.video.composite import FINER, Composite
+from corpus_tools.video.encode import Quality
+from corpus_tools.video.full import Full
+from corpus_tools.video.moments import moving_objects
+from corpus_tools.video.shaded import Shaded
+from corpus_tools.video.shadows import LARGEST_MAP
+from corpus_tools.world.build import World
+from corpus_tools.world.recording import Recording
+
+SAMPLES = 4
+SHADOW_SIZE = 4096
+"""Of MuJoCo's shadow map, for the highest quality."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frames:
+    """What a video needs of a recording.
+
+    Parameters
+    ----------
+    cameras
+        One for each frame, or a single one.
+    frame
+        The k-th frame, shape (height, width, 3), rows from the top down.
+    objects
+        Index of the object that each pixel of the first frame shows, -1 for none, (h, w).
+    """
+
+    cameras: list[Camera]
+    frame: Callable[[int], Image]
+    objects: npt.NDArray[np.int64]
+
+
+@contextmanager
+def open_frames(
+    world: World, recording: Recording, camera: str, size: tuple[int, int], quality: Quality
+) -> Iterator[Frames]:
+    """Prepare to draw a recording's frames.
+
+    Parameters
+    ----------
+    world
+        Of the recording's context.
+    recording
+        Sampled at the video's frames.
+    camera
+        One of :data:`~corpus_tools.video.camera.CAMERAS`.
+    size
+        Width and height of a frame.
+    """
+    cameras = CAMERAS[camera](recording, size)
+    shaded = quality == "standard" and sun_of(world.model) is not None
+    best = quality == "high"
+    with open_canvas(
+        world,
+        canvas_size(size) if shaded else size,
+        samples=SAMPLES if best else 0,
+        shadow_size=SHADOW_SIZE if best else 1,
+        moving=moving_objects(recording),
+    ) as canvas:
+        canvas.show(recording, 0)
+        objects = canvas.objects(cameras[0], size)[::-1]
+        if not shaded:
+            frame = Full(canvas, recording, cameras, size, shadows=best).frame
+        elif len(cameras) == 1:
+            frame = Composite(canvas, recording, cameras[0], size).frame
+        else:
+            frame = Shaded(canvas, recording, cameras, size).frame
+        yield Frames(cameras, frame, objects)
+
+
+def canvas_size(size: tuple[int, int]) -> tuple[int, int]:
+    """How large a canvas must be for the finer pictures of frames, and for shadow maps."""
+    return max(size[0] * FINER, LARGEST_MAP), max(size[1] * FINER, LARGEST_MAP)

@@ -1,0 +1,171 @@
+"""What can be made a video of: scenarios, which are executed, and contexts, which are replayed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import msgspec
+
+from corpus_tools.bundled import open_corpus
+from corpus_tools.world.execute import execute
+from corpus_tools.world.recording import Recording
+from corpus_tools.world.replay import replay
+from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
+from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
+from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
+from corpus_tools.world.scenarios.model import Scenario
+from corpus_tools.world.scenarios.reading import read_scenario
+from g3.errors import CorpusError, FormatError
+from g3.groundings import Context, PhysicalObject, Place
+
+REPLAY_HZ = 50
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioItem:
+    """A scenario's file."""
+
+    name: str
+    path: Path
+
+
+@dataclass(frozen=True, slots=True)
+class ContextItem:
+    """A context of a corpus."""
+
+    name: str
+    corpus: str
+    context_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Story:
+    """What happens in a video.
+
+    Parameters
+    ----------
+    id
+        Of the scenario or the context.
+    title
+        What happens, in a sentence; empty if nobody has said.
+    fingerprint
+        Digest of all that determines what happens.
+    metadata
+        What the log keeps.
+    record
+        Makes it happen, and gives the recording.
+    """
+
+    id: str
+    title: str
+    fingerprint: str
+    metadata: Mapping[str, str]
+    record: Callable[[], Recording]
+
+
+Item: TypeAlias = ScenarioItem | ContextItem
+
+
+def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
+    """Scenarios by their names or files; all of a dataset if none are given.
+
+    Raises
+    ------
+    FormatError
+        If one isn't there, or two have the same name.
+    """
+    folder = dataset_folder(dataset)
+    paths = [scenario_file(name, folder) for name in names] or scenario_files(folder).values()
+    items: dict[str, Item] = {}
+    for path in paths:
+        other = items.setdefault(path.stem, ScenarioItem(path.stem, path))
+        if isinstance(other, ScenarioItem) and other.path != path:
+            raise FormatError(
+                f"two scenarios are called {path.stem}", where=str(path), fix="rename a file"
+            )
+    return list(items.values())
+
+
+def context_items(corpus: str) -> list[Item]:
+    """The contexts of a corpus.
+
+    Raises
+    ------
+    FormatError
+        If the corpus can't be read.
+    """
+    return [
+        ContextItem(key.replace("/", "-"), corpus, key)
+        for key in sorted(open_corpus(corpus).contexts)
+    ]
+
+
+def story_of(item: Item) -> Story:
+    """Read what an item stands for.
+
+    Raises
+    ------
+    FormatError
+        If something in it is wrong.
+    """
+    if isinstance(item, ContextItem):
+        return _replayed(open_corpus(item.corpus).contexts[item.context_id], item.corpus)
+    scenario = read_scenario(item.path)
+    digest = fingerprint(scenario)
+    return Story(
+        scenario.id,
+        scenario.title,
+        digest,
+        {FINGERPRINT: digest},
+        lambda: _executed(scenario),
+    )
+
+
+def _executed(scenario: Scenario) -> Recording:
+    execution = execute(
+        scenario_context(scenario), scenario.script, places=scenario_places(scenario)
+    )
+    if execution.problems:
+        raise CorpusError(
+            f"the script doesn't work out: {'; '.join(execution.problems)}",
+            fix="change the scenario",
+        )
+    return execution.recording
+
+
+def _replayed(context: Context, corpus: str) -> Story:
+    return Story(
+        context.id,
+        "",
+        _digest(context),
+        {"corpus": Path(corpus).name},
+        lambda: replay(context, REPLAY_HZ),
+    )
+
+
+def _digest(context: Context) -> str:
+    """Digest of all that a context holds."""
+    parts = {
+        "agent": context.agent_id,
+        "objects": [
+            {
+                "id": item.id,
+                "labels": item.labels,
+                "prism": _prism(item),
+                "t": item.trajectory.t.tolist(),
+                "xyz": item.trajectory.xyz.tolist(),
+                "yaw": item.trajectory.yaw.tolist(),
+            }
+            for item in context.objects
+        ],
+        "places": [{"name": place.name, "prism": _prism(place)} for place in context.places],
+    }
+    return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
+
+
+def _prism(thing: PhysicalObject | Place) -> list[object]:
+    return [thing.prism.xy.tolist(), thing.prism.z_min, thing.prism.z_max]

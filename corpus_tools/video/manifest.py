@@ -1,0 +1,133 @@
+"""The manifest of a rendered folder: what it shows, how it was made, and its files' hashes."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.metadata
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from corpus_tools import __version__
+from corpus_tools.video.camera import Camera
+from corpus_tools.video.encode import Quality
+from corpus_tools.video.items import Story
+from corpus_tools.world.recording import Recording
+
+SCHEMA_VERSION = 1
+MANIFEST = "manifest.json"
+PROGRAM = "corpus-tools-g3"
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+_MAKERS = ("video", "world", "logs")
+"""Folders with the modules that determine what is rendered."""
+_LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy")
+"""Distributions that determine it too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How videos are made.
+
+    Parameters
+    ----------
+    camera
+        One of :data:`~corpus_tools.video.camera.CAMERAS`.
+    size
+        Width and height, pixels, both even.
+    fps
+        Frames per second.
+    quality
+        How well they are drawn and encoded.
+    """
+
+    camera: str = "overview"
+    size: tuple[int, int] = (640, 480)
+    fps: int = 25
+    quality: Quality = "standard"
+
+
+def input_hash(story: Story, settings: Settings) -> str:
+    """Digest of what determines the files: what happens, the settings and the program."""
+    parts = [story.id, story.title, story.fingerprint, asdict(settings), _program()]
+    return "sha256:" + hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
+
+
+def manifest(
+    story: Story,
+    settings: Settings,
+    recording: Recording,
+    cameras: list[Camera],
+    files: Mapping[str, bytes],
+) -> bytes:
+    """The manifest's content.
+
+    Parameters
+    ----------
+    recording
+        Sampled at the video's frames.
+    files
+        The other files of the folder by name.
+    """
+    first = cameras[0]
+    content: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "program": {"name": PROGRAM, "version": __version__},
+        "id": story.id,
+        "title": story.title,
+        "input_hash": input_hash(story, settings),
+        "settings": asdict(settings),
+        "duration_s": len(recording.t_ns) / settings.fps,
+        "frames": len(recording.t_ns),
+        "fps": settings.fps,
+        "camera": {
+            "name": settings.camera,
+            "fixed": len(cameras) == 1,
+            "intrinsics": first.intrinsics(settings.size).tolist(),
+            "extrinsics": first.extrinsics().tolist(),
+        },
+        "steps": [
+            {
+                "action": step.action,
+                "arguments": dict(step.arguments),
+                "start_s": step.start_s,
+                "end_s": step.end_s,
+            }
+            for step in recording.steps
+        ],
+        "files": {
+            name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+            for name, data in sorted(files.items())
+        },
+    }
+    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
+
+
+def is_finished(folder: Path, wanted_hash: str) -> bool:
+    """Whether a folder holds all that was made of the same input, unchanged."""
+    try:
+        content = msgspec.json.decode((folder / MANIFEST).read_bytes())
+        return content["input_hash"] == wanted_hash and all(
+            hashlib.sha256((folder / name).read_bytes()).hexdigest() == file["sha256"]
+            for name, file in content["files"].items()
+        )
+    except (OSError, msgspec.DecodeError, KeyError, TypeError, AttributeError):
+        return False
+
+
+@functools.cache
+def _program() -> str:
+    """Digest of the program, which changes in a checkout without its version, and libraries."""
+    digest = hashlib.sha256(__version__.encode())
+    for path in sorted(path for name in _MAKERS for path in (_PACKAGE / name).rglob("*.py")):
+        digest.update(path.read_bytes())
+    for name in _LIBRARIES:
+        try:
+            digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())
+        except importlib.metadata.PackageNotFoundError:  # another build of the same library
+            digest.update(f"{name} ?\n".encode())
+    return digest.hexdigest()

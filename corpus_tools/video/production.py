@@ -1,0 +1,119 @@
+"""Making the files of one item: video, poster, segmentation, log and manifest."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools import __version__
+from corpus_tools.corpus.atomic import write_folder
+from corpus_tools.logs.writing import to_bytes
+from corpus_tools.video.canvas import Image
+from corpus_tools.video.encode import encode
+from corpus_tools.video.frames import Frames, open_frames
+from corpus_tools.video.items import Item, story_of
+from corpus_tools.video.manifest import MANIFEST, Settings, input_hash, is_finished, manifest
+from corpus_tools.video.moments import sampled
+from corpus_tools.video.segmentation import describe, label_image
+from corpus_tools.world.build import build_world
+from corpus_tools.world.recording import Recording
+from g3.errors import CorpusError
+
+VIDEO, POSTER, LOG = "video.mp4", "poster.png", "log.mcap"
+SEGMENTATION, SEGMENTS = "segmentation.png", "segmentation.json"
+
+OnFrame = Callable[[int, int], None]
+"""Told how many frames are done, and how many there are."""
+
+
+def produce(
+    item: Item, out: Path, settings: Settings, *, force: bool, on_frame: OnFrame | None = None
+) -> bool:
+    """Make an item's folder, unless it is finished.
+
+    The folder gets its name when all is in it and on the disk.
+
+    Parameters
+    ----------
+    out
+        The folder of that folder.
+    force
+        Whether to make it again if it is finished.
+
+    Returns
+    -------
+    bool
+        Whether it was made; else it was finished.
+
+    Raises
+    ------
+    CorpusError
+        If the item can't be read or doesn't work out, or the folder holds other things.
+    """
+    story = story_of(item)
+    folder = out / item.name
+    if not force and is_finished(folder, input_hash(story, settings)):
+        return False
+    # What a killed run has left.
+    for left in out.glob(f".{item.name}.*"):
+        shutil.rmtree(left, ignore_errors=True)
+    recording = story.record()
+    shown = sampled(recording, settings.fps)
+    world = build_world(recording.start)
+    metadata = {"program": __version__, **story.metadata}
+    files = {LOG: to_bytes(recording, name=story.id, metadata=metadata)}
+    with (
+        open_frames(world, shown, settings.camera, settings.size, settings.quality) as frames,
+        tempfile.TemporaryDirectory(dir=out, prefix=f".{item.name}.") as scratch,
+    ):
+        video = Path(scratch) / VIDEO
+        posters: list[Image] = []
+        encode(
+            _frames(frames, shown, posters, on_frame),
+            video,
+            size=settings.size,
+            fps=settings.fps,
+            quality=settings.quality,
+        )
+        files[VIDEO] = video.read_bytes()
+    files[POSTER] = _png(posters[0][..., ::-1])
+    files[SEGMENTATION] = _png(label_image(frames.objects))
+    segments = describe(frames.objects, recording.start, frames.cameras[0])
+    files[SEGMENTS] = msgspec.json.encode(segments) + b"\n"
+    files[MANIFEST] = manifest(story, settings, shown, frames.cameras, files)
+    write_folder(folder, files, force=True, marker=MANIFEST)
+    return True
+
+
+def telling_moment(recording: Recording) -> int:
+    """The moment when half of all motion has been: carrying, in most recordings that carry."""
+    way = np.linalg.norm(np.diff(recording.position, axis=0), axis=2).sum(axis=1)
+    done = np.concatenate(([0.0], np.cumsum(way)))
+    return int(np.searchsorted(done, done[-1] / 2))
+
+
+def _frames(
+    frames: Frames, shown: Recording, posters: list[Image], on_frame: OnFrame | None
+) -> Iterator[Image]:
+    count, poster = len(shown.t_ns), telling_moment(shown)
+    for k in range(count):
+        picture = frames.frame(k)
+        if k == poster:
+            posters.append(picture)
+        yield picture
+        if on_frame is not None:
+            on_frame(k + 1, count)
+
+
+def _png(picture: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:
+    done, content = cv2.imencode(".png", picture)
+    if not done:
+        raise CorpusError("a picture can't be written as PNG")
+    return content.tobytes()

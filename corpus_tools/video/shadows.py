@@ -1,0 +1,185 @@
+"""Shadows of the sun, looked up in depths that are drawn as the sun sees them.
+
+Coordinates u and v lie across the sunlight, d along it, all in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.video.camera import Camera
+from corpus_tools.video.canvas import MOVING, STILL, Canvas, Depth, Image
+from g3.groundings import FloatArray
+
+Float32Array = npt.NDArray[np.float32]
+
+LARGEST_MAP = 2048
+"""Most texels along one edge."""
+BIAS_TEXELS = 2.5
+"""How far behind what casts a shadow something must be, or it would shade itself."""
+NOTHING = np.float32(1e6)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShadowMap:
+    """How far along the sunlight the first thing is.
+
+    Parameters
+    ----------
+    first
+        Column and row of the map's corner, in texels from u = v = 0.
+    texel
+        Length of a texel's edge.
+    depth
+        The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w).
+    """
+
+    first: tuple[int, int]
+    texel: float
+    depth: Depth
+
+    @property
+    def bias(self) -> float:
+        """How far behind what casts a shadow something on the map itself must be."""
+        return BIAS_TEXELS * self.texel
+
+
+def sunlight(direction: FloatArray) -> FloatArray:
+    """Unit vectors along u, v and d, shape (3, 3), for light in a direction (3,)."""
+    ahead = direction / np.linalg.norm(direction)
+    side = np.array([0.0, 1.0, 0.0]) if abs(ahead[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    right = np.cross(ahead, side)
+    right /= np.linalg.norm(right)
+    return np.stack((right, np.cross(right, ahead), ahead))
+
+
+class Shadows:
+    """What casts shadows in a canvas's world; at the start as the canvas's data are.
+
+    Parameters
+    ----------
+    canvas
+        With a sun.
+    wanted
+        Edge of the maps' texels in metres; longer where the world is large.
+
+    Attributes
+    ----------
+    axes
+        As :func:`sunlight` gives them.
+    still
+        The map of what never moves; None if nothing does.
+    """
+
+    def __init__(self, canvas: Canvas, wanted: float) -> None:
+        self._canvas = canvas
+        self.axes = sunlight(canvas.data.light_xdir[canvas.sun])
+        still = canvas.corners(canvas.geoms_of(STILL))
+        along = np.concatenate((still, canvas.corners(canvas.geoms_of(MOVING)))) @ self.axes.T
+        self.texel = max(wanted, _extent(along) / (LARGEST_MAP - 4))
+        self.still = self._map(still, STILL, self.texel) if len(still) else None
+
+    def moving(self, corners: FloatArray) -> ShadowMap:
+        """The map of what moves, where it is now, within corners (n, 3)."""
+        return self._map(corners, MOVING, self.texel)
+
+    def moving_alone(self, corners: FloatArray, wanted: float) -> ShadowMap:
+        """Such a map, not to be merged with that of what never moves, as fine as wanted."""
+        texel = max(wanted, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
+        return self._map(corners, MOVING, texel)
+
+    def _map(self, points: FloatArray, group: int, texel: float) -> ShadowMap:
+        along = points @ self.axes.T
+        low, high = along.min(axis=0), along.max(axis=0)
+        x, y = (int(np.floor(value / texel)) - 1 for value in low[:2])
+        # What moves can go so far that a map of all of it would be too large.
+        width, height = (
+            min(int(np.ceil(value / texel)) + 1 - start, LARGEST_MAP)
+            for value, start in zip(high[:2], (x, y), strict=True)
+        )
+        corner = np.array([x * texel, y * texel, low[2] - 0.1])
+        far = np.array([(x + width) * texel, (y + height) * texel, high[2] + 0.1])
+        self._canvas.draw_along(self.axes, corner, far, (width, height), group)
+        drawn = self._canvas.depth()
+        depth = np.float32(corner[2]) + drawn * np.float32(far[2] - corner[2])
+        depth[drawn >= 1] = NOTHING
+        return ShadowMap((x, y), texel, depth)
+
+
+def _extent(along: FloatArray) -> float:
+    return float(np.ptp(along[:, :2], axis=0).max())
+
+
+def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
+    """Our map with what else the light meets first there."""
+    height, width = ours.depth.shape
+    x, y = ours.first[0] - other.first[0], ours.first[1] - other.first[1]
+    rows = slice(max(0, y), max(0, min(other.depth.shape[0], y + height)))
+    columns = slice(max(0, x), max(0, min(other.depth.shape[1], x + width)))
+    depth = ours.depth.copy()
+    if rows.start < rows.stop and columns.start < columns.stop:
+        here = depth[rows.start - y : rows.stop - y, columns.start - x : columns.stop - x]
+        np.minimum(here, other.depth[rows, columns], out=here)
+    return ShadowMap(ours.first, ours.texel, depth)
+
+
+def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image:
+    """How much sun comes to places, from 0, none, to 255, all of it; shape (h, w).
+
+    Parameters
+    ----------
+    place
+        u, v and d of each pixel, shape (3, h, w).
+    bias
+        How far behind another thing a place must be to be in its shadow.
+    soft
+        Width of shadows' edges in pixels.
+    """
+    u, v, d = place
+    scale = np.float32(1 / map_.texel)
+    x = u * scale - np.float32(map_.first[0] + 0.5)
+    y = v * scale - np.float32(map_.first[1] + 0.5)
+    first = cv2.remap(
+        map_.depth,
+        x,
+        y,
+        cv2.INTER_NEAREST,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=float(NOTHING),
+    )
+    first += np.float32(bias)
+    sunny = cv2.compare(d, first, cv2.CMP_LE)
+    return np.asarray(cv2.blur(sunny, (soft, soft)), np.uint8)
+
+
+def places(camera: Camera, size: tuple[int, int], axes: FloatArray) -> tuple[Float32Array, ...]:
+    """How far u, v and d go for each metre ahead at each pixel (3, h, w), and start (3, 1, 1).
+
+    Rows run from the bottom up.
+    """
+    right, down, ahead = (axes @ camera.axes.T).T.astype(np.float32)
+    focal = size[1] / 2 / np.tan(camera.fovy / 2)
+    x = ((np.arange(size[0]) + 0.5 - size[0] / 2) / focal).astype(np.float32)
+    y = ((np.arange(size[1]) + 0.5 - size[1] / 2) / focal).astype(np.float32)
+    across = right[:, None] * x + ahead[:, None]
+    rays = across[:, None, :] - (down[:, None] * y)[:, :, None]
+    return rays, (axes @ camera.position).astype(np.float32)[:, None, None]
+
+
+def lit(dark: Image, sunshine: Image, sun: Image) -> Image:
+    """A picture without the sun, and as much of the sun's light as :func:`shade` says."""
+    share = cv2.merge((sun, sun, sun))
+    return np.asarray(cv2.add(dark, cv2.multiply(sunshine, share, scale=1 / 255)), np.uint8)
+
+
+def ahead_of(depth: Depth, clip: tuple[float, float]) -> Float32Array:
+    """Metres ahead of a camera with perspective, of drawn depths."""
+    near, far = clip
+    metres: Float32Array = np.float32(near * far) / (
+        np.float32(far) - depth * np.float32(far - near)
+    )
+    return metres

@@ -1,0 +1,142 @@
+"""How much room there is around the robot, in the plane.
+
+Poses are rows x, y, yaw; everything that stands in the world is upright boxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import map_coordinates
+
+from g3.geometry import rotate
+from g3.groundings import FloatArray
+
+_SPACING_M = 0.2
+_CELL_M = 0.1
+_FAR = 1e3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boxes:
+    """Upright boxes.
+
+    Parameters
+    ----------
+    middle, yaw, half
+        Footprints: middles (n, 2), headings (n,), half lengths along and across (n, 2).
+    z
+        Bottoms and tops above the ground, shape (n, 2).
+    """
+
+    middle: FloatArray
+    yaw: FloatArray
+    half: FloatArray
+    z: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.yaw)
+
+    def between(self, low: float, high: float) -> Boxes:
+        """Those that something between two heights could touch."""
+        return self.where((self.z[:, 1] > low) & (self.z[:, 0] < high))
+
+    def where(self, chosen: npt.NDArray[np.bool_]) -> Boxes:
+        """Some of the boxes."""
+        return Boxes(self.middle[chosen], self.yaw[chosen], self.half[chosen], self.z[chosen])
+
+    def corners(self) -> FloatArray:
+        """Corners of the footprints, shape (n, 4, 2)."""
+        signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+        local = signs * self.half[:, None]
+        corners: FloatArray = self.middle[:, None] + rotate(local, self.yaw[:, None])
+        return corners
+
+
+@dataclass(frozen=True, slots=True)
+class Rect:
+    """A rectangle in the robot's frame: from and to along x and y, in metres."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+
+def outline(rects: Sequence[Rect]) -> FloatArray:
+    """Points (m, 2) around rectangles, so dense that nothing slips between two of them."""
+    return np.concatenate([_border(rect) for rect in rects])
+
+
+def placed(points: FloatArray, poses: FloatArray) -> FloatArray:
+    """Points (m, 2) of the robot's frame where poses (..., 3) bring them, (..., m, 2)."""
+    moved: FloatArray = poses[..., None, :2] + rotate(points, poses[..., None, 2])
+    return moved
+
+
+def distance(points: FloatArray, boxes: Boxes) -> FloatArray:
+    """Metres from points (..., 2) to the nearest box, negative inside, shape (...)."""
+    nearest = np.full(points.shape[:-1], _FAR)
+    for middle, yaw, half in zip(boxes.middle, boxes.yaw, boxes.half, strict=True):
+        beyond = np.abs(rotate(points - middle, -yaw)) - half
+        outside = np.hypot(*np.moveaxis(np.maximum(beyond, 0), -1, 0))
+        nearest = np.minimum(nearest, outside + np.minimum(beyond.max(axis=-1), 0))
+    return nearest
+
+
+def room(poses: FloatArray, points: FloatArray, boxes: Boxes) -> FloatArray:
+    """How much room an outline (m, 2) has at each of poses (n, 3), shape (n,)."""
+    least: FloatArray = distance(placed(points, poses), boxes).min(axis=-1)
+    return least
+
+
+def clearance(poses: FloatArray, points: FloatArray, boxes: Boxes) -> float:
+    """The least room that an outline (m, 2) has at poses (n, 3)."""
+    return float(room(poses, points, boxes).min())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Field:
+    """Distances to boxes, looked up in a grid.
+
+    Parameters
+    ----------
+    origin
+        Of the first cell, shape (2,).
+    metres
+        Distances at the cells, shape (nx, ny).
+    """
+
+    origin: FloatArray
+    metres: FloatArray
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """Distances at points (..., 2); there is no room beyond the grid."""
+        cells = np.moveaxis((points - self.origin) / _CELL_M, -1, 0)
+        found: FloatArray = map_coordinates(self.metres, cells, order=1, cval=-1.0)
+        return found
+
+
+def field_of(boxes: Boxes, around: FloatArray, border_m: float) -> Field:
+    """Distances to boxes wherever the robot might want to drive.
+
+    Parameters
+    ----------
+    around
+        Points (m, 2) that lie inside, at least a border away from the edge.
+    """
+    points = np.concatenate((boxes.corners().reshape(-1, 2), around))
+    origin = points.min(axis=0) - border_m
+    shape = np.ceil((points.max(axis=0) + border_m - origin) / _CELL_M).astype(int) + 1
+    grid = np.moveaxis(np.indices(tuple(shape)), 0, -1) * _CELL_M + origin
+    return Field(origin, distance(grid, boxes))
+
+
+def _border(rect: Rect) -> FloatArray:
+    (x0, x1), (y0, y1) = rect.x, rect.y
+    across = np.linspace(y0, y1, max(int(np.ceil((y1 - y0) / _SPACING_M)), 1) + 1)
+    along = np.linspace(x0, x1, max(int(np.ceil((x1 - x0) / _SPACING_M)), 1) + 1)
+    sides = [np.column_stack((np.full(len(across), x), across)) for x in (x0, x1)]
+    sides += [np.column_stack((along, np.full(len(along), y))) for y in (y0, y1)]
+    return np.concatenate(sides)

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from corpus_tools.video.camera import CAMERAS, Camera, overview
+from corpus_tools.world.recording import upright
+from corpus_tools.world.shapes import shape_of
+from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, drive
+
+SIZE = (320, 240)
+
+
+def test_a_camera_above_the_origin_by_hand():
+    camera = Camera(np.array([0.0, 0, 1]), np.array([1.0, 0, 1]), np.pi / 2)
+    # It looks along x: the world's y is to its left, the world's z up.
+    assert camera.axes == pytest.approx(np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]]))
+    pixels, ahead = camera.project(np.array([[2.0, 0, 1], [2, 2, 1], [2, 0, 3]]), SIZE)
+    # 90 degrees are 240 pixels: half of them, 120, at 45 degrees.
+    assert pixels == pytest.approx(np.array([[160, 120], [40, 120], [160, 0]]))
+    assert ahead == pytest.approx([2, 2, 2])
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_matrices_project_as_the_camera_does(name):
+    recording = drive()
+    camera = CAMERAS[name](recording, SIZE)[0]
+    points = recording.position[0] + [3.0, 0, 1]
+    homogeneous = np.concatenate((points, np.ones((len(points), 1))), axis=1)
+    projected = homogeneous @ (camera.intrinsics(SIZE) @ camera.extrinsics()).T
+    assert projected[:, :2] / projected[:, 2:] == pytest.approx(camera.project(points, SIZE)[0])
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0, -2.5])
+@pytest.mark.parametrize("size", [(320, 240), (240, 320), (640, 200)])
+def test_the_overview_shows_all_that_moves(turn, size):
+    recording = drive()
+    cos, sin = np.cos(turn), np.sin(turn)
+    rotation = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    turned = replace(
+        recording,
+        position=recording.position @ rotation.T,
+        orientation=upright(
+            turn + 2 * np.arctan2(recording.orientation[..., 3], recording.orientation[..., 0])
+        ),
+    )
+    (camera,) = overview(turned, size)
+    for i in (ROBOT, PALLET):
+        high = shape_of(recording.start.objects[i]).high[2]
+        for xyz in turned.position[:, i]:
+            pixels, ahead = camera.project(np.stack((xyz, xyz + np.array([0, 0, high]))), size)
+            assert (ahead > 0).all()
+            assert (pixels > 0).all()
+            assert (pixels < size).all()
+
+
+def test_left_of_the_robot_is_left_in_the_overview():
+    recording = drive()
+    (camera,) = overview(recording, SIZE)
+    pixels, _ = camera.project(recording.position[0][[ROBOT, CRATE]], SIZE)
+    assert pixels[1, 0] < pixels[0, 0]
+
+
+@pytest.mark.parametrize("name", ["follow", "operator"])
+def test_other_cameras_go_along(name):
+    recording = drive()
+    cameras = CAMERAS[name](recording, SIZE)
+    assert len(cameras) == len(recording.t_ns)
+    assert cameras[-1].position[0] > cameras[0].position[0] + 1
+
+
+def test_the_follower_moves_smoothly():
+    cameras = CAMERAS["follow"](drive(rate_hz=50), SIZE)
+    eyes = np.array([camera.position for camera in cameras])
+    # The robot starts at full speed, 3.4 m/s: the camera takes its time.
+    assert np.abs(np.diff(eyes, n=2, axis=0)).max() < 3.4 / 50 / 5

@@ -1,0 +1,209 @@
+"""Scripts in physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from corpus_tools.importers.slu_core.assembly import import_slu_core
+from corpus_tools.world.execute import Execution, execute, reached
+from corpus_tools.world.pacing import EMPTY
+from corpus_tools.world.recording import NS_PER_S, heading, to_context
+from corpus_tools.world.script import ScriptStep
+from corpus_tools.world.solids import ENTRY_HEIGHT
+from g3.errors import CorpusError
+from g3.geometry import wrap
+from g3.groundings import Context
+from tests.physics_scenes import place, thing, yard
+
+PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "slu_core" / "data"
+
+
+def run(context: Context, *steps: tuple[str, str | float]) -> Execution:
+    return execute(context, tuple(ScriptStep(*step) for step in steps))
+
+
+def track(execution: Execution, name: str) -> np.ndarray:
+    names = [item.id for item in execution.recording.start.objects]
+    return execution.recording.position[:, names.index(name)]
+
+
+@pytest.fixture(scope="module")
+def moved_tires() -> Execution:
+    return run(yard(), ("pick_up", "tires"), ("put_down", "truck bed"))
+
+
+def test_a_load_goes_up_by_contact_with_the_forks(moved_tires: Execution) -> None:
+    recording = moved_tires.recording
+    lifting, _ = recording.steps
+    up = recording.t_s <= lifting.end_s
+    load, forks = track(moved_tires, "tires")[up, 2], recording.fork_height_m[up]
+    off_the_ground = load > 0.01
+    assert off_the_ground.any()
+    assert not off_the_ground.all()
+    np.testing.assert_allclose(
+        load[off_the_ground], forks[off_the_ground] - ENTRY_HEIGHT, atol=0.01
+    )
+    assert (load[forks < ENTRY_HEIGHT - 0.01] < 0.001).all()
+
+
+def test_a_load_put_on_a_truck_stands_on_its_deck(moved_tires: Execution) -> None:
+    assert moved_tires.problems == ()
+    assert reached(moved_tires)
+    end = track(moved_tires, "tires")[-1]
+    assert end[2] == pytest.approx(1.0, abs=0.005)
+    bed = next(p for p in moved_tires.recording.start.places if p.name == "truck bed")
+    assert moved_tires.handled == {"tires"}
+    np.testing.assert_allclose(end[:2], bed.prism.xy.mean(axis=0), atol=0.15)
+
+
+def test_bystanders_stay_exactly_where_they_are(moved_tires: Execution) -> None:
+    for name in ("boxes", "person", "truck", "trailer"):
+        positions = track(moved_tires, name)
+        assert (positions == positions[0]).all()
+    context = to_context(moved_tires.recording)
+    poses = {item.id: len(item.trajectory) for item in context.objects}
+    assert poses["boxes"] == poses["person"] == 1
+    assert poses["tires"] > 1
+
+
+def test_the_robot_drives_within_its_limits(moved_tires: Execution) -> None:
+    recording = moved_tires.recording
+    robot = [item.id for item in recording.start.objects].index("robot")
+    velocity = np.diff(recording.position[:, robot, :2], axis=0) * 50
+    yaw = heading(recording.orientation[:, robot])
+    rate = wrap(np.diff(yaw)) * 50
+    assert np.hypot(*velocity.T).max() < EMPTY.drive.speed + 0.05
+    assert np.abs(rate).max() < EMPTY.turn.speed + 0.05
+    # It has wheels: it doesn't go sideways.
+    sideways = -np.sin(yaw[1:]) * velocity[:, 0] + np.cos(yaw[1:]) * velocity[:, 1]
+    assert np.abs(sideways).max() < 0.06
+
+
+def test_moments_are_on_an_exact_grid(moved_tires: Execution) -> None:
+    t = moved_tires.recording.t_ns
+    np.testing.assert_array_equal(t, np.arange(len(t)) * (NS_PER_S // 50))
+    assert moved_tires.recording.steps[-1].end_s < moved_tires.recording.t_s[-1]
+
+
+def test_the_same_script_gives_the_same_bits() -> None:
+    first, second = (
+        run(
+            yard(),
+            ("approach", "person"),
+        )
+        for _ in range(2)
+    )
+    for name in ("t_ns", "position", "orientation", "fork_height_m"):
+        a, b = (getattr(e.recording, name) for e in (first, second))
+        assert a.tobytes() == b.tobytes()
+
+
+def test_a_load_comes_down_from_a_deck_and_stands_where_it_was_sent() -> None:
+    done = run(yard(), ("pick_up", "boxes"), ("put_down", "spot"))
+    assert done.problems == ()
+    assert track(done, "boxes")[-1, 2] == pytest.approx(0.0, abs=0.005)
+    outcome = done.outcomes[1]
+    assert outcome.error_m < 0.05
+    assert outcome.error_deg < 1
+
+
+def test_driving_actions() -> None:
+    done = run(
+        yard(),
+        ("drive_past", "person"),
+        ("drive_to", "receiving"),
+        ("back_up_m", 0.5),
+        ("turn_deg", -90),
+        ("forward_m", 0.4),
+        ("wait_s", 0.5),
+    )
+    assert done.problems == ()
+    assert [outcome.error_m < 0.01 for outcome in done.outcomes] == [True] * 6
+    last = done.recording.steps[-1]
+    assert last.end_s - last.start_s == pytest.approx(0.5)
+    assert last.arguments == (("number", "0.5"),)
+
+
+def test_a_load_that_hangs_at_the_start_is_on_the_forks() -> None:
+    load = thing("crate", "crate", (1.0, 0.1), 0.0, z=0.3)
+    done = run(yard(load, robot=(0.0, 0.0, 0.0)), ("drive_to", "spot"), ("put_down", "receiving"))
+    assert done.problems == ()
+    start = track(done, "crate")[0]
+    assert start[2] == pytest.approx(0.3, abs=0.02)
+    assert done.recording.fork_height_m[0] == pytest.approx(start[2] + ENTRY_HEIGHT, abs=0.01)
+    assert track(done, "crate")[-1, 2] == pytest.approx(0.0, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("steps", "what"),
+    [
+        ((("pick_up", "tires"), ("pick_up", "boxes")), "tires is on the forks already"),
+        ((("put_down", "spot"),), "nothing is on the forks"),
+        ((("pick_up", "person"),), "the forks can't lift person"),
+        ((("back_up_m", 60.0),), "something is in the way"),
+        ((("pick_up", "tires"), ("put_down", "cab")), "no room to go in and out"),
+    ],
+)
+def test_what_can_not_be_done_is_told(steps: tuple[tuple[str, str | float]], what: str) -> None:
+    done = run(yard(thing("wall", "truck", (-20.0, -6.0), np.pi / 2)), *steps)
+    assert done.failure is not None
+    assert what in str(done.failure)
+    assert str(done.failure).startswith(steps[-1][0])
+    assert not reached(done)
+    assert len(done.outcomes) == len(done.recording.steps) - 1
+
+
+def test_a_place_behind_walls_is_out_of_reach() -> None:
+    walls = [
+        thing(f"wall-{i}", "truck", xy, yaw)
+        for i, (xy, yaw) in enumerate(
+            (
+                ((20.0, -3.5), 0.0),
+                ((20.0, 3.5), 0.0),
+                ((16.0, 0.0), np.pi / 2),
+                ((24.0, 0.0), np.pi / 2),
+            )
+        )
+    ]
+    context = replace(yard(*walls), places=(place("pen", (20.0, 0.0), (3.0, 3.0)),))
+    done = run(context, ("drive_to", "pen"))
+    assert done.failure is not None
+    assert "can't get to pen" in str(done.failure) or "no room" in str(done.failure)
+    assert (track(done, "robot") == track(done, "robot")[0]).all()
+
+
+@pytest.mark.parametrize(
+    "step", [("fly", "spot"), ("pick_up", "spot"), ("drive_to", "tires"), ("wait_s", "long")]
+)
+def test_a_script_with_mistakes_is_refused(step: tuple[str, str]) -> None:
+    with pytest.raises(CorpusError, match="step 1 of the script"):
+        run(yard(), step)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason=f"the published corpus is not at {PUBLISHED}")
+@pytest.mark.parametrize("name", ["put_box_pallet_on_trailer", "go_to_receiving_loaded"])
+def test_what_the_published_logs_move_can_be_moved(name: str) -> None:
+    corpus, _ = import_slu_core(PUBLISHED, salt="salt")
+    context = corpus.contexts[name]
+    load = next(o for o in context.objects if len(o.trajectory) > 1 and o.id != context.agent_id)
+    there = load.trajectory.xyz[-1]
+    goal = place("goal", (there[0], there[1]), z=float(there[2]) - 0.4)
+    steps = [ScriptStep("put_down", "goal")]
+    if name != "go_to_receiving_loaded":
+        steps.insert(0, ScriptStep("pick_up", load.id))
+    done = execute(context, tuple(steps), places={"goal": goal})
+    assert done.problems == ()
+    assert done.outcomes[-1].error_m < 0.05
+
+
+def test_things_that_stand_in_each_other_are_refused() -> None:
+    twin = thing("twin", "box-pallet", (5.2, -2.1), 0.5)
+    with pytest.raises(CorpusError, match="stands in something"):
+        run(yard(twin), ("wait_s", 1.0))
