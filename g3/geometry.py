@@ -7,6 +7,8 @@ whole batch at once.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -159,16 +161,19 @@ def convex_hull(points: FloatArray) -> FloatArray:
 
     Andrew's monotone chain; used to bring footprints into the form of this module.
     """
-    order = np.unique(np.asarray(points, dtype=float), axis=0)
+    order = sorted({(x, y) for x, y in np.asarray(points, dtype=float).tolist()})
     if len(order) < 3:
-        return order
+        return np.array(order).reshape(-1, 2)
 
-    def chain(rows: FloatArray) -> list[FloatArray]:
-        hull: list[FloatArray] = []
-        for point in rows:
-            while len(hull) > 1 and cross(hull[-1] - hull[-2], point - hull[-1]) <= 0:
+    def chain(rows: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        hull: list[tuple[float, float]] = []
+        for x, y in rows:
+            while len(hull) > 1:
+                (x0, y0), (x1, y1) = hull[-2:]
+                if (x1 - x0) * (y - y1) - (y1 - y0) * (x - x1) > 0:
+                    break
                 hull.pop()
-            hull.append(point)
+            hull.append((x, y))
         return hull[:-1]
 
-    return np.array(chain(order) + chain(order[::-1]))
+    return np.array(chain(order) + chain(reversed(order)))

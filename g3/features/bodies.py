@@ -99,7 +99,8 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
     for i, sets in enumerate(label_sets):
         labels[i, [column[name] for name in set.union(*sets)]] = True
         shared_labels[i, [column[name] for name in set.intersection(*sets)]] = True
-    hulls = [_footprint(group) for group in groups]
+    things = [[convex_hull(_outline(g)) for g in group] for group in groups]
+    hulls = [_footprint(hulls) for hulls in things]
     trajectories = [_trajectory(group) for group in groups]
     lengths = np.array([len(t) for t in trajectories], dtype=np.intp)
     offsets = np.concatenate(([0], np.cumsum(lengths))).astype(np.intp)
@@ -114,7 +115,7 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
         z_min=heights[:, 0],
         z_max=heights[:, 1],
         count=np.array([len(group) for group in groups], dtype=float),
-        members=_members(groups),
+        members=_members(things),
         labels=labels,
         shared_labels=shared_labels,
         label_names=label_names,
@@ -216,8 +217,8 @@ def _labels(grounding: Grounding) -> tuple[str, ...]:
     return grounding.labels if isinstance(grounding, PhysicalObject) else ()
 
 
-def _footprint(group: tuple[Grounding, ...]) -> FloatArray:
-    hull = convex_hull(np.concatenate([_outline(g) for g in group]))
+def _footprint(hulls: Sequence[FloatArray]) -> FloatArray:
+    hull = hulls[0] if len(hulls) == 1 else convex_hull(np.concatenate(hulls))
     while len(hull) > MAX_CORNERS:
         before, after = np.roll(hull, 1, axis=0), np.roll(hull, -1, axis=0)
         hull = np.delete(hull, np.argmin(cross(hull - before, after - hull)), axis=0)
@@ -246,7 +247,8 @@ def _heights(group: tuple[Grounding, ...]) -> tuple[float, float]:
 
 def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
     """The trajectory of the body: of the thing in it that moves most."""
-    return max((_own_trajectory(g) for g in group), key=_length)
+    own = [_own_trajectory(g) for g in group]
+    return own[0] if len(own) == 1 else max(own, key=_length)
 
 
 def _length(trajectory: Trajectory) -> float:
@@ -262,11 +264,12 @@ def _own_trajectory(grounding: Grounding) -> Trajectory:
     return Trajectory(np.zeros(1), np.array([[*centre, prism.z_min]]), np.zeros(1))
 
 
-def _members(groups: Sequence[tuple[Grounding, ...]]) -> FloatArray:
-    centres = np.full((len(groups), MAX_MEMBERS, 2), np.nan)
-    for row, group in zip(centres, groups, strict=True):
-        for i, grounding in enumerate(group[:MAX_MEMBERS]):
-            row[i] = centroid(convex_hull(_outline(grounding))[None])[0]
+def _members(things: Sequence[Sequence[FloatArray]]) -> FloatArray:
+    centres = np.full((len(things), MAX_MEMBERS, 2), np.nan)
+    place = [(row, i) for row, hulls in enumerate(things) for i in range(len(hulls[:MAX_MEMBERS]))]
+    if place:
+        row, member = np.array(place).T
+        centres[row, member] = centroid(_pad([things[i][j] for i, j in place]))
     return centres
 
 

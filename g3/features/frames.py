@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
@@ -58,12 +60,40 @@ def attention_vector_sum(
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
+    return _degree(points, landmarks, _grid(landmarks), direction)
+
+
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """Points spread over footprints, and the share of the area that each stands for.
+
+    Parameters
+    ----------
+    centre
+        Of each footprint, shape (n, 2).
+    x, y
+        The points, seen from there, shape (n, g).
+    share
+        Shape (n, g).
+    """
+
+    centre: FloatArray
+    x: FloatArray
+    y: FloatArray
+    share: FloatArray
+
+
+def _degree(
+    points: FloatArray, landmarks: FloatArray, grid: _Grid, direction: FloatArray
+) -> FloatArray:
     focus = _focus(points, landmarks, direction)
-    grid, share = _grid(landmarks)
-    sigma = np.linalg.norm(points - focus, axis=1)
-    distance = np.linalg.norm(grid - focus[:, None], axis=2)
-    attention = share * np.exp(-distance / (ATTENTION_WIDTH * np.maximum(sigma, 1e-6))[:, None])
-    total = (attention[..., None] * (points[:, None] - grid)).sum(axis=1)
+    sigma = np.maximum(np.linalg.norm(points - focus, axis=1), 1e-6)
+    x, y = (focus - grid.centre).T[:, :, None]
+    attention = grid.share * np.exp(
+        np.sqrt((grid.x - x) ** 2 + (grid.y - y) ** 2) / (-ATTENTION_WIDTH * sigma)[:, None]
+    )
+    drawn = [np.einsum("ng,ng->n", attention, part) for part in (grid.x, grid.y)]
+    total = (points - grid.centre) * attention.sum(axis=1)[:, None] - np.stack(drawn, axis=1)
     along = (total * direction).sum(axis=1)
     deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
     degree: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
@@ -89,33 +119,32 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     return focus
 
 
-def _grid(landmarks: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points spread over each footprint, and the share of its area that each stands for.
+def _grid(landmarks: FloatArray) -> _Grid:
+    """Points on rays from the centre of each footprint to points along its border.
 
-    The points lie on rays from the centre to points along the border. A repeated corner
-    stands for no area; where there is no area at all, shares go by the border's length.
+    A repeated corner stands for no area; where there is no area at all, shares go by the
+    border's length.
     """
     n = len(landmarks)
     centre = centroid(landmarks)
     arm, edge = landmarks - centre[:, None], np.roll(landmarks, -1, axis=1) - landmarks
-    border = arm[:, :, None] + GRID[:, None] * edge[:, :, None]
-    inner = centre[:, None, None, None] + GRID[:, None, None, None] * border[:, None]
+    border = arm[:, None] + GRID[:, None, None] * edge[:, None]
+    x, y = (
+        (GRID[:, None] * border[..., axis].reshape(n, 1, -1)).reshape(n, -1) for axis in range(2)
+    )
     triangle, length = cross(arm, edge), np.linalg.norm(edge, axis=2)
     flat = triangle.sum(axis=1) <= 1e-12 * (length**2).sum(axis=1)
     share = np.where(flat[:, None], length + 1e-12, np.maximum(triangle, 0.0))
-    share = np.repeat(GRID[:, None] * share[:, None], len(GRID), axis=2)
-    return inner.reshape(n, -1, 2), share.reshape(n, -1)
+    along = np.tile(share, len(GRID))
+    return _Grid(centre, x, y, (GRID[:, None] * along[:, None]).reshape(n, -1))
 
 
 def avs_directions(points: FloatArray, landmarks: FloatArray, yaw: FloatArray) -> FloatArray:
     """AVS for the four directions of frames with heading yaw (n,); shape (n, 4)."""
     forward = np.stack((np.cos(yaw), np.sin(yaw)), axis=1)
-    return np.column_stack(
-        [
-            attention_vector_sum(points, landmarks, rotate(forward, np.full(len(yaw), turn)))
-            for turn in np.arange(4) * np.pi / 2
-        ]
-    )
+    grid = _grid(landmarks)
+    turns = [rotate(forward, np.full(len(yaw), turn)) for turn in np.arange(4) * np.pi / 2]
+    return np.column_stack([_degree(points, landmarks, grid, turn) for turn in turns])
 
 
 def speaker_yaw(agent: FloatArray, landmarks: FloatArray) -> FloatArray:

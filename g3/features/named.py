@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -21,11 +23,15 @@ SIDES: tuple[Concept, ...] = ("front", "left", "back", "right")
 
 def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> npt.NDArray[np.bool_]:
     """Which concepts the words of each row's fields name, shape (n, len(CONCEPTS))."""
-    table = np.zeros((len(batch.words), len(CONCEPTS)), dtype=bool)
-    for row, factor in zip(table, batch.words, strict=True):
-        found = concepts(word for field in fields for word in factor.get(field, ()))
-        row[[CONCEPTS.index(concept) for concept in found]] = True
+    words = [tuple(word for f in fields for word in factor.get(f, ())) for factor in batch.words]
+    table = np.array([_named(row) for row in words], dtype=bool).reshape(-1, len(CONCEPTS))
     return table[batch.factor]
+
+
+@lru_cache(maxsize=4096)
+def _named(words: tuple[str, ...]) -> tuple[bool, ...]:
+    found = concepts(words)
+    return tuple(concept in found for concept in CONCEPTS)
 
 
 def satisfied(degrees: FloatArray, wanted: npt.NDArray[np.bool_]) -> FloatArray:

@@ -7,8 +7,8 @@ Measures are registered by name; the feature sets of :mod:`g3.features.words` us
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from functools import cache
-from itertools import pairwise
+from functools import lru_cache
+from itertools import pairwise, product
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from rapidfuzz.process import cdist
 from g3.groundings import FloatArray
 from g3.language.concepts import concepts
 from g3.language.resources import tag_table, wordnet
-from g3.language.wordnet import Score
+from g3.language.wordnet import Score, WordNet
 from g3.language.words import normalise
 
 Measure = Callable[[Sequence[str], Sequence[str]], FloatArray]
@@ -105,22 +105,23 @@ SHORTEST = 3
 def _in_wordnet(score: Score, words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """Similarity of the most similar senses that are physical entities."""
     net = wordnet()
-    (top,) = net.senses[PHYSICAL_ENTITY]
-
-    @cache
-    def things(word: str) -> tuple[int, ...]:
-        if len(word) < SHORTEST or concepts([normalise(word)]):
-            return ()
-        return tuple(s for s in net.synsets(word) if top in net.ancestors(s))
-
-    @cache
-    def similarity(word: str, label: str) -> float:
-        return max(
-            (net.similarity(score, a, b) for a in things(word) for b in things(label)), default=0.0
-        )
-
-    table = [[similarity(word.lower(), label.lower()) for label in labels] for word in words]
+    table = [[_between_words(net, score, w.lower(), x.lower()) for x in labels] for w in words]
     return np.array(table, dtype=float).reshape(len(words), len(labels))
+
+
+@lru_cache(maxsize=65536)
+def _between_words(net: WordNet, score: Score, word: str, label: str) -> float:
+    pairs = product(_things(net, word), _things(net, label))
+    return max((net.similarity(score, a, b) for a, b in pairs), default=0.0)
+
+
+@lru_cache(maxsize=4096)
+def _things(net: WordNet, word: str) -> tuple[int, ...]:
+    """The senses of a word that are physical entities."""
+    if len(word) < SHORTEST or concepts([normalise(word)]):
+        return ()
+    (top,) = net.senses[PHYSICAL_ENTITY]
+    return tuple(s for s in net.synsets(word) if top in net.ancestors(s))
 
 
 @measure("path")
@@ -229,12 +230,13 @@ def mean_match(
     row = {word: i for i, word in enumerate(vocabulary) if similarity[i].any()}
     closest = [similarity[:, pattern].max(axis=1, initial=0.0) for pattern in patterns]
     per_word = np.column_stack(closest) if len(patterns) else np.zeros((len(vocabulary), 0))
-    result = np.full((len(names), len(patterns)), np.nan)
-    for fit, words in zip(result, names, strict=True):
+    different = {words: i for i, words in enumerate(dict.fromkeys(map(tuple, names)))}
+    fits = np.full((len(different), len(patterns)), np.nan)
+    for fit, words in zip(fits, different, strict=True):
         known = [row[unit] for unit in _units(words, row)]
         if known:
             fit[:] = per_word[known].mean(axis=0)
-    return result
+    return fits[[different[tuple(words)] for words in names]]
 
 
 def _units(words: Sequence[str], known: Collection[str]) -> Iterator[str]:
