@@ -114,29 +114,46 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
 
 def gap(a: FloatArray, b: FloatArray) -> FloatArray:
     """Shortest distances in metres between pairs of polygons, 0 where they overlap."""
-    distance = np.minimum(_corner_to_edge(a, b), _corner_to_edge(b, a))
+    distance = np.minimum(_to_border(a, b).min(axis=1), _to_border(b, a).min(axis=1))
     low, high = np.maximum(a.min(axis=1), b.min(axis=1)), np.minimum(a.max(axis=1), b.max(axis=1))
     apart = _separated(a, b) | _separated(b, a) | (low > high).any(axis=1)
     return np.where(apart, distance, 0.0)
 
 
+def _sides(points: FloatArray, polygons: FloatArray) -> FloatArray:
+    """How far points (n, m, 2) lie inwards of polygons' edges, in metres; (n, m, k).
+
+    Edges without a length have everything far inwards of them.
+    """
+    edges = np.roll(polygons, -1, axis=1) - polygons
+    length = np.linalg.norm(edges, axis=2)
+    solid = length > 1e-9
+    x, y = (edges / np.where(solid, length, 1.0)[..., None]).transpose(2, 0, 1)[:, :, None]
+    distance = x * _offset(points, polygons, 1) - y * _offset(points, polygons, 0)
+    return np.where(solid[:, None], distance, np.inf)
+
+
+def _offset(points: FloatArray, polygons: FloatArray, axis: int) -> FloatArray:
+    """Points (n, m, 2) seen from corners (n, k, 2), along one axis; (n, m, k)."""
+    offset: FloatArray = points[:, :, None, axis] - polygons[:, None, :, axis]
+    return offset
+
+
 def _separated(a: FloatArray, b: FloatArray) -> BoolArray:
     """Whether some edge of a has all of b on its outer side (separating axis)."""
-    edges = np.roll(a, -1, axis=1) - a
-    side = cross(edges[:, :, None], b[:, None] - a[:, :, None])
-    solid = (edges**2).sum(axis=-1) > 1e-18
-    outside: BoolArray = ((side < 0).all(axis=2) & solid).any(axis=1)
+    outside: BoolArray = (_sides(b, a) < 0).all(axis=1).any(axis=1)
     return outside
 
 
-def _corner_to_edge(corners: FloatArray, polygons: FloatArray) -> FloatArray:
+def _to_border(points: FloatArray, polygons: FloatArray) -> FloatArray:
+    """Distances in metres from points (n, m, 2) to the nearest edges; (n, m)."""
     edges = np.roll(polygons, -1, axis=1) - polygons
-    offset = corners[:, :, None] - polygons[:, None]
-    length = (edges**2).sum(axis=-1)[:, None]
-    along = (offset * edges[:, None]).sum(axis=-1) / np.where(length > 0, length, 1.0)
-    nearest = offset - np.clip(along, 0, 1)[..., None] * edges[:, None]
-    smallest: FloatArray = np.sqrt((nearest**2).sum(axis=-1)).min(axis=(1, 2))
-    return smallest
+    length = (edges**2).sum(axis=2)[:, None]
+    x, y = edges.transpose(2, 0, 1)[:, :, None]
+    dx, dy = (_offset(points, polygons, axis) for axis in range(2))
+    along = np.clip((dx * x + dy * y) / np.where(length > 0, length, 1.0), 0, 1)
+    nearest: FloatArray = np.sqrt(((dx - along * x) ** 2 + (dy - along * y) ** 2).min(axis=2))
+    return nearest
 
 
 def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
@@ -144,16 +161,10 @@ def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
 
     Zero inside the polygon.
     """
-    edges = np.roll(polygons, -1, axis=1) - polygons
-    offset = points[:, :, None] - polygons[:, None]
-    length = (edges**2).sum(axis=-1)[:, None]
-    along = (offset * edges[:, None]).sum(axis=-1) / np.where(length > 0, length, 1.0)
-    nearest = offset - np.clip(along, 0, 1)[..., None] * edges[:, None]
-    distance = np.sqrt((nearest**2).sum(axis=-1)).min(axis=2)
-    inside = (cross(edges[:, None], offset) >= 0).all(axis=2)
+    inside = (_sides(points, polygons) >= 0).all(axis=2)
     low, high = polygons.min(axis=1)[:, None], polygons.max(axis=1)[:, None]
     inside &= ((low <= points) & (points <= high)).all(axis=2)
-    return np.where(inside, 0.0, distance)
+    return np.where(inside, 0.0, _to_border(points, polygons))
 
 
 def convex_hull(points: FloatArray) -> FloatArray:
