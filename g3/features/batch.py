@@ -89,13 +89,13 @@ class FactorBatch:
     def take(self, rows: IntArray) -> FactorBatch:
         """The batch of some of the rows, with the words of their factors only."""
         factors, factor = np.unique(self.factor[rows], return_inverse=True)
-        shared = {
-            "bodies": self.bodies,
-            "words": [self.words[i] for i in factors],
-            "factor": factor.reshape(-1),
-        }
-        own = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name not in shared}
-        return FactorBatch(**shared, **own)
+        rest = {"bodies", "words", "factor"}
+        return FactorBatch(
+            bodies=self.bodies,
+            words=[self.words[i] for i in factors],
+            factor=factor.reshape(-1),
+            **{f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name not in rest},
+        )
 
     def boxes(self, role: Role) -> Boxes:
         """Prisms of the bodies in a role, at their first pose."""
