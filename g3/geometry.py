@@ -141,7 +141,7 @@ def _offset(points: FloatArray, polygons: FloatArray, axis: int) -> FloatArray:
 
 def _separated(a: FloatArray, b: FloatArray) -> BoolArray:
     """Whether some edge of a has all of b on its outer side (separating axis)."""
-    outside: BoolArray = np.asarray((_sides(b, a) < 0).all(axis=1)).any(axis=1)
+    outside: BoolArray = np.any(np.all(_sides(b, a) < 0, axis=1), axis=-1)
     return outside
 
 
