@@ -262,3 +262,57 @@ def g3(
     click.echo(f"corpus {corpus.name}: {len(items)} examples ({counts})")
     click.echo(f"{len(sets)} feature sets, {len(model.space)} features, l2 {strength:g}")
     click.echo(f"wrote {arrays} and {card}")
+
+
+@train.command()
+@click.option(
+    "--corpus",
+    "names",
+    metavar="CORPUS",
+    required=True,
+    multiple=True,
+    help="What to train on (repeatable).",
+)
+@click.option(
+    "--out",
+    metavar="MODEL",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The model, a file.",
+)
+@click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+)
+def sdc(*, names: tuple[str, ...], out: Path, l2: float | None) -> None:
+    """Train the extractor of SDCs from text on annotated trees (section 3.1).
+
+    \b
+    Examples:
+      ct train sdc --corpus aaai11 --out sdc.npz
+      ct train sdc --corpus aaai11 --corpus warehouse --out sdc.npz
+      ct parse "Put the pallet on the truck" --model sdc.npz
+    """
+    from corpus_tools.atomic_file import write_bytes
+    from corpus_tools.bundled import open_corpus
+    from corpus_tools.trees import annotated_trees
+    from g3.language.extractor_file import to_bytes
+    from g3.language.extractor_training import DEFAULT_L2, prepare, train_extractor
+
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    corpora = [open_corpus(name) for name in names]
+    items = [item for corpus in corpora for item in annotated_trees(corpus)]
+    strength = DEFAULT_L2 if l2 is None else l2
+    card = {
+        "corpora": {corpus.name: corpus.hash for corpus in corpora},
+        "commands": len(items),
+        "l2": strength,
+        "scenarios": sorted({item.command.scenario for item in items}),
+    }
+    lessons = prepare([(item.command.text, item.sdcs) for item in items])
+    content = to_bytes(train_extractor(lessons, l2=strength, card=card))
+    write_bytes(out, content)
+    click.echo(
+        f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}"
+    )
+    click.echo(f"wrote {out} ({len(content) / 1024:.0f} KiB)")

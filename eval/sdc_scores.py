@@ -1,0 +1,150 @@
+"""How well extracted SDC trees agree with annotated ones (section 3.1).
+
+A constituent is a clause told by its type and all words in it and in the clauses below it.
+The implicit robot has no words and doesn't count. Words are told by the letters and digits
+that they cover, so that it doesn't matter how either side cuts words and punctuation.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from g3.sdc import SDC, SDC_TYPES, Span, all_words, breadth_first
+
+T = TypeVar("T")
+
+Letters = frozenset[int]
+NOWHERE = "-"
+"""Type and field of a word in no clause."""
+FIELDS = tuple(f"{type_}.{field}" for type_ in SDC_TYPES for field in ("f", "r"))
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What two sides have in common: how many of each, and how many are the same."""
+
+    same: int = 0
+    predicted: int = 0
+    gold: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.same + other.same, self.predicted + other.predicted, self.gold + other.gold
+        )
+
+    @property
+    def precision(self) -> float:
+        """Fraction of the predicted that is right; NaN where nothing is predicted."""
+        return self.same / self.predicted if self.predicted else float("nan")
+
+    @property
+    def recall(self) -> float:
+        """Fraction of the annotated that is found; NaN where nothing is annotated."""
+        return self.same / self.gold if self.gold else float("nan")
+
+    @property
+    def f(self) -> float:
+        """Harmonic mean of the two; NaN where there is nothing on either side."""
+        both = self.predicted + self.gold
+        return 2 * self.same / both if both else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One command's trees against the annotated ones.
+
+    Parameters
+    ----------
+    typed, untyped
+        Constituents, with and without their types.
+    by_type
+        Typed constituents of each type.
+    segments
+        Top-level clauses, told by their words among those that both sides have in a clause.
+    exact
+        Whether all trees are the same: types, fields and words.
+    confusion
+        Letters by annotated and predicted type and field of the word that they are in.
+    """
+
+    typed: Counts
+    untyped: Counts
+    by_type: dict[str, Counts]
+    segments: Counts
+    exact: bool
+    confusion: Counter[tuple[str, str]]
+
+
+def compare(predicted: Sequence[SDC], gold: Sequence[SDC], text: str) -> Comparison:
+    """Compare a command's extracted trees with the annotated ones."""
+    ours, theirs = _constituents(predicted, text), _constituents(gold, text)
+    by_type: dict[str, Counts] = {
+        type_: _common(_of_type(ours, type_), _of_type(theirs, type_)) for type_ in SDC_TYPES
+    }
+    segments = [[_letters(all_words(sdc), text) for sdc in sdcs] for sdcs in (predicted, gold)]
+    shared = frozenset().union(*segments[0]) & frozenset().union(*segments[1])
+    fields = [_fields(sdcs, text) for sdcs in (predicted, gold)]
+    confusion = Counter(
+        (fields[1].get(i, NOWHERE), fields[0].get(i, NOWHERE)) for i in {*fields[0], *fields[1]}
+    )
+    return Comparison(
+        typed=_common(ours, theirs),
+        untyped=_common(_untyped(ours), _untyped(theirs)),
+        by_type=by_type,
+        segments=_common(_shared(segments[0], shared), _shared(segments[1], shared)),
+        exact=_shape(predicted, text) == _shape(gold, text),
+        confusion=confusion,
+    )
+
+
+def _letters(spans: Iterable[Span], text: str) -> Letters:
+    return frozenset(i for s in spans for i in range(s.start, s.end) if text[i].isalnum())
+
+
+def _constituents(sdcs: Sequence[SDC], text: str) -> Counter[tuple[str, Letters]]:
+    found = ((sdc.type, _letters(all_words(sdc), text)) for sdc in breadth_first(sdcs))
+    return Counter((type_, letters) for type_, letters in found if letters)
+
+
+def _shared(segments: Sequence[Letters], shared: Letters) -> Counter[Letters]:
+    return Counter(segment & shared for segment in segments if segment & shared)
+
+
+def _untyped(constituents: Counter[tuple[str, Letters]]) -> Counter[Letters]:
+    return Counter(letters for _, letters in constituents.elements())
+
+
+def _of_type(
+    constituents: Counter[tuple[str, Letters]], type_: str
+) -> Counter[tuple[str, Letters]]:
+    return Counter(
+        constituent for constituent in constituents.elements() if constituent[0] == type_
+    )
+
+
+def _common(predicted: Counter[T], gold: Counter[T]) -> Counts:
+    return Counts((predicted & gold).total(), predicted.total(), gold.total())
+
+
+def _fields(sdcs: Sequence[SDC], text: str) -> dict[int, str]:
+    return {
+        i: f"{sdc.type}.{field}"
+        for sdc in breadth_first(sdcs)
+        for field, spans in (("f", sdc.words), ("r", sdc.relation))
+        for i in _letters(spans, text)
+    }
+
+
+def _shape(sdcs: Sequence[SDC], text: str) -> tuple[object, ...]:
+    return tuple(
+        (
+            sdc.type,
+            _letters(sdc.words, text),
+            _letters(sdc.relation, text),
+            *(_shape(sdc.children(field), text) for field in ("f", "l", "l2")),
+        )
+        for sdc in sdcs
+    )

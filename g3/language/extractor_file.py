@@ -1,0 +1,147 @@
+"""An extractor as bytes, and the one that comes along."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from functools import lru_cache
+from importlib import resources
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import ModelError
+from g3.language.attachment import AttachmentModel
+from g3.language.extractor import Extractor
+from g3.language.pipeline import VECTOR
+from g3.language.role_model import TABLE_BITS, RoleModel, Weights, weigh
+from g3.language.roles import ROLES
+from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES
+
+VERSION = 2
+DEFAULT = "english.npz"
+RETRAIN = "train it again with 'ct train sdc'"
+SMALL = 1e-3
+"""Weights below are left out."""
+
+
+def to_bytes(extractor: Extractor) -> bytes:
+    """Write an extractor as an archive of NumPy arrays. The same one gives the same bytes.
+
+    Features are hashed: of the words of the commands nothing is written. Weights are rounded to
+    half precision.
+    """
+    buckets = sorted(extractor.attachments.weights)
+    form = {
+        "version": VERSION,
+        "roles": ROLES,
+        "templates": [" ".join(template) for template in TEMPLATES],
+        "move_templates": [" ".join(template) for template in MOVE_TEMPLATES],
+    }
+    out = io.BytesIO()
+    role_keys, role_weights = _arrays(extractor.roles.roles)
+    move_keys, move_weights = _arrays(extractor.roles.moves)
+    values = [extractor.attachments.weights[bucket] for bucket in buckets]
+    np.savez_compressed(
+        out,
+        form=_text(form),
+        card=_text(dict(extractor.card)),
+        role_keys=role_keys,
+        role_weights=role_weights,
+        move_keys=move_keys,
+        move_weights=move_weights,
+        vector_weights=extractor.roles.vectors.astype(np.float16),
+        attachment_keys=np.array(buckets, dtype=np.int32),
+        attachment_weights=np.array(values, dtype=np.float16),
+    )
+    return out.getvalue()
+
+
+def _text(value: object) -> npt.NDArray[np.uint8]:
+    return np.frombuffer(json.dumps(value, sort_keys=True).encode(), dtype=np.uint8)
+
+
+def _arrays(weights: Weights) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float16]]:
+    values = weights.values[:-1]
+    kept = np.flatnonzero(np.abs(values).reshape(len(values), -1).max(axis=1, initial=0) > SMALL)
+    return weights.keys[kept].astype(np.int32), values[kept].astype(np.float16)
+
+
+def from_bytes(content: bytes, *, where: str = "") -> Extractor:
+    """Read an extractor.
+
+    Parameters
+    ----------
+    content
+        What :func:`to_bytes` wrote.
+    where
+        What to call it in an error.
+
+    Raises
+    ------
+    ModelError
+        If it is damaged, or was written for other roles or features than there are.
+    """
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        form = json.loads(arrays["form"].tobytes())
+        if (
+            form["version"] != VERSION
+            or form["roles"] != list(ROLES)
+            or form["templates"] != [" ".join(template) for template in TEMPLATES]
+            or form["move_templates"] != [" ".join(template) for template in MOVE_TEMPLATES]
+        ):
+            raise ModelError(
+                "the extractor was trained by another version of the program",
+                where=where,
+                fix=RETRAIN,
+            )
+        return Extractor(
+            RoleModel(
+                _weights(arrays, "role", (len(ROLES),)),
+                _weights(arrays, "move", (len(ROLES) + 1, len(ROLES))),
+                _vectors(arrays["vector_weights"]),
+            ),
+            _attachments(arrays),
+            json.loads(arrays["card"].tobytes()),
+        )
+    except (KeyError, TypeError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+        raise ModelError(
+            f"the extractor can't be read: {error}", where=where, fix=RETRAIN
+        ) from error
+
+
+def _weights(
+    arrays: dict[str, npt.NDArray[np.generic]], name: str, shape: tuple[int, ...]
+) -> Weights:
+    keys = arrays[f"{name}_keys"].astype(np.intp)
+    values = arrays[f"{name}_weights"].astype(float)
+    if values.shape != (len(keys), *shape) or not np.isfinite(values).all():
+        raise ValueError(f"{name}_weights has the shape {values.shape} or isn't finite")
+    if len(keys) and not (keys.min() >= 0 and keys.max() < 1 << TABLE_BITS):
+        raise ValueError(f"{name}_keys has keys out of range")
+    return weigh(keys, values)
+
+
+def _attachments(arrays: dict[str, npt.NDArray[np.generic]]) -> AttachmentModel:
+    keys = arrays["attachment_keys"].astype(int)
+    values = arrays["attachment_weights"].astype(float)
+    if values.shape != keys.shape or keys.ndim != 1 or not np.isfinite(values).all():
+        raise ValueError("attachment_weights has another shape or isn't finite")
+    return AttachmentModel(dict(zip(keys.tolist(), values.tolist(), strict=True)))
+
+
+def _vectors(weights: npt.NDArray[np.generic]) -> npt.NDArray[np.float32]:
+    values = weights.astype(np.float32)
+    if values.shape != (VECTOR, len(ROLES)) or not np.isfinite(values).all():
+        raise ValueError(f"vector_weights has the shape {values.shape} or isn't finite")
+    return values
+
+
+@lru_cache(maxsize=1)
+def default_extractor() -> Extractor:
+    """The extractor that comes along."""
+    file = resources.files("g3.language") / DEFAULT
+    return from_bytes(file.read_bytes(), where=DEFAULT)

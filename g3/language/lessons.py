@@ -1,0 +1,25 @@
+"""Hand-written trees that every extractor is trained on besides its corpus.
+
+They hold what people say and corpora of commands seldom have: "all the tires", "never", "without
+touching it". None is from a corpus.
+"""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from g3.sdc import SDC
+from g3.sdc_notation import parse_brackets
+
+FILE = "lessons.txt"
+
+
+def written_trees() -> list[tuple[str, tuple[SDC, ...]]]:
+    """The commands with their top-level clauses."""
+    content = (resources.files("g3.language") / FILE).read_text("utf-8")
+    found = []
+    for paragraph in content.split("\n\n"):
+        if not paragraph.startswith("#"):
+            text, *notation = paragraph.strip().splitlines()
+            found.append((text, parse_brackets("\n".join(notation), command=text)))
+    return found

@@ -1,0 +1,74 @@
+"""What spaCy is given, and what comes back."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from g3.errors import ModelError
+from g3.language.mending import mend
+from g3.language.pipeline import VARIABLE, analyse, language_model
+
+
+def test_words_stand_where_they_were_typed():
+    text = "  Put the Tyre-palette\ton it. Go!"
+    (command,) = analyse([text])
+    assert [span.text for span in command.spans] == [
+        "Put", "the", "Tyre", "-", "palette", "on", "it", ".", "Go", "!",
+    ]  # fmt: skip
+    assert all(text[span.start : span.end] == span.text for span in command.spans)
+    assert command.lower[2:5] == ("tire", "-", "pallet")
+
+
+@pytest.mark.parametrize(
+    "text", ["Lower forks.", "position it", "Go left. Back up.", "lift pallet"]
+)
+def test_imperatives_are_read_as_verbs(text):
+    (command,) = analyse([text])
+    strings = language_model().vocab.strings
+    begins = [0, *(i + 1 for i, word in enumerate(command.lower[:-1]) if word == ".")]
+    assert {strings[int(command.tag[i])] for i in begins} == {"VB"}
+
+
+def test_a_letter_before_a_full_stop_is_no_abbreviation():
+    (command,) = analyse(["Go to truck A. Wait."])
+    assert command.lower == ("go", "to", "truck", "a", ".", "wait", ".")
+
+
+def test_heads_are_words_of_the_command():
+    for command in analyse(["Lift it. Go to the truck on the left", "", "the crate"]):
+        assert all(0 <= head < len(command.spans) for head in command.head)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("palllet", "pallet"),
+        ("trialer", "trailer"),
+        ("tailor", "trailer"),
+        ("foward", "forward"),
+        ("trailers", "trailers"),
+        ("lift", "lift"),
+        ("light", "light"),
+        ("x" * 5000, "x" * 5000),
+    ],
+)
+def test_misspellings(typed, meant):
+    assert mend(typed) == meant
+
+
+def test_a_model_that_is_not_there_is_told(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "no_such_model")
+    language_model.cache_clear()
+    try:
+        with pytest.raises(ModelError, match="no_such_model"):
+            language_model()
+    finally:
+        language_model.cache_clear()
+
+
+def test_importing_the_package_does_not_import_spacy():
+    code = "import sys, g3, corpus_tools.cli; sys.exit('spacy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
