@@ -102,12 +102,16 @@ def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ig
 
 
 def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
-    """The same view, with shadows and four samples a pixel, as MuJoCo draws them."""
+    """The same view, with shadows and four samples a pixel, as MuJoCo draws them.
+
+    The encoder is set as for ``standard``.
+    """
     import imageio.v3 as iio  # noqa: PLC0415
     import mujoco  # noqa: PLC0415
     from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer  # noqa: PLC0415
 
     from corpus_tools.video.camera import overview  # noqa: PLC0415
+    from corpus_tools.video.encode import OPTIONS  # noqa: PLC0415
     from corpus_tools.world.build import build_world, set_state  # noqa: PLC0415
 
     world = build_world(recording.start)
@@ -127,6 +131,8 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
     )
     with iio.imopen(path, "w", plugin="pyav") as video:
         video.init_video_stream("libx264", fps=FPS)
+        # imageio has no public way to the encoder's options.
+        video._video_stream.options = {**OPTIONS["standard"], "threads": "1"}
         for k in range(len(recording.t_ns)):
             set_state(world, data, recording, k)
             mujoco.mj_camlight(world.model, data)

@@ -9,19 +9,25 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def best(action: Callable[[], T], repeats: int = 3) -> tuple[float, T]:
-    """The least of a few wall-clock times in seconds, which load disturbs least, and the result."""
-    return best_of({"": action}, repeats)[""]
+def best(
+    action: Callable[[], T], repeats: int = 3, clock: Callable[[], float] = time.perf_counter
+) -> tuple[float, T]:
+    """The least of a few times in seconds, which load disturbs least, and the result."""
+    return best_of({"": action}, repeats, clock)[""]
 
 
-def best_of(actions: Mapping[str, Callable[[], T]], repeats: int = 3) -> dict[str, tuple[float, T]]:
+def best_of(
+    actions: Mapping[str, Callable[[], T]],
+    repeats: int = 3,
+    clock: Callable[[], float] = time.perf_counter,
+) -> dict[str, tuple[float, T]]:
     """The least times of actions that take turns, so that load disturbs all of them alike."""
     results: dict[str, tuple[float, T]] = {}
     for _ in range(repeats):
         for name, action in actions.items():
-            start = time.perf_counter()
+            start = clock()
             value = action()
-            seconds = time.perf_counter() - start
+            seconds = clock() - start
             if name not in results or seconds < results[name][0]:
                 results[name] = (seconds, value)
     return results

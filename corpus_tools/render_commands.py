@@ -109,7 +109,6 @@ def render_videos(
     if corpus is not None and (scenarios or dataset):
         raise click.UsageError("Give either scenarios or --corpus.")
     pixels = _size(size)
-    _check_packages()
 
     # Before MuJoCo is imported, which reads what this chooses.
     from corpus_tools.video.gl import choose_back_end
@@ -145,19 +144,6 @@ def _size(text: str) -> tuple[int, int]:
             "such as 640x480."
         )
     return size
-
-
-def _check_packages() -> None:
-    from importlib.util import find_spec
-
-    from g3.errors import CorpusError
-
-    missing = [name for name in ("av", "cv2", "mujoco") if find_spec(name) is None]
-    if missing:
-        raise CorpusError(
-            f"rendering needs packages that aren't installed: {', '.join(missing)}",
-            fix="pip install 'corpus-tools-g3[render]'",
-        )
 
 
 def _produce(

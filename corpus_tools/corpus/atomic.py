@@ -67,6 +67,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool, marke
 
 
 def _write_file(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as file:
         file.write(content)
         file.flush()

@@ -180,7 +180,8 @@ def _corners(recording: Recording, i: int) -> FloatArray:
     box = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(8, 3)
     xy = rotate(box[None, :, :2], np.repeat(yaw[:, None], 8, axis=1))
     z = np.broadcast_to(box[None, :, 2:], (len(yaw), 8, 1))
-    return (np.concatenate((xy, z), axis=-1) + poses[:, None]).reshape(-1, 3)
+    placed: FloatArray = (np.concatenate((xy, z), axis=-1) + poses[:, None]).reshape(-1, 3)
+    return placed
 
 
 def _apex(x: FloatArray, z: FloatArray, slope: float) -> float:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from corpus_tools.video.camera import Camera
 from corpus_tools.video.gl import gl_context
-from corpus_tools.world.build import World, set_state
+from corpus_tools.world.build import World, body_name, set_state
 from corpus_tools.world.recording import Recording
 from corpus_tools.world.solids import SOLID_GROUP
 from g3.groundings import FloatArray
@@ -137,6 +137,7 @@ class Canvas:
         *,
         groups: Iterable[int] = (BACKDROP, STILL, MOVING),
         part: Rectangle | None = None,
+        rows: int = 1,
         sun: bool = True,
         other_light: bool = True,
         shadows: bool = False,
@@ -154,6 +155,8 @@ class Canvas:
             What is drawn.
         part
             The part of the picture that is drawn.
+        rows
+            How many rows are drawn for each of the picture's.
         sun
             Whether the sun shines.
         other_light
@@ -171,7 +174,7 @@ class Canvas:
         flags = mujoco.mjtRndFlag
         self._render(
             part.width,
-            part.height,
+            part.height * rows,
             {flags.mjRND_SHADOW: shadows, flags.mjRND_SKYBOX: sky, flags.mjRND_HAZE: sky},
         )
 
@@ -334,7 +337,7 @@ def _objects(world: World) -> npt.NDArray[np.int64]:
     model = world.model
     of_body = np.full(model.nbody, -1)
     for i, item in enumerate(world.context.objects):
-        of_body[model.body(item.id).id] = i
+        of_body[model.body(body_name(item.id)).id] = i
     roots = model.body_rootid
     of_geom: npt.NDArray[np.int64] = of_body[roots[model.geom_bodyid]]
     return of_geom

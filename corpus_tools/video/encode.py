@@ -19,13 +19,14 @@ Quality: TypeAlias = Literal["draft", "standard", "high"]
 QUALITIES: tuple[Quality, ...] = ("draft", "standard", "high")
 ENCODER = "libx264"
 
-_OPTIONS = MappingProxyType(
+OPTIONS = MappingProxyType(
     {
         "draft": {"preset": "ultrafast", "crf": "27"},
         "standard": {"preset": "veryfast", "crf": "21"},
         "high": {"preset": "medium", "crf": "17"},
     }
 )
+"""Of the encoder, by quality."""
 _KEY_FRAME_S = 2
 """Players can jump this finely without decoding much."""
 _REC_709_FROM = 720
@@ -58,7 +59,7 @@ def encode(
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         stream.time_base = Fraction(1, fps)
-        stream.options = {**_OPTIONS[quality], "threads": "1", "g": str(_KEY_FRAME_S * fps)}
+        stream.options = {**OPTIONS[quality], "threads": "1", "g": str(_KEY_FRAME_S * fps)}
         stream.codec_context.thread_count = 1
         space = Colorspace.ITU709 if size[1] >= _REC_709_FROM else Colorspace.ITU601
         for k, picture in enumerate(frames):

@@ -6,6 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from typing import Any
 
 from g3.errors import CorpusError
@@ -15,6 +16,9 @@ VARIABLE = "MUJOCO_GL"
 
 BACK_ENDS = ("egl", "osmesa") if sys.platform == "linux" else ("glfw",)
 """In the order in which they are tried."""
+
+PACKAGES = ("av", "cv2", "mujoco")
+"""What the extra ``render`` installs, as it is imported."""
 
 _KNOWN = ("egl", "osmesa", "glfw", "cgl", "wgl")
 _PROBE_TIMEOUT_S = 60
@@ -30,8 +34,9 @@ def choose_back_end() -> str:
     Raises
     ------
     CorpusError
-        If none works, or not the chosen one.
+        If none works, or not the chosen one, or a package is missing.
     """
+    check_packages()
     chosen = os.environ.get(VARIABLE, "").lower()
     if chosen and chosen not in _KNOWN:
         raise CorpusError(
@@ -49,6 +54,22 @@ def choose_back_end() -> str:
         fix=f"{'unset it, or ' if chosen else ''}install the libraries; on Debian and Ubuntu: "
         "apt-get install libegl1 libgl1-mesa-dri, or libosmesa6",
     )
+
+
+def check_packages() -> None:
+    """Raise an error if a package is missing that rendering needs.
+
+    Raises
+    ------
+    CorpusError
+        With what to install.
+    """
+    missing = [name for name in PACKAGES if find_spec(name) is None]
+    if missing:
+        raise CorpusError(
+            f"rendering needs packages that aren't installed: {', '.join(missing)}",
+            fix="pip install 'corpus-tools-g3[render]'",
+        )
 
 
 def gl_context(width: int, height: int) -> Any:  # MuJoCo's back ends share no type

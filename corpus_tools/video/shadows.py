@@ -38,7 +38,7 @@ class ShadowMap:
         The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w).
     """
 
-    first: tuple[int, int]
+    first: tuple[float, float]
     texel: float
     depth: Depth
 

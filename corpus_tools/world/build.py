@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.world.forklift import DRIVE_JOINTS, FORKS, LOW, add_forklift
+from corpus_tools.world.dimensions import LOW
+from corpus_tools.world.forklift import DRIVE_JOINTS, FORKS, add_forklift
 from corpus_tools.world.kinds import FORKLIFT, kind_of
 from corpus_tools.world.looks.registry import look_of
 from corpus_tools.world.looks.surroundings import add_surroundings
@@ -60,9 +61,9 @@ class World:
 def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
     """A world with the objects of a context.
 
-    Bodies have the objects' ids as names and their poses as frames. What the forks can
-    lift has a free joint, the robot has joints to drive in the plane, everything else is
-    a mocap body, which collides and moves only where it is put.
+    Objects' bodies are called by :func:`body_name` and have their poses as frames. What the
+    forks can lift has a free joint, the robot has joints to drive in the plane, everything
+    else is a mocap body, which collides and moves only where it is put.
 
     Parameters
     ----------
@@ -81,10 +82,13 @@ def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
         pose = item.trajectory
         if item.id == context.agent_id:
             kind = FORKLIFT
-            body = add_forklift(spec, item.id, ground)
+            body = add_forklift(spec, body_name(item.id), ground)
         else:
             body = spec.worldbody.add_body(
-                name=item.id, pos=pose.xyz[0], quat=upright(pose.yaw[0]), mocap=not kind.carriable
+                name=body_name(item.id),
+                pos=pose.xyz[0],
+                quat=upright(pose.yaw[0]),
+                mocap=not kind.carriable,
             )
             if kind.carriable:
                 body.add_freejoint()
@@ -100,7 +104,7 @@ def build_world(context: Context, *, looks: bool = True) -> World:
     """Compile :func:`build_spec`."""
     model = build_spec(context, looks=looks).compile()
     names = [item.id for item in context.objects]
-    body = [model.body(name) for name in names]
+    body = [model.body(body_name(name)) for name in names]
     robot = names.index(context.agent_id)
     mocap = [i for i in range(len(names)) if body[i].mocapid[0] >= 0]
     free = [i for i in range(len(names)) if i != robot and i not in mocap]
@@ -129,6 +133,11 @@ def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -
     data.qpos[world.drive_qpos[2]] = heading(orientation[world.robot])
     data.qpos[world.forks_qpos] = recording.fork_height_m[k] - LOW
     mujoco.mj_kinematics(world.model, data)
+
+
+def body_name(object_id: str) -> str:
+    """Name of an object's body, which neither the forks nor the world have, whatever the id."""
+    return f"object {object_id}"
 
 
 def ground_of(context: Context) -> float:

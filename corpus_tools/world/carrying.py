@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.world.dimensions import ENTRY_HEIGHT
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.recording import Recording, heading
 from corpus_tools.world.shapes import Shape, shape_of
-from corpus_tools.world.solids import ENTRY_HEIGHT
 from g3.actions import REACH_M
 from g3.geometry import BoolArray, rotate
 from g3.groundings import FloatArray

@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.world.build import TIMESTEP_S, World, build_world, ground_of
+from corpus_tools.world.build import TIMESTEP_S, World, body_name, build_world, ground_of
 from corpus_tools.world.curves import Way
-from corpus_tools.world.forklift import DRIVE_RATE, FORKS, LIFT_RATE, LOW, TURN_RATE
+from corpus_tools.world.dimensions import LOW
+from corpus_tools.world.forklift import DRIVE_RATE, FORKS, LIFT_RATE, TURN_RATE
 from corpus_tools.world.pacing import EMPTY, LIFT, LOADED, Limits, ramp, references
 from corpus_tools.world.recording import NS_PER_S, Recording, heading, upright
 from corpus_tools.world.shapes import Shape, shape_of
@@ -286,8 +287,8 @@ def _states(world: World, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _owners(world: World) -> npt.NDArray[np.int64]:
     """For every geom the index of its object; the forks count as the robot, not its chassis."""
     model = world.model
-    names = {item.id: i for i, item in enumerate(world.context.objects)}
-    names[world.context.agent_id] = _CHASSIS
+    names = {body_name(item.id): i for i, item in enumerate(world.context.objects)}
+    names[body_name(world.context.agent_id)] = _CHASSIS
     names[FORKS] = world.robot
     bodies = [names.get(model.body(i).name, _GROUND) for i in range(model.nbody)]
     owners: npt.NDArray[np.int64] = np.array(bodies)[model.geom_bodyid]

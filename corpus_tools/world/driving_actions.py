@@ -11,7 +11,7 @@ from corpus_tools.world.actions import Goal, behaviour
 from corpus_tools.world.clearance import clearance
 from corpus_tools.world.controller import ActionError, Simulation
 from corpus_tools.world.curves import Motion, end_of, poses_on
-from corpus_tools.world.forklift import CHASSIS, FORK_LENGTH, HEEL_X
+from corpus_tools.world.dimensions import CHASSIS, FORK_LENGTH, HEEL_X
 from corpus_tools.world.places import axis_of, quarters, spots
 from corpus_tools.world.planning import NoWayError, plan
 from corpus_tools.world.room import (

@@ -1,35 +1,32 @@
 """The robot's body: a chassis that drives in the plane, a mast, and forks that go up it.
 
-Its frame is on the ground between the front wheels, x ahead. Lengths are in metres.
+Its sizes are in :mod:`corpus_tools.world.dimensions`.
 """
 
 from __future__ import annotations
 
 import mujoco
 
-from corpus_tools.world.solids import Extent, box
+from corpus_tools.world.dimensions import (
+    BACKREST,
+    CHASSIS,
+    FORK_LENGTH,
+    FORK_THICKNESS,
+    FORK_WIDTH,
+    FORK_Y,
+    HEEL_X,
+    LIFT_RANGE,
+    LOW,
+    MAST,
+    Extent,
+)
+from corpus_tools.world.solids import box
 
 FORKS = "forks"
 """Body that goes up and down the mast, and its joint."""
 DRIVE_JOINTS = ("drive-x", "drive-y", "drive-yaw")
 ACTUATORS = (*DRIVE_JOINTS, FORKS)
 """Their order is that of the controls, which are where the joints shall be."""
-
-CHASSIS = ((-1.2, 0.40), (-0.55, 0.55), (0.12, 2.1))
-"""From and to, along x, y and z. The mast is in front of it, up to the heel of the forks."""
-MAST = ((0.40, 0.48), (-0.35, 0.35), (0.05, 2.1))
-HEEL_X = 0.55
-"""Where the forks begin; loads touch them there."""
-FORK_LENGTH = 1.00
-FORK_WIDTH = 0.12
-FORK_THICKNESS = 0.04
-FORK_Y = 0.23
-"""The middles of the two tines are this far to the left and the right."""
-BACKREST = ((-0.05, 0.0), (-0.45, 0.45), (-0.04, 0.9))
-"""Behind the heel, in the frame of the forks: it goes up and down with them."""
-LOW = 0.07
-"""Height of the forks' upper side when they are down, above the ground."""
-LIFT_RANGE = 2.0
 
 CHASSIS_KG, CARRIAGE_KG, TINE_KG = 1500.0, 120.0, 40.0
 

@@ -9,8 +9,16 @@ import numpy as np
 from corpus_tools.world.actions import Goal, behaviour
 from corpus_tools.world.clearance import clearance, outline
 from corpus_tools.world.controller import ActionError, Load, Simulation
+from corpus_tools.world.dimensions import (
+    BLOCK,
+    ENTRY_HEIGHT,
+    FORK_LENGTH,
+    FORK_WIDTH,
+    FORK_Y,
+    HEEL_X,
+    LOW,
+)
 from corpus_tools.world.driving_actions import SHIFT_COST, go
-from corpus_tools.world.forklift import FORK_LENGTH, FORK_WIDTH, FORK_Y, HEEL_X, LOW
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.pacing import CAREFUL
 from corpus_tools.world.places import NUDGE_M, carrier_under, quarters, spots, support_at
@@ -27,7 +35,6 @@ from corpus_tools.world.room import (
     robot_outline,
 )
 from corpus_tools.world.script import PICK_UP, PUT_DOWN
-from corpus_tools.world.solids import BLOCK, ENTRY_HEIGHT
 from corpus_tools.world.start import HEEL_GAP_M
 from g3.actions import centre
 from g3.driving import direction

@@ -12,10 +12,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from corpus_tools.world.carrying import from_robot, within_reach
-from corpus_tools.world.forklift import LOW
+from corpus_tools.world.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.recording import NS_PER_S, Recording, upright
 from corpus_tools.world.shapes import Shape, shape_of
-from corpus_tools.world.solids import ENTRY_HEIGHT
 from g3.action_log import at_rest
 from g3.actions import loaded
 from g3.geometry import BoolArray, rotate, wrap

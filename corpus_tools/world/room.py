@@ -6,8 +6,9 @@ import numpy as np
 
 from corpus_tools.world.clearance import Boxes, Rect, clearance, outline, room
 from corpus_tools.world.controller import Load, Simulation
-from corpus_tools.world.forklift import (
+from corpus_tools.world.dimensions import (
     BACKREST,
+    CAB_TOP,
     CHASSIS,
     FORK_LENGTH,
     FORK_THICKNESS,
@@ -19,7 +20,7 @@ from corpus_tools.world.forklift import (
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.recording import heading
 from corpus_tools.world.shapes import Shape
-from corpus_tools.world.solids import CAB_TOP, beside_deck
+from corpus_tools.world.solids import beside_deck
 from g3.driving import direction
 from g3.geometry import rotate
 from g3.groundings import FloatArray

@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import mujoco
 
+from corpus_tools.world.dimensions import BLOCK, CAB_TOP, ENTRY_HEIGHT, PALLET_HEIGHT, Extent
 from corpus_tools.world.kinds import Kind
 from corpus_tools.world.shapes import Shape
 
 SOLID_GROUP = 3
 """Group of geoms that collide and aren't seen."""
 
-Extent: TypeAlias = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-"""A box from and to, along x, y and z, in metres."""
-
-PALLET_HEIGHT = 0.14
-"""From the ground to the load on a pallet."""
-ENTRY_HEIGHT = 0.11
-"""From the ground to the underside of a pallet's deck, where the forks lift."""
-BLOCK = 0.12
-"""Length of the edges of a pallet's blocks; forks enter between them from all sides."""
 PALLET_KG, LOAD_KG = 25.0, 275.0
-
-CAB_TOP = 2.4
-"""Height of a truck's cab above the ground."""
 
 FRICTION = 0.8
 

@@ -9,10 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from corpus_tools.world.forklift import HEEL_X, LIFT_RANGE, LOW
+from corpus_tools.world.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.shapes import Shape, shape_of
-from corpus_tools.world.solids import ENTRY_HEIGHT
 from g3.actions import covers, loaded
 from g3.geometry import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory

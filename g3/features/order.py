@@ -30,6 +30,11 @@ _ORDINALS = {
 }
 
 
+def is_ordinal(word: str) -> bool:
+    """Whether a normalised word counts: "second", "3rd"."""
+    return word in _ORDINALS
+
+
 @feature_set(
     "named-order",
     types=("OBJECT",),

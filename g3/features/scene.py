@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch, boxes
-from g3.features.bodies import IntArray
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, feature_set
 from g3.groundings import FloatArray
@@ -13,14 +12,13 @@ from g3.groundings import FloatArray
 PAIR = {column.name: i for i, column in enumerate(PRISM_COLUMNS)}
 
 
-def peer_pairs(batch: FactorBatch) -> tuple[FloatArray, IntArray]:
+def peer_pairs(batch: FactorBatch) -> FloatArray:
     """Prism features of each figure with each object of its scene.
 
     Returns
     -------
-    tuple
-        Features (n, p, len(PRISM_COLUMNS)), NaN where a scene has fewer objects, and
-        the objects' bodies (n, p).
+    FloatArray
+        Shape (n, p, len(PRISM_COLUMNS)), NaN where a scene has fewer objects.
     """
     n, p = batch.peers.shape
     row, column = np.nonzero((batch.peers >= 0) & (batch.peers != batch.figure[:, None]))
@@ -30,7 +28,7 @@ def peer_pairs(batch: FactorBatch) -> tuple[FloatArray, IntArray]:
         Boxes(own.corners[row], own.z_min[row], own.z_max[row]),
         boxes(batch.bodies, batch.peers[row, column]),
     )
-    return pairs, batch.peers
+    return pairs
 
 
 @feature_set(
@@ -50,7 +48,7 @@ def peer_pairs(batch: FactorBatch) -> tuple[FloatArray, IntArray]:
 def place_in_scene(batch: FactorBatch) -> FloatArray:
     """Whether a place is on the ground or on a thing, free or taken, and near what."""
     own = batch.boxes("figure")
-    pairs, _ = peer_pairs(batch)
+    pairs = peer_pairs(batch)
     missing = np.isnan(pairs[..., 0])
     gaps = np.where(missing, np.inf, pairs[..., PAIR["gap"]])
     level = np.abs(np.nan_to_num(pairs[..., PAIR["height_difference"]], nan=9.0)) < 0.5

@@ -5,17 +5,17 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from corpus_tools.world.forklift import (
+from corpus_tools.world.dimensions import (
     BACKREST,
     CHASSIS,
     FORK_LENGTH,
     FORK_THICKNESS,
     FORK_WIDTH,
     FORK_Y,
-    FORKS,
     HEEL_X,
     LOW,
 )
+from corpus_tools.world.forklift import FORKS
 from corpus_tools.world.looks.atlas import colour, patch
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.parts import Part, box, disc, extruded, rod, tapered, turned

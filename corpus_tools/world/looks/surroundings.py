@@ -50,8 +50,8 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
     view.quality.shadowsize = 2048
     view.map.haze = 0.25
     view.rgba.haze = [0.82, 0.87, 0.91, 1]
-    view.headlight.ambient = [0.46, 0.47, 0.50]
-    view.headlight.diffuse = [0.12, 0.12, 0.12]
+    view.headlight.ambient = [0.43, 0.44, 0.47]
+    view.headlight.diffuse = [0.08, 0.08, 0.08]
     view.headlight.specular = [0, 0, 0]
     spec.worldbody.add_light(
         name="sun",
@@ -59,7 +59,7 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
         pos=centre - 1.5 * extent * np.array(SUN),
         dir=SUN,
         ambient=[0, 0, 0],
-        diffuse=[0.64, 0.62, 0.57],
+        diffuse=[0.58, 0.56, 0.52],
         specular=[0.3, 0.3, 0.3],
         castshadow=True,
     )

@@ -7,6 +7,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
+from corpus_tools.world.dimensions import CAB_TOP
 from corpus_tools.world.kinds import TRUCK
 from corpus_tools.world.looks.atlas import Finish, colour, patch
 from corpus_tools.world.looks.drawing import draw
@@ -14,7 +15,7 @@ from corpus_tools.world.looks.parts import Part, box, extruded, quad, rod, turne
 from corpus_tools.world.looks.registry import look
 from corpus_tools.world.looks.wheels import wheel
 from corpus_tools.world.shapes import Shape
-from corpus_tools.world.solids import CAB_TOP, deck_of
+from corpus_tools.world.solids import deck_of
 from g3.groundings import FloatArray
 
 DRAWBAR_LENGTH = 0.75

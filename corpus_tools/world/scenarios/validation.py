@@ -22,8 +22,6 @@ from corpus_tools.world.scenarios.scripts import script_problems
 from g3.groundings import FloatArray
 
 _ID = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_RESERVED = {ROBOT, "forks", "world", "drive-x", "drive-y", "drive-yaw"}
-"""Names that the simulated world has already."""
 _EDGE_M = 1e-6
 
 
@@ -86,7 +84,7 @@ def _id_problems(
                 yield Problem(
                     field, f"{name!r} can't be an id", "use small letters, digits and hyphens"
                 )
-            elif name in _RESERVED:
+            elif name == ROBOT:
                 yield Problem(field, f"the id {name!r} is taken by the robot", "use another one")
             elif name in layout:
                 yield Problem(field, f"the layout has a {name!r} already", "use another id")

@@ -72,3 +72,24 @@ def test_a_log_replaces_the_file_and_leaves_no_other(tmp_path, driving):
 def test_logs_are_read_without_the_simulator():
     script = "import sys, corpus_tools.logs.reading; assert 'mujoco' not in sys.modules"
     subprocess.run([sys.executable, "-c", script], check=True, cwd=Path(__file__).parents[3])
+
+
+def test_logs_need_no_simulator(tmp_path):
+    program = f"""
+import sys
+for name in ("mujoco", "cv2", "av"):
+    sys.modules[name] = None
+from pathlib import Path
+from corpus_tools.bundled import open_corpus
+from corpus_tools.logs.reading import read_log
+from corpus_tools.logs.writing import write_log
+from corpus_tools.world.replay import replay
+context = next(iter(open_corpus("warehouse").contexts.values()))
+path = Path({str(tmp_path / "log.mcap")!r})
+write_log(replay(context, 25.0), path, name="again", metadata={{}})
+print(read_log(path).name)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "again\n", done.stderr

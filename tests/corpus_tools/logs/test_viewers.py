@@ -10,6 +10,7 @@ import msgspec
 import pytest
 from foxglove_schemas_protobuf import FrameTransforms_pb2, Log_pb2, SceneUpdate_pb2
 from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.json_format import ParseDict
 from mcap.reader import make_reader
 
 from corpus_tools.logs import foxglove
@@ -170,3 +171,46 @@ def test_every_message_fits_its_schema(driving):
     reader = make_reader(io.BytesIO(to_bytes(driving, name="", metadata={})))
     for schema, _, message in reader.iter_messages():
         jsonschema.validate(msgspec.json.decode(message.data), msgspec.json.decode(schema.data))
+
+
+PUBLISHED = {
+    "/tf": FrameTransforms_pb2.FrameTransforms,
+    "/scene": SceneUpdate_pb2.SceneUpdate,
+    "/actions": Log_pb2.Log,
+}
+
+
+def with_protobuf_times(message: typing.Any) -> typing.Any:
+    """The message with times and durations as protobuf's own JSON writes them."""
+    if isinstance(message, list):
+        return [with_protobuf_times(part) for part in message]
+    if not isinstance(message, dict):
+        return message
+    result = {name: with_protobuf_times(part) for name, part in message.items()}
+    for name, part in message.items():
+        if isinstance(part, dict) and set(part) == {"sec", "nsec"}:
+            if name == "timestamp":
+                result[name] = f"1970-01-01T00:00:{part['sec']:02}.{part['nsec']:09}Z"
+            else:
+                result[name] = f"{part['sec']}.{part['nsec']:09}s"
+    return result
+
+
+@pytest.mark.parametrize("topic", PUBLISHED)
+def test_every_message_is_one_of_the_published_schema(driving, topic):
+    for t, message in contents(driving)[topic]:
+        # Raises for a field that the schema has not, or of another type.
+        published = ParseDict(with_protobuf_times(message), PUBLISHED[topic]())
+        first = {"/tf": "transforms", "/scene": "entities"}.get(topic)
+        stamped = getattr(published, first)[0] if first else published
+        assert stamped.timestamp.ToNanoseconds() == t * 1e9
+
+
+def test_published_messages_hold_the_poses(driving):
+    (_, message), *_ = contents(driving)["/tf"]
+    read = ParseDict(with_protobuf_times(message), FrameTransforms_pb2.FrameTransforms())
+    robot, tires, forks = read.transforms
+    assert (tires.parent_frame_id, tires.child_frame_id) == ("world", "tires")
+    assert (tires.translation.x, tires.rotation.w) == (1.1, 1.0)
+    assert forks.translation.z == 0.07
+    assert robot.translation.x == 0.0

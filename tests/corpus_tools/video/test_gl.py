@@ -9,11 +9,11 @@ import pytest
 CHOOSE = "from corpus_tools.video.gl import choose_back_end; print(choose_back_end())"
 
 
-def choose(**environment):
+def choose(program=CHOOSE, **environment):
     """Choose in a process of its own, with some of the environment's variables changed."""
     variables = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
     return subprocess.run(
-        [sys.executable, "-c", CHOOSE],
+        [sys.executable, "-c", program],
         env={**variables, **environment},
         capture_output=True,
         text=True,
@@ -50,3 +50,11 @@ def test_a_wrong_name_is_told():
     last = choose(MUJOCO_GL="vulkan").stderr.strip().splitlines()[-1]
     assert "'vulkan'" in last
     assert "osmesa" in last
+
+
+@pytest.mark.parametrize("package", ["mujoco", "av", "cv2"])
+def test_a_missing_package_is_told_with_what_installs_it(package):
+    without = f"import sys; sys.modules[{package!r}] = None; "
+    last = choose(without + CHOOSE).stderr.strip().splitlines()[-1]
+    assert f"rendering needs packages that aren't installed: {package}" in last
+    assert "pip install 'corpus-tools-g3[render]'" in last

@@ -11,11 +11,11 @@ import pytest
 pytest.importorskip("mujoco")
 
 from corpus_tools.importers.slu_core.assembly import import_slu_core
+from corpus_tools.world.dimensions import ENTRY_HEIGHT
 from corpus_tools.world.execute import Execution, execute, reached
 from corpus_tools.world.pacing import EMPTY
 from corpus_tools.world.recording import NS_PER_S, heading, to_context
 from corpus_tools.world.script import ScriptStep
-from corpus_tools.world.solids import ENTRY_HEIGHT
 from g3.errors import CorpusError
 from g3.geometry import wrap
 from g3.groundings import Context

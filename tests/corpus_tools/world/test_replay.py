@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from corpus_tools.bundled import open_corpus
 from corpus_tools.importers.slu_core.assembly import import_slu_core
 from corpus_tools.world.carrying import NOTHING, carried
-from corpus_tools.world.forklift import LOW
+from corpus_tools.world.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.recording import NS_PER_S, heading
 from corpus_tools.world.replay import FORK_SPEED_M_S, replay
-from corpus_tools.world.solids import ENTRY_HEIGHT
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 from tests.strategies import contexts
 

@@ -1,0 +1,45 @@
+"""A recording as one video file, without all that stands beside a rendered item's video."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from corpus_tools.video.canvas import Image
+from corpus_tools.video.encode import encode
+from corpus_tools.video.frames import Frames, open_frames
+from corpus_tools.video.manifest import Settings
+from corpus_tools.video.moments import sampled
+from corpus_tools.world.build import build_world
+from corpus_tools.world.recording import Recording
+
+
+def film(recording: Recording, path: Path, settings: Settings | None = None) -> None:
+    """Draw a recording into an MP4 file.
+
+    Parameters
+    ----------
+    settings
+        How; as :class:`~corpus_tools.video.manifest.Settings` has it if left out.
+    """
+    how = settings or Settings()
+    shown = sampled(recording, how.fps)
+    world = build_world(recording.start)
+    new = path.with_name(f".{path.name}.new.mp4")
+    try:
+        with open_frames(world, shown, how.camera, how.size, how.quality) as frames:
+            encode(
+                _pictures(frames, len(shown.t_ns)),
+                new,
+                size=how.size,
+                fps=how.fps,
+                quality=how.quality,
+            )
+        new.replace(path)
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def _pictures(frames: Frames, count: int) -> Iterator[Image]:
+    for k in range(count):
+        yield frames.frame(k)
