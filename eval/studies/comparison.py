@@ -1,0 +1,110 @@
+"""Configurations compared on the same commands, with correction for comparing many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import special
+
+from eval.statistics import LEVEL, Estimate, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two configurations on the same commands.
+
+    Parameters
+    ----------
+    difference
+        Of the shares, the first's less the second's, with a bootstrap's bounds.
+    p
+        Of no difference, two-sided.
+    adjusted_p
+        The same after Holm's correction for all comparisons that were made.
+    effect
+        Cohen's h.
+    """
+
+    one: str
+    other: str
+    difference: Estimate
+    p: float
+    adjusted_p: float
+    effect: float
+
+
+def compare_all(
+    shares: Mapping[str, FloatArray],
+    cluster: IntArray,
+    *,
+    rng: np.random.Generator,
+    draws: int = 10_000,
+    level: float = LEVEL,
+) -> list[Comparison]:
+    """Compare each two configurations.
+
+    Parameters
+    ----------
+    shares
+        By configuration, the part of each command's judgments that agree, shape (commands,).
+    cluster
+        Each command's cluster, such as its video, shape (commands,).
+    """
+    _, index = np.unique(cluster, return_inverse=True)
+    sizes = np.bincount(index)
+    times = rng.multinomial(len(sizes), np.full(len(sizes), 1 / len(sizes)), size=draws)
+    pairs = list(combinations(shares, 2))
+    found = []
+    for one, other in pairs:
+        differences = shares[one] - shares[other]
+        sums = np.bincount(index, weights=differences)
+        low, high = np.quantile(
+            (times @ sums) / (times @ sizes), ((1 - level) / 2, (1 + level) / 2)
+        )
+        estimate = Estimate(float(differences.mean()), float(low), float(high))
+        effect = cohens_h(float(shares[one].mean()), float(shares[other].mean()))
+        found.append((estimate, clustered_mcnemar(differences, index), effect))
+    adjusted = holm([p for _, p, _ in found])
+    return [
+        Comparison(one, other, estimate, p, float(corrected), effect)
+        for (one, other), (estimate, p, effect), corrected in zip(
+            pairs, found, adjusted, strict=True
+        )
+    ]
+
+
+def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
+    """Two-sided p of no difference, for matched pairs in clusters.
+
+    N. A. Obuchowski, Statistics in Medicine 17 (1998): the square of the sum over that of the
+    clusters' squared sums, which is McNemar's test where each pair is a cluster.
+
+    Parameters
+    ----------
+    differences
+        Of each matched pair, shape (n,): −1, 0 or 1 for yes and no, or differences of shares.
+    """
+    sums = np.bincount(cluster, weights=differences)
+    squares = float((sums**2).sum())
+    if squares == 0:
+        return 1.0
+    return float(special.chdtrc(1, float(sums.sum()) ** 2 / squares))
+
+
+def holm(p: npt.ArrayLike) -> FloatArray:
+    """P values adjusted by S. Holm's step-down procedure (Scand. J. Stat. 6, 1979)."""
+    values = np.asarray(p, dtype=np.float64)
+    order = np.argsort(values, kind="stable")
+    steps = values[order] * np.arange(len(values), 0, -1)
+    adjusted = np.empty_like(values)
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(steps))
+    return adjusted
+
+
+def cohens_h(one: float, other: float) -> float:
+    """The difference of two shares on the scale of arcs (J. Cohen, 1988, chapter 6)."""
+    return float(2 * np.arcsin(np.sqrt(one)) - 2 * np.arcsin(np.sqrt(other)))
