@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
-from click.core import ParameterSource
 
 from corpus_tools.model_options import training_options
 from corpus_tools.progress import progress_bar
+from eval.command_checks import check_together, is_given, read_mode
 
 if TYPE_CHECKING:
     from eval.protocol import Choices
+    from eval.sdc_trials import SDCChoices
 
-DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--errors"}
+Form = Literal["table", "json", "csv", "latex"]
+STUDY_DRAWS = 10_000
+"""Resamples for Table 2, which has but a few numbers for each."""
 
 
 @click.command(
@@ -27,12 +30,26 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
     "  ct eval --table 1 --model g3.npz --test warehouse --negatives hard\n"
     "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex\n"
     "  ct eval --learning-curve --corpus aaai11 --out curve.png\n"
-    "  ct eval --errors --corpus aaai11 --cv scenario --top 5",
+    "  ct eval --errors --corpus aaai11 --cv scenario --top 5\n"
+    "  ct eval --table 2 --corpus aaai11\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --format json\n"
+    "  ct eval --power --half-width 0.02 --corpus aaai11\n"
+    "  ct eval --sdc --test warehouse --train aaai11 --format json\n"
+    "  ct eval --sdc --corpus aaai11 --cv scenario",
 )
-@click.option("--table", type=int, metavar="1", help="Print this table of the paper: 1.")
+@click.option("--table", type=int, metavar="1|2|3", help="Print this table of the paper.")
+@click.option(
+    "--judge",
+    type=click.Choice(["automatic"]),
+    help="Who says for --table 3 whether a plan is right: a comparison with the command's own log.",
+)
 @click.option("--learning-curve", "curve", is_flag=True, help="Test error by size of training.")
 @click.option("--errors", is_flag=True, help="List high- and low-scoring examples by type.")
-@click.option("--corpus", metavar="CORPUS", default="", help="The corpus to divide.")
+@click.option("--sdc", is_flag=True, help="Score the extraction of SDC trees from text.")
+@click.option("--power", is_flag=True, help="Say how large a rating study must be.")
+@click.option(
+    "--corpus", metavar="CORPUS", default="", help="The corpus to divide, or that has ratings."
+)
 @click.option(
     "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
 )
@@ -76,8 +93,21 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
     "--draws",
     type=click.IntRange(min=1),
     default=2000,
-    show_default=True,
+    show_default="2000, for Table 2 10000",
     help="Resamples for the intervals of --table.",
+)
+@click.option("--study", default="", help="Whose ratings Table 2 counts [default: the largest].")
+@click.option(
+    "--models",
+    is_flag=True,
+    help="Fit estimating equations and a cumulative-link model to Table 2's ratings too.",
+)
+@click.option(
+    "--half-width",
+    type=click.FloatRange(0.001, 0.5),
+    default=0.03,
+    show_default=True,
+    help="Of the interval that --power plans for.",
 )
 @click.option(
     "--repeats",
@@ -91,7 +121,7 @@ DESCRIBED = {"table": "--table", "curve": "--learning-curve", "errors": "--error
     type=click.IntRange(min=1),
     default=10,
     show_default=True,
-    help="Phrases in each list of --errors.",
+    help="Phrases in each list of --errors, or commands listed by --sdc.",
 )
 @click.option(
     "--format",
@@ -111,8 +141,11 @@ def evaluate(
     ctx: click.Context,
     *,
     table: int | None,
+    judge: str | None,
     curve: bool,
     errors: bool,
+    sdc: bool,
+    power: bool,
     corpus: str,
     cv: str | None,
     split: str | None,
@@ -128,9 +161,12 @@ def evaluate(
     seed: int,
     threshold: float,
     draws: int,
+    study: str,
+    models: bool,
+    half_width: float,
     repeats: int,
     top: int,
-    form: Literal["table", "json", "csv", "latex"],
+    form: Form,
     out: Path | None,
 ) -> None:
     """Measure how well models predict whether SDCs match groundings (section 4.2).
@@ -138,12 +174,39 @@ def evaluate(
     Give what to make (--table 1, --learning-curve or --errors) and what to train and test
     on: one --corpus that is divided by scenario (--cv or --split), two corpora (--train
     and --test), or a trained --model and a --test corpus.
+
+    --sdc measures how well SDC trees are extracted from text: with --corpus and --cv
+    scenario (and --train for a corpus to learn from besides), with --test and --train or
+    --model, or with --test alone for the extractor that comes along.
+
+    --table 2 shows how often people agree that a video shows a command, from the ratings in
+    --corpus; --power says how many ratings a study needs, which may be like those in --corpus.
+
+    --table 3 follows the commands of --test after learning from --train, with every scenario held
+    out that is tested; --judge automatic compares where the plans lead with the commands' logs.
     """
-    mode = _mode(ctx, table, curve, errors)
-    _check_sources(ctx)
-    _check_options(ctx, mode)
+    mode = read_mode(ctx, table, curve, errors)
+    check_together(ctx, mode, table)
     if out is not None and not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    if mode == "power":
+        _write(_power(corpus, half_width, seed, form, terminal=_is_terminal(out)), out)
+        return
+    if table == 2:
+        chosen = draws if is_given(ctx, "draws") else STUDY_DRAWS
+        options = {"seed": seed, "draws": chosen, "study": study, "models": models}
+        _write(_table_2(corpus, options, form, terminal=_is_terminal(out)), out)
+        return
+    if table == 3:
+        options = {"l2": l2 or 1.0, "seed": seed}
+        _write(_table_3(train, test, options, draws, form), out)
+        return
+    if mode == "sdc":
+        from eval.sdc_trials import SDCChoices
+
+        extraction = SDCChoices(corpus, train, test, model, l2)
+        _write(_sdc(extraction, top, form, terminal=_is_terminal(out)), out)
+        return
     from eval.protocol import Choices
 
     choices = Choices(
@@ -169,65 +232,10 @@ def evaluate(
         _write(_table_1(choices, draws, form, terminal=_is_terminal(out)), out)
 
 
-# What is wrong with the options
-
-
-def _mode(ctx: click.Context, table: int | None, curve: bool, errors: bool) -> str:
-    chosen = [name for name in DESCRIBED if _is_given(ctx, name)]
-    if len(chosen) != 1:
-        raise click.UsageError("Give one of --table 1, --learning-curve and --errors.")
-    if table in (2, 3):
-        raise click.UsageError(f"Table {table} can't be made yet; tables 2 and 3 come later.")
-    if table not in (None, 1):
-        raise click.UsageError(f"The paper has no table {table}; give --table 1.")
-    return chosen[0]
-
-
-def _is_given(ctx: click.Context, name: str) -> bool:
-    if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
-        return False
-    return ctx.params[name] not in (None, False, "", ())
-
-
-def _check_sources(ctx: click.Context) -> None:
-    given = {name for name in ("corpus", "train", "test", "model") if _is_given(ctx, name)}
-    if given not in ({"corpus"}, {"train", "test"}, {"model", "test"}):
-        raise click.UsageError(
-            "Give --corpus (with --cv scenario or --split scenario), --train and --test, "
-            "or --model and --test."
-        )
-    if given != {"corpus"}:
-        _refuse(ctx, ("cv", "split", "test_scenarios"), "divides one --corpus")
-    if _is_given(ctx, "cv"):
-        _refuse(ctx, ("split", "test_scenarios"), "can't go with --cv, which tests all scenarios")
-    if "model" in given:
-        _refuse(ctx, ("ablate", "plus", "l2"), "is for training, and --model is trained already")
-
-
-def _check_options(ctx: click.Context, mode: str) -> None:
-    of_mode = {"draws": "table", "repeats": "curve", "top": "errors"}
-    for name, its_mode in of_mode.items():
-        if mode != its_mode:
-            _refuse(ctx, (name,), f"is for {DESCRIBED[its_mode]}")
-    if mode == "curve":
-        _refuse(ctx, ("model",), "can't go with --learning-curve, which trains models")
-        _refuse(ctx, ("form",), "can't go with --learning-curve, which writes a plot and a CSV")
-    if mode == "errors" and ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--errors has the formats table and json.")
-
-
-def _refuse(ctx: click.Context, names: tuple[str, ...], why: str) -> None:
-    for parameter in ctx.command.params:
-        if parameter.name in names and _is_given(ctx, parameter.name):
-            raise click.UsageError(f"{parameter.opts[0]} {why}.")
-
-
 # One function for each mode
 
 
-def _table_1(
-    choices: Choices, draws: int, form: Literal["table", "json", "csv", "latex"], *, terminal: bool
-) -> str:
+def _table_1(choices: Choices, draws: int, form: Form, *, terminal: bool) -> str:
     from eval import trials
     from eval.correspondence import table_rows
     from eval.formats import render
@@ -239,6 +247,59 @@ def _table_1(
     )
     metadata = {"table": 1, **result.metadata, "draws": draws}
     return render(rows, form, metadata, terminal=terminal)
+
+
+def _table_2(corpus: str, options: dict[str, Any], form: Form, *, terminal: bool) -> str:
+    from corpus_tools.bundled import open_corpus
+    from eval.studies.ratings import check_judgments
+    from eval.studies.table_2 import render, table_2
+
+    found = open_corpus(corpus)
+    check_judgments(found.judgments, {command.video for command in found.commands.values()})
+    results = table_2(found.judgments, **options)
+    metadata = {"table": 2, "corpus": corpus, "seed": options["seed"], "draws": options["draws"]}
+    return render(results, form, metadata, terminal=terminal)
+
+
+def _table_3(train: str, test: str, options: dict[str, Any], draws: int, form: Form) -> str:
+    from eval.end_to_end import run
+    from eval.plan_report import render
+
+    with progress_bar("reading corpora") as on_progress:
+        result = run(train, test, on_progress=on_progress, **options)
+    return render(result, "json" if form == "json" else "table", draws=draws, seed=options["seed"])
+
+
+def _power(corpus: str, half_width: float, seed: int, form: Form, *, terminal: bool) -> str:
+    from corpus_tools.bundled import open_corpus
+    from eval.studies.plans import assumptions, plans, render
+
+    share, correlation = assumptions(open_corpus(corpus).judgments if corpus else ())
+    metadata = {
+        "corpus": corpus or "none",
+        "wanted_half_width": half_width,
+        "share": round(share, 3),
+        "correlation": round(correlation, 3),
+        "seed": seed,
+    }
+    rows = plans(half_width, share, correlation, seed)
+    return render(rows, form, metadata, terminal=terminal)
+
+
+def _sdc(choices: SDCChoices, top: int, form: str, *, terminal: bool) -> str:
+    from eval.sdc_report import render
+    from eval.sdc_trials import run
+
+    with progress_bar("analysing commands") as on_progress:
+        trials, metadata = run(choices, on_progress)
+    if metadata.get("seen_scenarios"):
+        click.echo(
+            "ct: the model was trained on scenarios that are tested; "
+            "--corpus with --cv scenario holds them out",
+            err=True,
+        )
+    shown: Literal["table", "json"] = "json" if form == "json" else "table"
+    return render(trials, shown, metadata, top=top, terminal=terminal)
 
 
 def _errors(choices: Choices, top: int, form: str, *, terminal: bool) -> str:

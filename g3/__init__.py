@@ -4,4 +4,29 @@ The package knows nothing of files, simulators, web servers or the command line.
 Read :mod:`g3.sdc` first (what a command is made of), then :mod:`g3.groundings`
 (what it can mean), :mod:`g3.annotation` (both together), :mod:`g3.graph` (the
 factor graph), :mod:`g3.features` and :mod:`g3.crf` (the learned model).
+``g3.parse`` extracts the clauses of a command, ``g3.Grounder`` follows it.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from g3.inference.grounder import Grounder
+    from g3.language.parser import parse, parse_many
+
+__all__ = ["Grounder", "parse", "parse_many"]
+
+_MODULES = {
+    "Grounder": "g3.inference.grounder",
+    "parse": "g3.language.parser",
+    "parse_many": "g3.language.parser",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what parses and follows commands when it is first asked for."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_MODULES[name]), name)

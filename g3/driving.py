@@ -136,11 +136,11 @@ def _direct(
     begin = np.broadcast_to(back[None, :, -1, None], (*shape, 3)).reshape(-1, 3)
     end = np.broadcast_to(goals[:, None, None], (*shape, 3)).reshape(-1, 3)
     stretch = np.broadcast_to(_STRETCHES, shape).reshape(-1)
-    ahead = _curve(begin, end, stretch, np.linspace(0, 1, 41))
+    ahead = curve(begin, end, stretch, np.linspace(0, 1, 41))
     extra = np.zeros(len(goals)) if penalty is None else penalty
     before = BUMP_COST * _bumps(back, obstacles) + CUSP_COST_M * (_REVERSES[:, 0] > 0)
-    before += _clear_cost(back)
-    clear = _clear_cost(ahead) + (
+    before += clear_cost(back)
+    clear = clear_cost(ahead) + (
         before[:, None] + extra[:, None, None] + np.zeros(shape[2])
     ).reshape(-1)
     chosen, cost = _cheapest(clear, ahead, obstacles)
@@ -150,7 +150,7 @@ def _direct(
     fractions = _fractions(
         float(np.linalg.norm(np.diff(ahead[chosen, :, :2], axis=0), axis=1).sum())
     )
-    legs.append(_curve(legs[-1][-1] if legs else start, goals[i], _STRETCHES[n], fractions))
+    legs.append(curve(legs[-1][-1] if legs else start, goals[i], _STRETCHES[n], fractions))
     bumps = sum(float(_bumps(leg[None], obstacles)[0]) for leg in legs)
     return Route(tuple(legs), cost, bumps, goals[i])
 
@@ -169,7 +169,7 @@ def _cheapest(clear: FloatArray, poses: FloatArray, obstacles: Obstacles) -> tup
     return best, cost
 
 
-def _curve(start: FloatArray, goal: FloatArray, stretch: FloatArray, u: FloatArray) -> FloatArray:
+def curve(start: FloatArray, goal: FloatArray, stretch: FloatArray, u: FloatArray) -> FloatArray:
     """Cubic Hermite curves driven forwards: poses (..., T, 3) at parameters u (T,)."""
     p, q = start[..., None, :2], goal[..., None, :2]
     distance = np.linalg.norm(q - p, axis=-1, keepdims=True)
@@ -192,7 +192,7 @@ def _curve(start: FloatArray, goal: FloatArray, stretch: FloatArray, u: FloatArr
     return np.concatenate((xy, yaw[..., None]), axis=-1)
 
 
-def _clear_cost(poses: FloatArray) -> FloatArray:
+def clear_cost(poses: FloatArray) -> FloatArray:
     """Costs of legs (n, T, 3) where nothing is in the way, in metres."""
     step = np.linalg.norm(np.diff(poses[..., :2], axis=1), axis=2)
     turn = np.abs(np.diff(poses[..., 2], axis=1))

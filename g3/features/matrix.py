@@ -82,15 +82,27 @@ def fit_space(
     tuple
         The space, and the batch's matrix (n, k) in it.
     """
+    return fit_joint_space([batch], sets, min_count=min_count)
+
+
+def fit_joint_space(
+    batches: Sequence[FactorBatch], sets: Sequence[FeatureSet], *, min_count: int = 1
+) -> tuple[FeatureSpace, sparse.csr_array]:
+    """Collect the features that occur in several batches, whose rows follow each other.
+
+    The parameters and results are those of :func:`fit_space`.
+    """
     bases: dict[str, int] = {}
     words: dict[str, int] = {ALONE: 0}
-    cells = _cells(batch, sets, bases, words, grow=True)
-    keys = cells.base.astype(np.int64) * len(words) + cells.word
+    parts = [_cells(batch, sets, bases, words, grow=True) for batch in batches]
+    first = np.cumsum([0, *(len(batch) for batch in batches)])
+    keys = np.concatenate([p.base.astype(np.int64) * len(words) + p.word for p in parts])
+    rows = np.concatenate([p.row + start for p, start in zip(parts, first, strict=False)])
     unique, counts = np.unique(keys, return_counts=True)
     space = FeatureSpace(
         tuple(s.name for s in sets), tuple(bases), tuple(words), unique[counts >= min_count]
     )
-    return space, _matrix(space, keys, cells.row, len(batch))
+    return space, _matrix(space, keys, rows, int(first[-1]))
 
 
 def prior_scale(space: FeatureSpace) -> FloatArray:
@@ -224,14 +236,19 @@ def _word_table(
     for factor in factors:
         if alone:
             flat.append(words[ALONE])
-        ids = dict.fromkeys(
-            _lookup(f"{field}:{form}", words, grow=grow)
-            for field in fields
-            for form in _forms(factor.get(field, ()))  # type: ignore[call-overload]
-        )
+        ids = dict.fromkeys(_lookup(name, words, grow=grow) for name in word_names(factor, fields))
         flat.extend(i for i in ids if i >= 0)
         offsets.append(len(flat))
     return np.array(flat, dtype=np.intp), np.array(offsets, dtype=np.intp)
+
+
+def word_names(factor: FieldWords, fields: tuple[str, ...]) -> tuple[str, ...]:
+    """The words of some of a factor's fields as a feature space names them."""
+    return tuple(
+        f"{field}:{form}"
+        for field in fields
+        for form in _forms(factor.get(field, ()))  # type: ignore[call-overload]
+    )
 
 
 def _forms(field: tuple[str, ...]) -> tuple[str, ...]:

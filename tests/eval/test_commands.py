@@ -232,10 +232,10 @@ def test_slicing_gives_what_training_on_the_slice_gives():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "Give one of --table 1, --learning-curve and --errors."),
+        ([], "Give one of --table 1, --table 2, --table 3, --learning-curve"),
         (["--table", "1", "--errors", *CV], "Give one of"),
-        (["--table", "2", *CV], "tables 2 and 3 come later"),
-        (["--table", "3", *CV], "tables 2 and 3 come later"),
+        (["--table", "2", *CV], "--cv doesn't go with --table 2"),
+        (["--table", "3", *CV], "--table 3 needs --train and --test"),
         (["--table", "9", *CV], "The paper has no table 9"),
         (["--table", "1"], "Give --corpus (with --cv scenario or --split scenario)"),
         (["--table", "1", "--cv", "scenario"], "Give --corpus"),

@@ -1,0 +1,136 @@
+"""Which options of ``ct eval`` go together."""
+
+from __future__ import annotations
+
+import click
+from click.core import ParameterSource
+
+DESCRIBED = {
+    "table": "--table",
+    "curve": "--learning-curve",
+    "errors": "--errors",
+    "sdc": "--sdc",
+    "power": "--power",
+}
+
+
+def read_mode(ctx: click.Context, table: int | None, curve: bool, errors: bool) -> str:
+    """What is to be made."""
+    chosen = [name for name in DESCRIBED if is_given(ctx, name)]
+    if len(chosen) != 1:
+        raise click.UsageError(
+            "Give one of --table 1, --table 2, --table 3, --learning-curve, --errors, --sdc and "
+            "--power."
+        )
+    if table not in (None, 1, 2, 3):
+        raise click.UsageError(f"The paper has no table {table}; give --table 1, 2 or 3.")
+    return chosen[0]
+
+
+def check_together(ctx: click.Context, mode: str, table: int | None) -> None:
+    """Refuse options that don't go together."""
+    if mode == "sdc":
+        check_sdc_options(ctx)
+    elif table == 3:
+        check_plan_options(ctx)
+    elif mode == "power" or table == 2:
+        check_study_options(ctx, mode)
+    else:
+        check_sources(ctx)
+        check_options(ctx, mode)
+
+
+def is_given(ctx: click.Context, name: str) -> bool:
+    """Whether somebody gave an option that isn't the same as giving none."""
+    if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
+        return False
+    return ctx.params[name] not in (None, False, "", ())
+
+
+def check_sources(ctx: click.Context) -> None:
+    """Refuse what can't be trained and tested on together."""
+    given = {name for name in ("corpus", "train", "test", "model") if is_given(ctx, name)}
+    if given not in ({"corpus"}, {"train", "test"}, {"model", "test"}):
+        raise click.UsageError(
+            "Give --corpus (with --cv scenario or --split scenario), --train and --test, "
+            "or --model and --test."
+        )
+    if given != {"corpus"}:
+        _refuse(ctx, ("cv", "split", "test_scenarios"), "divides one --corpus")
+    if is_given(ctx, "cv"):
+        _refuse(ctx, ("split", "test_scenarios"), "can't go with --cv, which tests all scenarios")
+    if "model" in given:
+        _refuse(ctx, ("ablate", "plus", "l2"), "is for training, and --model is trained already")
+
+
+def check_plan_options(ctx: click.Context) -> None:
+    """Refuse options that have nothing to do with following commands."""
+    if not (is_given(ctx, "train") and is_given(ctx, "test")):
+        raise click.UsageError("--table 3 needs --train and --test, which may be the same corpus.")
+    if not is_given(ctx, "judge"):
+        raise click.UsageError(
+            "--table 3 needs --judge automatic; people's ratings are shown by --table 2."
+        )
+    if ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--table 3 has the formats table and json.")
+    own = {"table", "judge", "train", "test", "cv", "l2", "draws", "seed", "form", "out"}
+    others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
+    _refuse(ctx, others, "doesn't go with --table 3")
+
+
+def check_study_options(ctx: click.Context, mode: str) -> None:
+    """Refuse options that have nothing to do with ratings."""
+    if mode == "table" and not is_given(ctx, "corpus"):
+        raise click.UsageError("--table 2 needs a --corpus with ratings.")
+    own = {
+        "table": {"table", "draws", "study", "models"},
+        "power": {"power", "half_width"},
+    }[mode] | {"corpus", "seed", "form", "out"}
+    what = "--table 2" if mode == "table" else "--power"
+    others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
+    _refuse(ctx, others, f"doesn't go with {what}")
+
+
+def check_options(ctx: click.Context, mode: str) -> None:
+    """Refuse options of other modes."""
+    _refuse(ctx, ("study", "models"), "is for --table 2")
+    _refuse(ctx, ("judge",), "is for --table 3")
+    _refuse(ctx, ("half_width",), "is for --power")
+    of_mode = {"draws": "table", "repeats": "curve", "top": "errors"}
+    for name, its_mode in of_mode.items():
+        if mode != its_mode:
+            _refuse(ctx, (name,), f"is for {DESCRIBED[its_mode]}")
+    if mode == "curve":
+        _refuse(ctx, ("model",), "can't go with --learning-curve, which trains models")
+        _refuse(ctx, ("form",), "can't go with --learning-curve, which writes a plot and a CSV")
+    if mode == "errors" and ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--errors has the formats table and json.")
+
+
+def check_sdc_options(ctx: click.Context) -> None:
+    """Refuse options that have nothing to do with the extraction of SDCs."""
+    given = {name for name in ("corpus", "train", "test", "model") if is_given(ctx, name)}
+    sources = ({"corpus"}, {"corpus", "train"}, {"train", "test"}, {"model", "test"}, {"test"})
+    if given not in sources:
+        raise click.UsageError(
+            "--sdc needs --corpus with --cv scenario, or --test, alone or with --train or --model."
+        )
+    if ("corpus" in given) != is_given(ctx, "cv"):
+        raise click.UsageError("--sdc divides a --corpus with --cv scenario only.")
+    if given in ({"model", "test"}, {"test"}):
+        _refuse(ctx, ("l2",), "is for training, and the model is trained already")
+    others = ("split", "test_scenarios", "negatives", "test_negatives", "ablate", "plus")
+    of_studies = ("study", "models", "half_width", "judge")
+    _refuse(
+        ctx,
+        (*others, *of_studies, "threshold", "draws", "repeats", "seed"),
+        "doesn't go with --sdc",
+    )
+    if ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--sdc has the formats table and json.")
+
+
+def _refuse(ctx: click.Context, names: tuple[str, ...], why: str) -> None:
+    for parameter in ctx.command.params:
+        if parameter.name in names and is_given(ctx, parameter.name):
+            raise click.UsageError(f"{parameter.opts[0]} {why}.")

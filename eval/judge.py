@@ -1,0 +1,113 @@
+"""The automatic judge: whether a plan leads to the state that the command's own log leads to.
+
+It stands in for people in unattended evaluation, and whatever it says is labelled *automatic*.
+It looks at what moves, where it ends and whether it is on the forks, within stated tolerances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from g3.action_candidates import end_of, kind_of, moved
+from g3.actions import centre, recorded
+from g3.geometry import convex_hull, point_gap
+from g3.groundings import Context, FloatArray, PhysicalObject
+from g3.inference.candidates import beneath, square
+from g3.inference.state import State, start_state
+
+MOVED_M = 0.5
+"""What ends nearer than this to where it was counts as left alone."""
+PLACE_M = 2.5
+"""How far from where the log puts a load it may be put."""
+END_M = 3.0
+"""How far from where the log ends the robot may end, for commands that only drive."""
+AT_M = 4.0
+"""Nearer than this to the border of a thing the robot is at it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What the judge says.
+
+    Parameters
+    ----------
+    correct
+        Whether the plan did what the log did.
+    reason
+        What differs; empty if nothing does.
+    """
+
+    correct: bool
+    reason: str = ""
+
+
+def judge(context: Context, final: State) -> Verdict:
+    """Compare the state that a plan leads to with the end of a context's log."""
+    start, log = start_state(context), recorded(context)
+    kind = kind_of(context)
+    carried = moved(log) if kind != "drive" else frozenset()
+    before = {o.id: o for o in start.context.objects}
+    touched = {
+        o.id
+        for o in final.context.objects
+        if o.id != context.agent_id and _shift(before[o.id], o) > MOVED_M
+    }
+    strange = touched - carried - {start.held, final.held}
+    if strange:
+        return Verdict(False, f"it moves {', '.join(sorted(strange))}, which the log leaves alone")
+    if kind == "drive":
+        return _drive(start, log.agent, final)
+    load = start.held if start.held in carried else sorted(carried)[0]
+    if kind == "pick up":
+        if final.held != load:
+            return Verdict(False, "the load isn't on the forks at the end")
+        return Verdict(True)
+    if final.held is not None:
+        return Verdict(False, "a load is on the forks at the end")
+    return _put(start, final, load, next(o for o in log.objects if o.id == load))
+
+
+def _put(start: State, final: State, load: str, logged: PhysicalObject) -> Verdict:
+    after = final.thing(load)
+    goal, end = end_of(logged), centre(after.prism)
+    rise = float(logged.trajectory.xyz[-1, 2] - logged.trajectory.xyz[0, 2])
+    there = beneath(square(goal, 0.0, logged.prism.z_min + rise), start, load)
+    here = beneath(square(end, 0.0, after.prism.z_min), start, load)
+    if (there.id if there else None) != (here.id if here else None):
+        return Verdict(False, "the load stands on something else")
+    if there is not None:
+        return Verdict(True)
+    apart = float(np.linalg.norm(goal - end))
+    if apart > PLACE_M:
+        return Verdict(False, f"the load ends {apart:.1f} m from where the log puts it")
+    return Verdict(True)
+
+
+def _drive(start: State, logged: PhysicalObject, final: State) -> Verdict:
+    if final.held != start.held:
+        return Verdict(False, "the load on the forks isn't the same")
+    goal, end = logged.trajectory.xyz[-1, :2], final.pose[:2]
+    apart = float(np.linalg.norm(goal - end))
+    if apart <= END_M:
+        return Verdict(True)
+    there, here = (_nearest(start, p) for p in (goal, end))
+    if there is not None and there == here:
+        return Verdict(True)
+    return Verdict(False, f"the robot ends {apart:.1f} m from where the log ends")
+
+
+def _nearest(state: State, point: FloatArray) -> str | None:
+    """Id of the thing that the robot is at; None if there is none."""
+    gaps = [
+        (float(point_gap(point[None, None], convex_hull(o.prism.xy)[None])[0, 0]), o.id)
+        for o in state.context.objects
+        if o.id not in (state.context.agent_id, state.held)
+    ]
+    nearest = min(gaps, default=(np.inf, ""))
+    return nearest[1] if nearest[0] <= AT_M else None
+
+
+def _shift(before: PhysicalObject, after: PhysicalObject) -> float:
+    return float(np.linalg.norm(centre(after.prism) - centre(before.prism)))

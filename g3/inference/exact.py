@@ -1,0 +1,53 @@
+"""Exhaustive search over small problems, to test the beam against.
+
+Every combination of groundings of an OBJECT and the OBJECTs in it is scored by itself, one after
+the other: nothing is shared with the beam but the factors' scores.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from g3.inference.scene import Group
+from g3.inference.things import Surroundings, Tree, number_scores
+
+
+def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, dict[int, Group]]:
+    """The best groundings of an OBJECT of OBJECTs, each with one figure and one landmark at most.
+
+    Returns
+    -------
+    tuple
+        The sum of the factors' log-probabilities, and the groundings by node.
+    """
+    nodes = tree.all_below(root)
+    own = [n for n in nodes if not tree.nodes[n].figure]
+    best: tuple[float, dict[int, Group]] = (-np.inf, {})
+    for groups in product(about.scene.groups, repeat=len(own)):
+        found = dict(zip(own, groups, strict=True))
+        for n in reversed(nodes):
+            if n not in found:
+                found[n] = found[tree.below(n, ("f",), "OBJECT")[0]]
+        total = sum(_score(tree, n, found, about) for n in nodes)
+        if total > best[0]:
+            best = (total, found)
+    return best
+
+
+def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) -> float:
+    marks = tree.below(node, ("l", "l2"), "OBJECT")
+    bodies, index = about.scene.indices([found[node], *(found[m] for m in marks)])
+    batch = about.scene.batch(
+        "OBJECT",
+        [tree.words[node]],
+        np.zeros(1, dtype=np.intp),
+        bodies,
+        figure=index[:1],
+        landmark=index[1:2] if marks else np.full(1, -1, dtype=np.intp),
+    )
+    score = float(about.cost.log_probability(batch)[0])
+    if not tree.nodes[node].figure:
+        score += float(number_scores(tree.nodes[node], np.array([len(found[node])]))[0])
+    return score

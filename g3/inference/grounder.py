@@ -1,0 +1,225 @@
+"""From a command and a context to a plan: the whole of inference in one call (section 3.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from g3.groundings import Context, Grounding, PhysicalObject
+from g3.inference.actions import Action
+from g3.inference.calibration import plan_probability
+from g3.inference.candidates import object_groups
+from g3.inference.clarification import Question, question_about
+from g3.inference.costs import Cost, Scorer
+from g3.inference.explanation import reasons_for_things
+from g3.inference.scene import Scene, scene_of
+from g3.inference.scoring import Reason
+from g3.inference.search import WIDTH, Hypothesis, search
+from g3.inference.state import State, start_state
+from g3.inference.things import Surroundings, Tree
+from g3.language.words import field_words
+from g3.model import Model
+from g3.sdc import SDC, all_words
+
+LIKELY_NOTHING = 0.02
+"""A plan less probable than this is no answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundedClause:
+    """What a clause was grounded in.
+
+    Parameters
+    ----------
+    node
+        Index of the clause in breadth-first order.
+    sdc
+        The clause.
+    group
+        Its grounding: objects, a place, or what the robot does.
+    probability
+        p(φ = true) of its factor.
+    reasons
+        What spoke for an OBJECT's or a PLACE's grounding, and against it, the weightiest first;
+        only of a learned cost.
+    """
+
+    node: int
+    sdc: SDC
+    group: tuple[Grounding, ...]
+    probability: float
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The clause's words."""
+        return " ".join(word.text for word in all_words(self.sdc))
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One way to follow a command.
+
+    Parameters
+    ----------
+    actions
+        What to do, one after the other.
+    probability
+        How probably it is what was meant, calibrated.
+    score
+        Sum of the log-probabilities of all factors.
+    groundings
+        Of every clause that has one, in breadth-first order.
+    state
+        What the plan leads to.
+    """
+
+    actions: tuple[Action, ...]
+    probability: float
+    score: float
+    groundings: tuple[GroundedClause, ...]
+    state: State
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of a command.
+
+    Parameters
+    ----------
+    sdcs
+        The clauses.
+    plans
+        The best plans, the best first; none if there is nothing to do.
+    note
+        Why there is no plan; empty if there is one.
+    question
+        What to ask back where it isn't clear which thing is meant; None if it is.
+    """
+
+    sdcs: tuple[SDC, ...]
+    plans: tuple[Plan, ...]
+    note: str = ""
+    question: Question | None = None
+
+    @property
+    def plan(self) -> Plan | None:
+        """The best plan."""
+        return self.plans[0] if self.plans else None
+
+
+class Grounder:
+    """Follows commands with one model.
+
+    Parameters
+    ----------
+    cost
+        Scores factors.
+    """
+
+    def __init__(self, cost: Cost) -> None:
+        self.cost = cost
+
+    @classmethod
+    def load(cls, model: Model) -> Grounder:
+        """A grounder with the learned cost of a model."""
+        return cls(Scorer(model))
+
+    def follow(
+        self,
+        command: str | Sequence[SDC],
+        context: Context | State,
+        *,
+        top: int = 1,
+        width: int = WIDTH,
+        answers: Mapping[int, str] | None = None,
+        explain: bool = False,
+        least: float = LIKELY_NOTHING,
+    ) -> Result:
+        """Find what to do.
+
+        Parameters
+        ----------
+        command
+            Text, or the top-level clauses of a command.
+        context
+            The world, at the start of its log; or a state that an earlier plan led to.
+        top
+            How many plans to give.
+        width
+            Width of the beam over plans.
+        answers
+            Ids of the objects that clauses mean, by node: answers to questions.
+        explain
+            Whether to give reasons.
+        least
+            A best plan that is less probable than this is no answer.
+        """
+        sdcs = _clauses(command)
+        if not sdcs:
+            return Result((), (), "there is no clause to follow in the text")
+        unknown = self._unknown_verb(sdcs)
+        if unknown:
+            return Result(sdcs, (), f"nobody has taught the robot what {unknown!r} means")
+        start = context if isinstance(context, State) else start_state(context)
+        scene = scene_of(start.context, object_groups(start.context))
+        about = Surroundings(start, scene, self.cost, answers=dict(answers or {}))
+        tree = Tree(tuple(sdcs))
+        found = search(tree, start, about, width=max(width, top))
+        if not found or not any(_does(h) for h in found[:1]):
+            return Result(sdcs, (), "there is nothing in it that the robot could do")
+        plans = tuple(
+            _plan(tree, h, found, scene, self.cost if explain else None) for h in found[:top]
+        )
+        if plans[0].probability < least:
+            note = "no plan is at all likely to be what was meant"
+            return Result(sdcs, (), note)
+        return Result(sdcs, plans, question=question_about(tree, found, start))
+
+    def _unknown_verb(self, sdcs: Sequence[SDC]) -> str:
+        """The verb of a command that says nothing else, if the model doesn't know it."""
+        if not isinstance(self.cost, Scorer):
+            return ""
+        known = set(self.cost.model.space.words)
+        for sdc in sdcs:
+            words = field_words(sdc.relation)
+            if words and not any(f"relation:{word}" in known for word in words):
+                return " ".join(word.text for word in sdc.relation)
+        return ""
+
+
+def _clauses(command: str | Sequence[SDC]) -> tuple[SDC, ...]:
+    if not isinstance(command, str):
+        return tuple(command)
+    from g3.language.parser import parse  # noqa: PLC0415 - brings the language pipeline
+
+    return tuple(parse(command).sdcs) if command.strip() else ()
+
+
+def _does(hypothesis: Hypothesis) -> bool:
+    return any(action.kind != "wait" for action in hypothesis.actions)
+
+
+def _plan(
+    tree: Tree,
+    hypothesis: Hypothesis,
+    rivals: Sequence[Hypothesis],
+    scene: Scene,
+    cost: Cost | None,
+) -> Plan:
+    reasons: dict[int, tuple[Reason, ...]] = {}
+    if isinstance(cost, Scorer):
+        reasons = reasons_for_things(tree, hypothesis.nodes, scene, cost)
+    groundings = tuple(
+        GroundedClause(node, tree.nodes[node], group, float(np.exp(score)), reasons.get(node, ()))
+        for node, (group, score) in sorted(hypothesis.nodes.items())
+    )
+    probability = plan_probability(hypothesis, rivals)
+    return Plan(hypothesis.actions, probability, hypothesis.score, groundings, hypothesis.state)
+
+
+def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:
+    """Ids of the objects of a grounding."""
+    return tuple(g.id for g in group if isinstance(g, PhysicalObject))

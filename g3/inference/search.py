@@ -1,0 +1,214 @@
+"""The second pass: action sequences for EVENTs and PATHs (section 3.4).
+
+A beam of hypotheses goes through the top-level clauses: for each clause every action that is
+possible in a hypothesis' state is scored with every candidate of the clause's theme and goal, and
+the state that the action leads to is where the next clause begins. Hypotheses with equal
+scores keep the order in which they were found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice
+
+import numpy as np
+
+from g3.features.bodies import IntArray
+from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
+from g3.inference.actions import Action, possible_actions, result
+from g3.inference.arguments import Arguments, Rows, arguments, combine, focus_of
+from g3.inference.candidates import beneath
+from g3.inference.costs import Cost
+from g3.inference.motions import Motions
+from g3.inference.scene import Group
+from g3.inference.stage import PathFactor, Trial, event_batch
+from g3.inference.state import State
+from g3.inference.things import (
+    NO_REFERENT,
+    Candidate,
+    Surroundings,
+    Tree,
+    ground_thing,
+    is_pronoun,
+    names_other,
+)
+from g3.language.negation import negated
+
+WIDTH = 5
+"""How many hypotheses go on from one top-level clause to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A plan for the clauses so far.
+
+    Parameters
+    ----------
+    score
+        Sum of the log-probabilities of all factors.
+    state
+        What the plan leads to.
+    actions
+        The plan, an action for each clause.
+    nodes
+        Groundings of the clauses, and their factors' log-probabilities.
+    referents
+        What was acted on, the most recent last.
+    """
+
+    score: float
+    state: State
+    actions: tuple[Action, ...] = ()
+    nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
+    referents: tuple[Group, ...] = ()
+
+
+def extend(
+    tree: Tree, root: int, before: Hypothesis, found: Arguments, cost: Cost
+) -> Iterator[Hypothesis]:
+    """Hypotheses that go on from one with the next top-level clause, the best first."""
+    state = before.state
+    forbidden = negated(tree.nodes[root])
+    actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
+    rows = combine(state, actions, found)
+    batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows))
+    kind = tree.nodes[root].type
+    event = np.zeros(len(batch))
+    if kind == "EVENT":
+        event = cost.log_probability(batch, true=not forbidden)
+    theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
+    goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
+    total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
+    total = total + other_scores(tree, root, before, found, rows)
+    goal_path = np.zeros(len(batch))
+    if found.goal_path >= 0:
+        goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)
+        total = total + goal_path
+    chosen: dict[int, tuple[FloatArray, IntArray]] = {}
+    for path, bodies in marks.items():
+        own, which = PathFactor(tree, path, stage, cost).best(bodies, found.paths[path])
+        total = total + own[rows.action]
+        chosen[path] = (own, which)
+    taken: set[int] = set()
+    for i in np.argsort(-total, kind="stable"):
+        a = int(rows.action[i])
+        if a in taken:
+            continue
+        taken.add(a)
+        nodes = dict(before.nodes)
+        theme = found.themes[rows.theme[i]] if rows.theme[i] >= 0 else None
+        goal = found.goals[rows.goal[i]] if rows.goal[i] >= 0 else None
+        for part in (theme, goal):
+            nodes |= part.nodes if part else {}
+        after = result(state, actions[a], stage.motions, a)
+        agent = agent_of(state, stage.motions, a)
+        nodes[root] = ((agent,) if kind == "EVENT" else (Path(agent.trajectory),), float(event[i]))
+        if found.goal_path >= 0:
+            nodes[found.goal_path] = ((Path(agent.trajectory),), float(goal_path[i]))
+        for path, (own, which) in chosen.items():
+            mark = found.paths[path][int(which[a])]
+            nodes |= mark.nodes if mark else {}
+            nodes[path] = ((Path(agent.trajectory),), float(own[a]))
+        referent = _referent(state, actions[a], theme, stage.motions, a)
+        yield Hypothesis(
+            float(total[i]),
+            after,
+            (*before.actions, actions[a]),
+            nodes,
+            (*before.referents, *referent),
+        )
+
+
+def other_scores(
+    tree: Tree, root: int, before: Hypothesis, found: Arguments, rows: Rows
+) -> FloatArray:
+    """What "the other truck" costs each row if it is one that was meant before.
+
+    That is anything that an earlier clause is grounded in, and what the theme stands on.
+    """
+    total = np.zeros(len(rows.action))
+    nodes = [n for n in tree.all_below(root) if names_other(tree.nodes[n])]
+    if not nodes:
+        return total
+    spoken = {_id(g) for group, _ in before.nodes.values() for g in group}
+    spoken -= {"", before.state.context.agent_id}
+    for i, (t, g) in enumerate(zip(rows.theme, rows.goal, strict=True)):
+        theme = found.themes[t] if t >= 0 else None
+        goal = found.goals[g] if g >= 0 else None
+        meant = {**(theme.nodes if theme else {}), **(goal.nodes if goal else {})}
+        under = _support(before.state, theme)
+        for n in nodes:
+            if n in meant and {_id(x) for x in meant[n][0]} & (spoken | under):
+                total[i] += NO_REFERENT
+    return total
+
+
+def _id(grounding: Grounding) -> str:
+    return grounding.id if isinstance(grounding, PhysicalObject) else ""
+
+
+def _support(state: State, theme: Candidate | None) -> set[str]:
+    """Id of what a theme stands on."""
+    thing = theme.group[0] if theme else None
+    if not isinstance(thing, PhysicalObject):
+        return set()
+    under = beneath(Place(state.thing(thing.id).prism), state, thing.id)
+    return {under.id} if under else set()
+
+
+def _referent(
+    state: State, action: Action, theme: Candidate | None, motion: Motions, row: int
+) -> tuple[Group, ...]:
+    if action.object_id:
+        return ((state.thing(action.object_id),),)
+    if theme is not None:
+        return (theme.group,)
+    if action.target and isinstance(action.target[0], PhysicalObject):
+        return (action.target,)
+    return ()
+
+
+def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
+    """The robot with the trajectory of an action."""
+    track = Trajectory(motion.t[row], motion.xyz[row], motion.yaw[row])
+    return replace(state.context.agent, trajectory=track)
+
+
+def search(
+    tree: Tree, start: State, about: Surroundings, *, width: int = WIDTH
+) -> list[Hypothesis]:
+    """The best plans for a command, the best first."""
+    beam = [Hypothesis(0.0, start)]
+    for root, sdc in enumerate(tree.sdcs):
+        if sdc.type in ("OBJECT", "PLACE"):
+            beam = _mentioned(tree, root, beam, about)[:width]
+            continue
+        refers = any(is_pronoun(tree.nodes[n]) for n in tree.all_below(root))
+        grounded: dict[tuple[Group, ...], Arguments] = {}
+        grown: list[Hypothesis] = []
+        for before in beam:
+            spoken = before.referents if refers else ()
+            if spoken not in grounded:
+                grounded[spoken] = arguments(tree, root, replace(about, referents=spoken))
+            grown += islice(extend(tree, root, before, grounded[spoken], about.cost), width)
+        beam = sorted(grown, key=lambda h: -h.score)[:width]
+    return beam
+
+
+def _mentioned(
+    tree: Tree, root: int, beam: Sequence[Hypothesis], about: Surroundings
+) -> list[Hypothesis]:
+    """Hypotheses after a clause that only names something: "the tires on the truck, lift them"."""
+    found = ground_thing(tree, root, about)
+    grown = [
+        replace(
+            before,
+            score=before.score + c.score,
+            nodes={**before.nodes, **c.nodes},
+            referents=(*before.referents, c.group),
+        )
+        for before in beam
+        for c in found
+    ]
+    return sorted(grown, key=lambda h: -h.score)

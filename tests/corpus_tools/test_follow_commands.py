@@ -1,0 +1,121 @@
+"""``ct follow`` as people use it, with a small model."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from corpus_tools.bundled import open_corpus
+from corpus_tools.follow_commands import follow
+from corpus_tools.following import to_script
+from corpus_tools.model_file import save_model
+from g3.errors import CorpusError
+from g3.features.registry import select
+from g3.inference.actions import Action
+from g3.inference.candidates import square
+from g3.inference.state import start_state
+from g3.inference.training import train_rows, training_data
+
+SCENARIO = ["--scenario", "dock_pick_up_tires"]
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    corpus = open_corpus("warehouse")
+    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
+    data = training_data(known, select())
+    path = tmp_path_factory.mktemp("model") / "small.npz"
+    save_model(train_rows(data, np.arange(len(data.correct))), path)
+    return ["--model", str(path)]
+
+
+def run(*arguments, **options):
+    return CliRunner().invoke(follow, list(arguments), **options)
+
+
+def test_a_plan_is_shown_with_its_groundings(model):
+    done = run("Pick up the boxes", *SCENARIO, *model, "--plan-only", "--format", "json")
+    assert done.exit_code == 0, done.output
+    (plan,) = json.loads(done.stdout)["plans"]
+    assert plan["actions"][0].startswith("pick up boxes-")
+    grounded = {g["text"]: g["objects"] for g in plan["groundings"]}
+    assert grounded["the boxes"][0] in plan["actions"][0]
+
+
+def test_the_same_command_gives_the_same_output(model):
+    first, second = (
+        run("Lift the boxes", *SCENARIO, *model, "--plan-only", "--explain") for _ in range(2)
+    )
+    assert first.exit_code == 0
+    assert first.output == second.output
+
+
+def test_what_nobody_understands_is_refused_with_status_2(model):
+    done = run("fly", *SCENARIO, *model, "--plan-only")
+    assert done.exit_code == 2
+    assert "'fly'" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("text", ["", "   "])
+def test_an_empty_command_is_refused(text, model):
+    done = run(text, *SCENARIO, *model, "--plan-only")
+    assert isinstance(done.exception, CorpusError)
+    assert "empty" in str(done.exception)
+
+
+def test_an_unknown_scenario_is_refused(model):
+    done = run("Pick up the boxes", "--scenario", "nowhere", *model, "--plan-only")
+    assert isinstance(done.exception, CorpusError)
+    assert "ct scenarios list" in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["Lift it"], "Give either --scenario or --context."),
+        ([*SCENARIO], "Give either TEXT or --interactive."),
+        (["Lift it", *SCENARIO, "--video", "out.avi"], ".mp4"),
+        (["Lift it", "--context", "warehouse"], "CORPUS:ID"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(arguments, message, model):
+    done = run(*arguments, *model)
+    assert done.exit_code == 2
+    assert message in done.stderr
+
+
+def test_the_interactive_loop_keeps_the_state_of_the_world(model):
+    done = run(*SCENARIO, *model, "--interactive", "--plan-only", input="Lift the boxes\n1\n\n")
+    assert done.exit_code == 0, done.output
+    assert "pick up boxes-" in done.stdout
+
+
+def test_plans_become_scripts(model):
+    state = start_state(open_corpus("warehouse").contexts["dock_pick_up_tires"])
+    place = square(np.array([10.0, 10.0]), 0.0, 0.0)
+    actions = [
+        Action("turn", amount=np.pi / 2),
+        Action("drive to", target=(state.thing("trailer-1"),)),
+        Action("carry", "tires-2", place=place),
+    ]
+    told = to_script(state, actions)
+    steps = [(step.action, step.argument) for step in told.script]
+    assert steps == [
+        ("turn_deg", pytest.approx(90.0)),
+        ("approach", "trailer-1"),
+        ("pick_up", "tires-2"),
+        ("put_down", "place-1"),
+    ]
+    assert told.places == {"place-1": place}
+    assert told.clause == (0, 1, 2, 2)
+
+
+@pytest.mark.slow
+def test_a_command_is_carried_out_and_filmed(model, tmp_path):
+    video = tmp_path / "out.mp4"
+    done = run("Pick up the boxes", *SCENARIO, *model, "--video", str(video))
+    assert done.exit_code == 0, done.output
+    assert video.stat().st_size > 10_000
+    assert video.with_suffix(".mcap").is_file()

@@ -1,0 +1,90 @@
+"""Commands in a world that the model hasn't seen."""
+
+import numpy as np
+import pytest
+
+from g3.inference.clarification import described
+from g3.inference.grounder import Grounder, object_ids
+from g3.inference.state import moved_to, start_state, with_moved
+from g3.sdc_notation import parse_brackets
+
+
+def did(result):
+    return [(a.kind, a.object_id) for a in result.plan.actions]
+
+
+def test_a_load_is_picked_up_and_put_down(grounder, dock):
+    sdcs = parse_brackets(
+        "EVENT(r = Pick up, l = OBJ(f = the crate));"
+        "EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
+    )
+    found = grounder.follow(sdcs, dock)
+    if found.plan is None:
+        pytest.fail(found.note)
+    load = found.plan.actions[0].object_id
+    assert [kind for kind, _ in did(found)] == ["pick up", "put down"]
+    assert {i for _, i in did(found)} == {load}
+    under = found.plan.state.thing(load).prism.z_min
+    assert under == pytest.approx(dock_trailer_top(dock), abs=1e-6)
+
+
+def dock_trailer_top(context):
+    return next(o.prism.z_max for o in context.objects if o.id == "trailer-1")
+
+
+def test_the_same_command_gives_the_same_plans(model, dock):
+    sdcs = parse_brackets("EVENT(r = Lift, l = OBJ(f = the boxes))")
+    first, second = (Grounder.load(model).follow(sdcs, dock, top=3) for _ in range(2))
+    assert [(p.score, did(first)) for p in first.plans] == [
+        (p.score, did(second)) for p in second.plans
+    ]
+
+
+def test_every_clause_that_is_grounded_has_a_probability(grounder, dock):
+    sdcs = parse_brackets("EVENT(r = Pick up, l = OBJ(f = the boxes))")
+    plan = grounder.follow(sdcs, dock, explain=True).plan
+    by_text = {g.text: g for g in plan.groundings}
+    boxes = by_text["the boxes"]
+    assert object_ids(boxes.group)[0].startswith("boxes")
+    assert 0 < boxes.probability <= 1
+    assert boxes.reasons
+
+
+def test_an_answer_settles_which_thing_is_meant(grounder, dock):
+    sdcs = parse_brackets("EVENT(r = Pick up, l = OBJ(f = the boxes))")
+    node = 2  # the EVENT, the implicit robot, the boxes
+    for wanted in ("boxes-1", "boxes-2"):
+        plan = grounder.follow(sdcs, dock, answers={node: wanted}).plan
+        assert did_objects(plan) == [wanted]
+
+
+def did_objects(plan):
+    return [a.object_id for a in plan.actions]
+
+
+def test_a_negated_clause_does_nothing(grounder, dock):
+    text = "Don't pick up the crate"
+    sdcs = parse_brackets("EVENT(r = Don't pick up, l = OBJ(f = the crate))", command=text)
+    found = grounder.follow(sdcs, dock)
+    assert found.plan is None
+    assert "nothing" in found.note
+
+
+@pytest.mark.parametrize("notation", ["EVENT(r = fly)", "EVENT(r = yodel, l = OBJ(f = the truck))"])
+def test_unknown_verbs_are_refused(notation, grounder, dock):
+    found = grounder.follow(parse_brackets(notation), dock)
+    assert found.plan is None
+    assert "means" in found.note
+
+
+def test_no_clause_is_no_plan(grounder, dock):
+    assert grounder.follow((), dock).plan is None
+
+
+def test_things_are_told_apart_as_they_stand_before_anything_is_done(dock):
+    state = start_state(dock)
+    ahead = state.pose[:2] + 5 * np.array([np.cos(state.pose[2]), np.sin(state.pose[2])])
+    thing = state.thing("boxes-1")
+    yaw = float(thing.trajectory.yaw[0])
+    moved = with_moved(state, {thing.id: moved_to(thing, np.array([*ahead, yaw]), 0.0)}, None)
+    assert described(moved, "boxes-1") == "the one 5 m ahead of you"

@@ -1,0 +1,100 @@
+"""The two passes: the beam against exhaustive search, states between actions, and pronouns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from g3.inference.actions import Action, Focus, move, possible_actions, result
+from g3.inference.candidates import object_groups, square
+from g3.inference.costs import ConstantCost, RandomCost, Scorer
+from g3.inference.exact import best_groundings
+from g3.inference.scene import scene_of
+from g3.inference.state import start_state
+from g3.inference.things import Surroundings, Tree, ground_thing
+from g3.sdc_notation import parse_brackets
+
+
+def surroundings(context, cost, **options):
+    state = start_state(context)
+    return Surroundings(state, scene_of(state.context), cost, **options)
+
+
+@pytest.mark.parametrize("learned", [True, False])
+@pytest.mark.parametrize(
+    "notation",
+    [
+        "OBJ(f = the tire pallet)",
+        "OBJ(f = OBJ(f = the pallet), r = on the right of, l = OBJ(f = the boxes))",
+    ],
+)
+def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, model, dock):
+    cost = Scorer(model) if learned else ConstantCost()
+    few = (*dock.objects[:4], dock.agent)
+    tree = Tree(parse_brackets(notation))
+    about = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
+    score, groundings = best_groundings(tree, 0, about)
+    found = ground_thing(tree, 0, about)[0]
+    assert found.score == pytest.approx(score)
+    assert {n: group for n, (group, _) in found.nodes.items()} == groundings
+
+
+def test_candidates_with_equal_scores_keep_the_order_of_the_context(dock):
+    about = surroundings(dock, ConstantCost())
+    tree = Tree(parse_brackets("OBJ(f = the pallet)"))
+    singles = [c.group[0].id for c in ground_thing(tree, 0, about) if len(c.group) == 1]
+    assert singles == [o.id for o in dock.objects][: len(singles)]
+
+
+def test_random_costs_are_the_same_when_asked_again(dock):
+    tree = Tree(parse_brackets("OBJ(f = the pallet)"))
+    first, second = (ground_thing(tree, 0, surroundings(dock, RandomCost(1))) for _ in range(2))
+    assert [c.score for c in first] == [c.score for c in second]
+
+
+def test_a_loaded_fork_picks_nothing_up(dock):
+    state = start_state(dock)
+    focus = Focus(themes=("tires-2", "boxes-1"), has_theme=True)
+    pick = Action("pick up", "tires-2")
+    assert pick in possible_actions(state, focus)
+    after = result(state, pick, move(state, [pick]), 0)
+    assert after.held == "tires-2"
+    kinds = {a.kind for a in possible_actions(after, focus)}
+    assert "put down" in kinds
+    assert not kinds & {"pick up", "carry"}
+
+
+def test_a_load_goes_with_the_robot_and_stays_where_it_is_put_down(dock):
+    state = start_state(dock)
+    pick = Action("pick up", "tires-2")
+    held = result(state, pick, move(state, [pick]), 0)
+    back = Action("back up", amount=-4.0)
+    backed = result(held, back, move(held, [back]), 0)
+    way = backed.pose[:2] - held.pose[:2]
+    moved = backed.thing("tires-2").prism.xy - held.thing("tires-2").prism.xy
+    assert np.linalg.norm(way) == pytest.approx(4.0)
+    assert np.allclose(moved, way)
+    spot = square(held.pose[:2] + np.array([0.0, 8.0]), 0.0, 0.0)
+    put = Action("put down", "tires-2", place=spot)
+    down = result(held, put, move(held, [put]), 0)
+    assert down.held is None
+    assert np.allclose(
+        down.thing("tires-2").prism.xy.mean(axis=0), spot.prism.xy.mean(axis=0), atol=1e-6
+    )
+    assert down.thing("tires-2").prism.z_min == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_robot_starts_every_candidate_where_it_is(dock):
+    state = start_state(dock)
+    focus = Focus(("tires-1",), ((state.thing("trailer-1"),),), has_theme=True)
+    actions = possible_actions(state, focus)
+    motion = move(state, actions)
+    assert np.allclose(motion.xyz[:, 0, :2], state.pose[:2])
+    assert (np.diff(motion.t, axis=1) >= -1e-9).all()
+
+
+def test_groups_are_of_things_alike(dock):
+    groups = object_groups(dock)
+    for group in groups:
+        labels = [set(getattr(g, "labels", ())) for g in group]
+        assert len(group) == 1 or set.intersection(*labels)
