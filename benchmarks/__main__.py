@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from benchmarks import extraction, reading, training
+from benchmarks import extraction, logs, parsing, reading, training
 from corpus_tools.bundled import open_corpus
 from g3.examples import examples, labels
 
@@ -33,6 +33,8 @@ def main() -> None:
     items = examples(corpus.annotations)
     matrix = extraction.run(items)
     training.run(matrix, labels(items))
+    parsing.run(corpus)
+    logs.run()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,63 @@
+"""How much annotators' SDC trees agree: F scores of their clauses."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from itertools import combinations
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from g3.sdc import CHILD_FIELDS, SDC, all_words
+
+Measure: TypeAlias = Literal["span", "tree"]
+
+
+def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
+    """F score of the clauses of two annotations of a command: same type and same words."""
+    return _f_score(_spans(one), _spans(other))
+
+
+def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
+    """F score of the clauses with what their fields hold and where they hang in the tree.
+
+    A clause is the same if its type, the words of its figure and of its relation, the field
+    of its parent that it is in, and all words of that parent are.
+    """
+    return _f_score(_nodes(one), _nodes(other))
+
+
+def mean_pairwise(
+    items: Iterable[Sequence[Sequence[SDC]]], measure: Measure
+) -> tuple[float, int] | None:
+    """Mean F score over all pairs of annotations of the same command, and how many pairs."""
+    score = span_f if measure == "span" else tree_f
+    scores = [score(a, b) for trees in items for a, b in combinations(trees, 2)]
+    return (float(np.mean(scores)), len(scores)) if scores else None
+
+
+def _f_score(one: Counter[Hashable], other: Counter[Hashable]) -> float:
+    total = one.total() + other.total()
+    return 2.0 * (one & other).total() / total if total else 1.0
+
+
+def _spans(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+    return Counter((sdc.type, all_words(sdc)) for sdc, _, _ in _walk(sdcs) if not sdc.is_implicit)
+
+
+def _nodes(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+    return Counter(
+        (sdc.type, sdc.words, sdc.relation, field, None if parent is None else all_words(parent))
+        for sdc, field, parent in _walk(sdcs)
+        if not sdc.is_implicit
+    )
+
+
+def _walk(sdcs: Sequence[SDC]) -> Iterator[tuple[SDC, str, SDC | None]]:
+    """Each clause, the field it is in, and its parent."""
+    pending: list[tuple[SDC, str, SDC | None]] = [(sdc, "", None) for sdc in sdcs]
+    while pending:
+        sdc, field, parent = pending.pop()
+        yield sdc, field, parent
+        pending += [(child, name, sdc) for name in CHILD_FIELDS for child in sdc.children(name)]

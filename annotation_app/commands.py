@@ -1,0 +1,369 @@
+"""``ct annotate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from annotation_app.command_options import DATABASE, INSTANCE
+from annotation_app.crowd_commands import reconcile
+
+if TYPE_CHECKING:
+    from annotation_app.config import Config
+    from annotation_app.setup import Rendered
+    from annotation_app.study import StudyConfig
+
+STUDY_NAME = click.option(
+    "--study", "study_name", metavar="NAME", help="Which study, if there are several."
+)
+
+
+class _Annotate(click.Group):
+    """A group that serves, unless its first argument is a command."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+            args = ["serve", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("annotate", cls=_Annotate)
+def annotate() -> None:
+    """Run studies in which people type, annotate, ground, check and rate commands.
+
+    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml", and "ct annotate"
+    alone serves what is in this folder, else a demo on the bundled scenarios.
+
+    \b
+    Examples:
+      ct annotate
+      ct annotate init my-study.yaml
+      ct annotate my-study.yaml --port 8080
+      ct annotate export my-corpus --study my-study
+    """
+
+
+@annotate.command()
+@click.argument(
+    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
+)
+@click.option(
+    "--demo", is_flag=True, help="A study on the bundled scenarios, in a folder of its own."
+)
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="Folder that `ct render-videos` has filled, instead of the study's.",
+)
+@INSTANCE
+@DATABASE
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
+@click.option(
+    "--port",
+    type=click.IntRange(1, 65535),
+    default=8765,
+    show_default=True,
+    help="Port to listen at.",
+)
+@click.option(
+    "--threads",
+    type=click.IntRange(1, 256),
+    default=8,
+    show_default=True,
+    help="How many requests are answered at the same time.",
+)
+@click.option("--https", is_flag=True, help="People reach it by HTTPS only, through a proxy.")
+@click.option(
+    "--proxies",
+    type=click.IntRange(0, 5),
+    default=0,
+    show_default=True,
+    help="How many reverse proxies stand before it.",
+)
+@click.option(
+    "--frame-ancestor",
+    "frame_ancestors",
+    multiple=True,
+    metavar="ORIGIN",
+    help="A site that may show it in a frame and gets its forms, such as https://www.mturk.com.",
+)
+@click.option(
+    "--limits-storage",
+    default="process://",
+    show_default=True,
+    metavar="URL",
+    help="Where several processes count requests together.",
+)
+def serve(
+    *,
+    study_files: tuple[Path, ...],
+    demo: bool,
+    videos: Path | None,
+    instance: Path,
+    database: str | None,
+    host: str,
+    port: int,
+    threads: int,
+    https: bool,
+    proxies: int,
+    frame_ancestors: tuple[str, ...],
+    limits_storage: str,
+) -> None:
+    """Serve studies; new ones are set up first, known ones brought up to date.
+
+    Without STUDY.yaml it serves what is in the database, and the demo where there is none.
+    Several processes may serve the same database at different ports. Ctrl-C ends it; what
+    people have sent is safe at any time, and the next start goes on from there.
+
+    \b
+    Examples:
+      ct annotate serve --demo
+      ct annotate serve my-study.yaml --host 0.0.0.0 --https --proxies 1
+      ct annotate serve my-study.yaml --database postgresql://me@localhost/annotation
+    """
+    from dataclasses import replace
+
+    from annotation_app import serving
+    from annotation_app.config import open_instance
+
+    is_elsewhere = instance != Path("annotation")
+    demo = demo or not (study_files or is_elsewhere or database or instance.exists())
+    folder = _demo_instance() if demo and not is_elsewhere else instance
+    config = replace(
+        open_instance(folder, database),
+        https=https,
+        proxies=proxies,
+        frame_ancestors=frame_ancestors,
+        form_targets=frame_ancestors,
+        limits_storage=limits_storage,
+    )
+    serving.prepare(config)
+    if demo:
+        _put(config, *_demo(folder, videos))
+    for file in study_files:
+        _put(config, *_read(file, videos))
+    name = "localhost" if host in ("127.0.0.1", "::1") else host
+    base = f"{'https' if https else 'http'}://{name}" + ("" if https else f":{port}")
+    for what, address in serving.addresses(config, base):
+        click.echo(f"{what}: {address}")
+    click.echo("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
+    if host not in serving.LOOPBACK and not https:
+        click.echo("note: without --https passwords and answers can be read on the way", err=True)
+    try:
+        serving.serve(config, host=host, port=port, threads=threads)
+    except OSError as error:
+        raise click.ClickException(f"{host}:{port}: {error.strerror}") from error
+
+
+@annotate.command()
+@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
+def init(*, study_file: Path) -> None:
+    """Write a study's file to start from.
+
+    \b
+    Example:
+      ct annotate init my-study.yaml
+    """
+    from annotation_app.study_template import TEMPLATE
+    from corpus_tools.atomic_file import write_bytes
+    from g3.errors import FormatError
+
+    if study_file.exists():
+        raise FormatError("the file is there already", where=str(study_file), fix="name another")
+    write_bytes(study_file, TEMPLATE.format(name=_slug(study_file.stem)).encode())
+    click.echo(f"wrote {study_file}")
+
+
+@annotate.command()
+@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
+@INSTANCE
+@DATABASE
+def backup(*, archive: Path, instance: Path, database: str | None) -> None:
+    """Write all that is in the database, and the secret key, to a file, while it is served.
+
+    \b
+    Example:
+      ct annotate backup annotation-backup.jsonl.gz
+    """
+    from annotation_app.backups import back_up
+    from annotation_app.config import open_instance
+
+    rows = back_up(open_instance(instance, database), archive)
+    click.echo(f"wrote {archive}: {rows} rows")
+
+
+@annotate.command()
+@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@INSTANCE
+@DATABASE
+def restore(*, archive: Path, instance: Path, database: str | None) -> None:
+    """Fill an empty database with what a backup holds; any kind of database will do.
+
+    \b
+    Example:
+      ct annotate restore annotation-backup.jsonl.gz --instance restored
+    """
+    from annotation_app.backups import restore as restore_
+
+    rows = restore_(archive, instance, database)
+    click.echo(f"restored {rows} rows")
+
+
+@annotate.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@STUDY_NAME
+@INSTANCE
+@DATABASE
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["corpus", "slu-core", "conllu", "csv", "jsonl", "parquet"]),
+    default="corpus",
+    show_default=True,
+    help="A corpus to train on, also in the layout of the AAAI-11 corpus; words with their "
+    "clauses; or all answers as they are.",
+)
+@click.option("--licence", default="", help="On what terms the corpus may be used.")
+@click.option("--force", is_flag=True, help="Replace what is there.")
+def export(
+    *,
+    out: Path,
+    study_name: str | None,
+    instance: Path,
+    database: str | None,
+    form: str,
+    licence: str,
+    force: bool,
+) -> None:
+    """Write what people have answered.
+
+    \b
+    Examples:
+      ct annotate export my-corpus
+      ct eval --table 1 --corpus my-corpus
+      ct annotate export answers.csv --format csv
+      ct annotate export for-slu-core --format slu-core
+    """
+    from annotation_app import answer_tables
+    from annotation_app import export as exports
+    from annotation_app.config import open_instance
+    from annotation_app.database import opened, reading
+    from annotation_app.schema import is_current
+    from corpus_tools.atomic_file import write_bytes
+    from corpus_tools.corpus.atomic import write_folder
+    from corpus_tools.corpus.writing import check_writable, write_corpus
+    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from g3.errors import FormatError
+
+    if form == "corpus":
+        check_writable(out, force=force)
+    with opened(open_instance(instance, database).database) as engine, reading(engine) as session:
+        if not is_current(engine):
+            raise FormatError(
+                "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
+            )
+        study = exports.find_only_study(session, study_name)
+        if form in answer_tables.TABLES:
+            write_bytes(out, answer_tables.TABLES[form](session, study))
+            click.echo(f"wrote {out}")
+            return
+        corpus = exports.export_corpus(session, study, licence=licence)
+    if form == "corpus":
+        write_corpus(corpus, out, force=force)
+    else:
+        write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    click.echo(
+        f"wrote {out}: {len(corpus.commands)} commands, {len(corpus.annotations)} "
+        f"annotations, {len(corpus.judgments)} judgments"
+    )
+
+
+@annotate.command("import")
+@click.argument("corpus", metavar="CORPUS")
+@click.option(
+    "--videos",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
+)
+@STUDY_NAME
+@INSTANCE
+@DATABASE
+def import_(
+    *,
+    corpus: str,
+    videos: Path,
+    study_name: str | None,
+    instance: Path,
+    database: str | None,
+) -> None:
+    """Make a study of a corpus, to look at it, go on with it and edit it.
+
+    \b
+    Examples:
+      ct render-videos --corpus aaai11 --out replays
+      ct annotate import aaai11 --videos replays
+      ct annotate
+    """
+    from annotation_app import serving
+    from annotation_app.config import open_instance
+    from annotation_app.database import opened, transaction
+    from annotation_app.load import import_corpus
+    from annotation_app.models import Secret
+    from annotation_app.people import SALT
+    from annotation_app.setup import rendered_videos
+    from corpus_tools.bundled import open_corpus, resolve
+
+    config = open_instance(instance, database)
+    serving.prepare(config)
+    found = open_corpus(corpus)
+    name = study_name or _slug(found.name)
+    folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
+    with opened(config.database) as engine, transaction(engine) as session:
+        salt = session.get_one(Secret, SALT).value
+        counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
+    click.echo(f"study {name}: " + ", ".join(f"{n} {what}" for what, n in counts.items()))
+
+
+annotate.add_command(reconcile)
+
+
+def _slug(text: str) -> str:
+    import re
+
+    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
+
+
+def _demo_instance() -> Path:
+    from corpus_tools.bundled import cache_folder
+
+    return cache_folder() / "annotate-demo"
+
+
+def _demo(folder: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
+    from annotation_app.demo import demo_study, render_demo
+    from annotation_app.setup import rendered_videos
+
+    if videos is None:
+        videos = folder / "videos"
+        render_demo(videos)
+    found = rendered_videos(videos)
+    return demo_study(found), found
+
+
+def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
+    from annotation_app.setup import rendered_videos
+    from annotation_app.study import read_study
+
+    study = read_study(file)
+    return study, rendered_videos(videos or file.parent / study.videos, study.only)
+
+
+def _put(config: Config, study: StudyConfig, videos: list[Rendered]) -> None:
+    from annotation_app.database import opened, transaction
+    from annotation_app.setup import put_study
+
+    with opened(config.database) as engine, transaction(engine) as session:
+        put_study(session, study, videos)

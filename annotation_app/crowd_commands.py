@@ -1,0 +1,280 @@
+"""``ct publish``, ``ct collect`` and ``ct annotate reconcile``: studies at crowd platforms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from annotation_app.command_options import DATABASE, INSTANCE
+from annotation_app.crowds.registry import Provider, providers
+
+if TYPE_CHECKING:
+    from annotation_app.crowds.session import CrowdSession
+
+TASK_NAMES = ("describe", "segment", "ground", "check", "rate")
+SANDBOX = click.option(
+    "--sandbox", is_flag=True, help="Use the platform's test mode, in which no money is paid."
+)
+ABOUT_WORKERS = (
+    click.option(
+        "--min-approved",
+        type=click.IntRange(0, 100_000),
+        default=0,
+        metavar="N",
+        help="Only for workers of whose work that much was approved before.",
+    ),
+    click.option(
+        "--min-approval",
+        type=click.IntRange(0, 100),
+        default=0,
+        metavar="PERCENT",
+        help="Only for workers of whose work so much was approved.",
+    ),
+    click.option(
+        "--minutes",
+        type=click.IntRange(1, 600),
+        default=15,
+        show_default=True,
+        help="How long an assignment takes.",
+    ),
+)
+ENDPOINT = click.option(
+    "--endpoint",
+    metavar="URL",
+    envvar="CT_CROWD_ENDPOINT",
+    help="Another address of the platform's interface, such as a stand-in for tests.",
+)
+
+
+@click.group()
+def publish() -> None:
+    """Offer a study's work at a crowd platform.
+
+    \b
+    Examples:
+      ct publish links my-study --url https://lab.example.org --people 20
+      ct publish mturk my-study --sandbox --url https://lab.example.org --task rate --people 30
+    """
+
+
+@click.group()
+def collect() -> None:
+    """Fetch what workers sent in at a crowd platform; approve, reject and pay it.
+
+    \b
+    Example:
+      ct collect mturk my-study --sandbox --dry-run
+    """
+
+
+@click.command()
+@click.argument("provider_name", metavar="PROVIDER")
+@click.argument("study_name", metavar="STUDY")
+@SANDBOX
+@ENDPOINT
+@INSTANCE
+@DATABASE
+def reconcile(*, provider_name: str, study_name: str, **options: Any) -> None:
+    """Hold what was received here against what a crowd platform has. Nothing is paid.
+
+    \b
+    Examples:
+      ct annotate reconcile mturk my-study --sandbox
+      ct annotate reconcile prolific my-study
+    """
+    from g3.errors import FormatError
+
+    known = {provider.name: provider for provider in providers() if provider.pays}
+    if provider_name not in known:
+        raise FormatError(
+            "there is no such platform", where=provider_name, fix=f"use one of {', '.join(known)}"
+        )
+    from annotation_app.crowds.session import open_session
+
+    with open_session(known[provider_name], study_name, **options) as session:
+        _report(session)
+
+
+def _publish_command(provider: Provider) -> click.Command:
+    again = "Doing it again offers nothing twice: --people is how many there are to be in all."
+    help_text = f"""{provider.summary}
+
+    {provider.description} {again if provider.pays else "Doing it again makes other invitations."}
+
+    \b
+    Example:
+      ct publish {provider.name} my-study --url https://lab.example.org --people 10
+    """
+
+    @click.command(provider.name, help=help_text, short_help=provider.summary)
+    @click.argument("study_name", metavar="STUDY")
+    @click.option("--url", required=True, help="Address at which people reach the app.")
+    @click.option(
+        "--people",
+        type=click.IntRange(1, 10_000),
+        default=1,
+        show_default=True,
+        help="How many people are to take part in all.",
+    )
+    @click.option(
+        "--task", type=click.Choice(TASK_NAMES), help="Which task [default: the study's first]."
+    )
+    @click.option(
+        "--items",
+        type=click.IntRange(1, 1000),
+        default=5,
+        show_default=True,
+        help="How many items an assignment asks for.",
+    )
+    @INSTANCE
+    @DATABASE
+    def command(*, study_name: str, instance: Path, database: str | None, **options: Any) -> None:
+        from annotation_app.crowds.publishing import publish_links, publish_posting
+        from annotation_app.crowds.session import open_session
+
+        sandbox, endpoint = options.pop("sandbox", False), options.pop("endpoint", None)
+        with open_session(
+            provider,
+            study_name,
+            instance=instance,
+            database=database,
+            sandbox=sandbox,
+            endpoint=endpoint,
+        ) as session:
+            if not provider.pays:
+                for address in publish_links(session, **options):
+                    click.echo(address)
+                return
+            posted = publish_posting(session, **options)
+        click.echo(f"{posted.added} assignments added, {posted.people} in all")
+        click.echo(posted.address)
+
+    if provider.pays:
+        for option in ABOUT_WORKERS:
+            command = option(command)
+    return _for_platforms(provider, command)
+
+
+def _collect_command(provider: Provider) -> click.Command:
+    help_text = f"""Approve, reject and pay what workers sent in at {provider.title}.
+
+    What was received here and sent in there is approved. Everything else is listed, and
+    waits for you. Doing it again does nothing twice.
+
+    \b
+    Examples:
+      ct collect {provider.name} my-study --dry-run
+      ct collect {provider.name} my-study --hold-flagged --pay-partial
+      ct collect {provider.name} my-study --bonus ASSIGNMENT 0.50 "For the careful comments"
+    """
+
+    @click.command(
+        provider.name, help=help_text, short_help=f"What workers sent in at {provider.title}."
+    )
+    @click.argument("study_name", metavar="STUDY")
+    @click.option("--dry-run", is_flag=True, help="Only show how things stand.")
+    @click.option("--no-approve", is_flag=True, help="Approve nothing but what --approve names.")
+    @click.option(
+        "--approve",
+        "approve",
+        multiple=True,
+        metavar="ASSIGNMENT",
+        help="Approve this one, though not all of it was received or its worker is flagged.",
+    )
+    @click.option(
+        "--reject", nargs=2, multiple=True, metavar="ASSIGNMENT REASON", help="Reject this one."
+    )
+    @click.option(
+        "--bonus",
+        nargs=3,
+        multiple=True,
+        type=(str, str, str),
+        metavar="ASSIGNMENT AMOUNT REASON",
+        help="Pay something on top.",
+    )
+    @click.option(
+        "--hold-flagged", is_flag=True, help="Leave flagged workers' assignments for you to decide."
+    )
+    @click.option(
+        "--pay-bonus",
+        is_flag=True,
+        help="Pay the study's bonus for approved assignments of workers who aren't flagged.",
+    )
+    @click.option(
+        "--pay-partial",
+        is_flag=True,
+        help="Pay for what was received of assignments that were given up a day ago.",
+    )
+    @INSTANCE
+    @DATABASE
+    def command(
+        *,
+        study_name: str,
+        instance: Path,
+        database: str | None,
+        sandbox: bool,
+        endpoint: str | None,
+        dry_run: bool,
+        **options: Any,
+    ) -> None:
+        from annotation_app.crowds.session import open_session, read_wishes
+        from g3.errors import CorpusError
+
+        with open_session(
+            provider,
+            study_name,
+            instance=instance,
+            database=database,
+            sandbox=sandbox,
+            endpoint=endpoint,
+        ) as session:
+            wishes = read_wishes(session, **options)
+            deeds = [] if dry_run else session.settle(wishes)
+            for deed in deeds:
+                amount = f" {deed.amount}" if deed.amount else ""
+                click.echo(f"{deed.what}{amount}: {deed.assignment} {deed.problem}".rstrip())
+            _report(session)
+        failed = [deed for deed in deeds if deed.problem]
+        if failed:
+            raise CorpusError(
+                f"{len(failed)} of {len(deeds)} could not be done",
+                where=provider.title,
+                fix="the others are done; do it again for these, or look at them there",
+            )
+
+    return _for_platforms(provider, command)
+
+
+def _for_platforms(provider: Provider, command: Callable[..., Any]) -> click.Command:
+    assert isinstance(command, click.Command)  # noqa: S101 - it was made by click
+    if provider.pays:
+        for option in (SANDBOX, ENDPOINT):
+            command = option(command)
+    return command
+
+
+def _report(session: CrowdSession) -> None:
+    from collections import Counter
+
+    from annotation_app.crowds.reconciliation import EXPLANATIONS
+
+    findings = session.findings()
+    for finding in findings:
+        if finding.state in ("settled", "working") and not finding.due:
+            continue
+        due = f", {finding.due} due" if finding.due and not finding.was_paid else ""
+        count = f" ({finding.done} of {finding.items}{due})" if finding.items else ""
+        click.echo(f"{finding.assignment}: {finding.state}{count}")
+    for state, number in sorted(Counter(finding.state for finding in findings).items()):
+        click.echo(f"{number:6} {state}: {EXPLANATIONS[state]}")
+    if not findings:
+        click.echo("there are no assignments")
+
+
+for _provider in providers():
+    publish.add_command(_publish_command(_provider))
+    if _provider.pays:
+        collect.add_command(_collect_command(_provider))

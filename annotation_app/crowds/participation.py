@@ -1,0 +1,193 @@
+"""People's assignments: what they ask for, and what has been received of it."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from itsdangerous import BadSignature, URLSafeSerializer
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from annotation_app.assignment import lock_person
+from annotation_app.models import TASKS, Answer, Item, Participation, Person, Study, Task
+from annotation_app.problems import Refusal
+
+CODE_CHARACTERS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """What an address offers: so many items of a task of a study."""
+
+    study_id: str
+    task: Task
+    items: int
+
+
+def sign_offer(secret_key: bytes, offer: Offer) -> str:
+    """The part of an address that tells an offer, and that nobody else can make."""
+    return str(_offers(secret_key).dumps([offer.study_id, offer.task, offer.items]))
+
+
+def read_offer(secret_key: bytes, token: str) -> Offer:
+    """What an address offers.
+
+    Raises
+    ------
+    Refusal
+        If nobody here has made it.
+    """
+    try:
+        value: Any = _offers(secret_key).loads(token[:1000])
+    except BadSignature:
+        raise Refusal(404, "This link is not complete. Open it from the platform again.") from None
+    study_id, task, items = value
+    assert task in TASKS  # noqa: S101 - it is signed
+    return Offer(str(study_id), task, int(items))
+
+
+def completion_code(secret_key: bytes, offer: Offer) -> str:
+    """What a platform takes as a proof that an offer's work was done.
+
+    It follows from the offer, so that the platform can be told before anybody has come.
+    """
+    message = f"code\0{offer.study_id}\0{offer.task}\0{offer.items}".encode()
+    digest = hmac.new(secret_key, message, hashlib.sha256).hexdigest()
+    return digest[:CODE_CHARACTERS].upper()
+
+
+def begin(
+    session: Session,
+    offer: Offer,
+    person: Person,
+    *,
+    provider: str,
+    assignment: str,
+    code: str,
+    submit_to: str,
+    now: float,
+) -> Participation:
+    """The person's assignment, which is kept from the first time that it is opened.
+
+    Raises
+    ------
+    Refusal
+        If it is somebody else's.
+    """
+    lock_person(session, person.id)
+    found = session.scalars(
+        select(Participation).where(
+            Participation.provider == provider, Participation.assignment == assignment
+        )
+    ).first()
+    if found is not None:
+        if found.person_id != person.id:
+            raise Refusal(403, "This assignment is somebody else's. Open your own.")
+        return found
+    found = Participation(
+        study_id=offer.study_id,
+        person_id=person.id,
+        provider=provider,
+        assignment=assignment,
+        task=offer.task,
+        items=offer.items,
+        code=code,
+        begun_at=now,
+        outcome={"submit_to": submit_to} if submit_to else {},
+    )
+    session.add(found)
+    try:
+        session.flush()
+    except IntegrityError:  # two people have come with it at the same time
+        raise Refusal(409, "This assignment is open elsewhere. Open it again.") from None
+    return found
+
+
+def credited(
+    participations: Sequence[Participation], answered_at: Iterable[float]
+) -> dict[int, int]:
+    """How many of somebody's answers count for each of their assignments.
+
+    An answer counts for the assignment that was begun last and isn't full: an answer is
+    never paid twice, and none goes to an assignment that was given up before.
+
+    Returns
+    -------
+    dict
+        By the participations' ids.
+    """
+    counts = {p.id: 0 for p in participations}
+    latest_first = sorted(participations, key=lambda p: (p.begun_at, p.id), reverse=True)
+    for at in sorted(answered_at):
+        for one in latest_first:
+            is_open = one.received_at is None or at <= one.received_at
+            if one.begun_at <= at and is_open and counts[one.id] < one.items:
+                counts[one.id] += 1
+                break
+    return counts
+
+
+def done(session: Session, study: Study, provider: str | None = None) -> Mapping[int, int]:
+    """How many items were received for each of a study's assignments, by their ids."""
+    wanted = select(Participation).where(Participation.study_id == study.id)
+    if provider is not None:
+        wanted = wanted.where(Participation.provider == provider)
+    groups: dict[tuple[str, Task], list[Participation]] = {}
+    for one in session.scalars(wanted):
+        groups.setdefault((one.person_id, one.task), []).append(one)
+    answers: dict[tuple[str, Task], list[float]] = {}
+    rows = session.execute(
+        select(Answer.person_id, Answer.task, Answer.at)
+        .join(Item, Item.id == Answer.item_id)
+        .where(Item.study_id == study.id)
+    )
+    for person_id, task, at in rows:
+        answers.setdefault((person_id, task), []).append(at)
+    counts: dict[int, int] = {}
+    for key, group in groups.items():
+        counts |= credited(group, answers.get(key, ()))
+    return counts
+
+
+def done_of(session: Session, participation: Participation) -> int:
+    """How many items were received for an assignment."""
+    mine = session.scalars(
+        select(Participation).where(
+            Participation.study_id == participation.study_id,
+            Participation.person_id == participation.person_id,
+            Participation.task == participation.task,
+        )
+    ).all()
+    answered_at = session.scalars(
+        select(Answer.at)
+        .join(Item, Item.id == Answer.item_id)
+        .where(
+            Item.study_id == participation.study_id,
+            Answer.task == participation.task,
+            Answer.person_id == participation.person_id,
+        )
+    )
+    return credited(mine, answered_at)[participation.id]
+
+
+def receive(participation: Participation, *, done: int, nothing_left: bool, now: float) -> bool:
+    """Note that an assignment is done, if it is; whether it is.
+
+    It is done too if there is nothing left for the person, who can't help that.
+    """
+    if participation.received_at is None and (done >= participation.items or nothing_left):
+        participation.received_at = now
+        if done < participation.items:
+            participation.outcome = {**participation.outcome, "nothing_left": True}
+    return participation.received_at is not None
+
+
+def _offers(secret_key: bytes) -> URLSafeSerializer:
+    return URLSafeSerializer(
+        secret_key, salt="offer", signer_kwargs={"digest_method": hashlib.sha256}
+    )

@@ -1,0 +1,208 @@
+"""What a crowd platform does for a study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import Literal, Protocol, TypeAlias
+
+from annotation_app.models import Participation, Task
+from g3.errors import CorpusError
+
+Standing: TypeAlias = Literal["working", "submitted", "approved", "rejected", "returned"]
+"""What a platform says of an assignment: a worker has it, has sent it in, the requester has
+approved or rejected it, or the worker gave it back or ran out of time."""
+
+
+class PlatformError(CorpusError):
+    """A request that a platform refused, or that never reached it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posting:
+    """Work that is offered at a platform: so many items of a task, to so many people.
+
+    Parameters
+    ----------
+    study_id, title, description
+        Of the study; the last two are what workers read.
+    items
+        How many items of the task an assignment asks for.
+    people
+        How many assignments there are to be, also those that there are already.
+    reward
+        For an assignment, in units of the platform's currency.
+    minutes
+        How long an assignment is expected to take.
+    url
+        Where workers come in.
+    code
+        What the platform takes as a proof that the work was done.
+    min_approval
+        Percentage of somebody's earlier work, for anybody, that was approved; 0 for no matter.
+    min_approved
+        How much of it, in assignments.
+    """
+
+    study_id: str
+    title: str
+    description: str
+    task: Task
+    items: int
+    people: int
+    reward: Decimal
+    minutes: int
+    url: str
+    code: str
+    min_approval: int = 0
+    min_approved: int = 0
+
+    @property
+    def label(self) -> str:
+        """What this work is found again by at the platform."""
+        return f"{label_prefix(self.study_id)}{self.task} {self.items}"
+
+
+@dataclass(frozen=True, slots=True)
+class Posted:
+    """What there is at the platform: its id or ids, and where people can look at it."""
+
+    ids: tuple[str, ...]
+    people: int
+    added: int
+    address: str
+
+
+@dataclass(frozen=True, slots=True)
+class Submission:
+    """An assignment as a platform knows it.
+
+    Parameters
+    ----------
+    person
+        The platform's id of the worker. Never stored, only compared by its hash.
+    group
+        The HIT or study that it belongs to.
+    """
+
+    assignment: str
+    person: str
+    group: str
+    standing: Standing
+
+
+@dataclass(frozen=True, slots=True)
+class Bonus:
+    """A payment beyond the reward. `key` tells the bonuses of an assignment apart."""
+
+    key: str
+    amount: Decimal
+    reason: str
+
+
+class Platform(Protocol):
+    """A platform that can be asked, with credentials.
+
+    All methods raise :class:`PlatformError`.
+    """
+
+    def post(self, posting: Posting) -> Posted:
+        """Offer work, as far as it isn't offered already."""
+
+    def submissions(self, study_id: str) -> Iterator[Submission]:
+        """All assignments of a study's work."""
+
+    def approve(self, submission: Submission) -> None:
+        """Accept and pay an assignment that was sent in."""
+
+    def reject(self, submission: Submission, reason: str) -> None:
+        """Refuse an assignment that was sent in."""
+
+    def prepare(self, submission: Submission, bonus: Bonus) -> str:
+        """A reference to a bonus that can be paid once only."""
+
+    def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
+        """Pay a prepared bonus. Doing it again pays nothing more."""
+
+    def close(self) -> None:
+        """Close the connections."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Somebody who comes in from a platform.
+
+    Parameters
+    ----------
+    provider
+        Whose id it is.
+    person
+        The platform's id of the worker; None is anybody, and somebody new without a cookie.
+    assignment
+        The platform's id of the assignment; None with `person`.
+    is_preview
+        Whether they only look at what the work is like.
+    submit_to
+        Where the platform wants the assignment sent at the end.
+    """
+
+    provider: str
+    person: str | None
+    assignment: str | None
+    is_preview: bool = False
+    submit_to: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a worker tells the platform that an assignment is done.
+
+    Parameters
+    ----------
+    address
+        Where to go, or to send `fields`; empty if the code is all.
+    fields
+        Sent as a form. None for a plain link.
+    """
+
+    address: str = ""
+    fields: Mapping[str, str] | None = None
+
+
+Entrance: TypeAlias = Callable[[Mapping[str, str], str], Arrival]
+"""Reads who comes in, from an address's arguments and the study's id. Raises
+:class:`annotation_app.problems.Refusal`."""
+
+Exit: TypeAlias = Callable[[Participation, str], Ending]
+"""Where a worker goes whose work was received, with a completion code."""
+
+
+class Connect(Protocol):
+    """Opens a platform."""
+
+    def __call__(self, *, sandbox: bool, endpoint: str | None) -> Platform:
+        """Sign in with credentials from the environment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gateway:
+    """All that a provider does.
+
+    Parameters
+    ----------
+    connect
+        None where there is nothing to ask: links.
+    query
+        What is added to the address at which workers come in.
+    """
+
+    enter: Entrance
+    leave: Exit
+    connect: Connect | None = None
+    query: str = field(default="")
+
+
+def label_prefix(study_id: str) -> str:
+    """How the labels of a study's postings begin."""
+    return f"g3 {study_id} "

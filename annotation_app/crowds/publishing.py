@@ -1,0 +1,110 @@
+"""Offering a study's work."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from decimal import Decimal
+from urllib.parse import urlencode, urlsplit
+
+from annotation_app.crowds.links import INVITATION
+from annotation_app.crowds.participation import Offer, completion_code, sign_offer
+from annotation_app.crowds.platform import Posted, Posting
+from annotation_app.crowds.session import CrowdSession
+from annotation_app.models import Task
+from annotation_app.people import invitation
+from annotation_app.study import StudyConfig, restored
+from g3.errors import FormatError
+
+DESCRIPTIONS: dict[Task, str] = {
+    "describe": "Watch short videos and type a command for each.",
+    "segment": "Mark the parts of short commands.",
+    "ground": "Show in pictures what the parts of commands refer to.",
+    "check": "Tell whether parts of commands match what is shown.",
+    "rate": "Watch short videos and tell how well commands fit them.",
+}
+
+
+def publish_posting(
+    session: CrowdSession,
+    *,
+    url: str,
+    task: Task | None,
+    items: int,
+    people: int,
+    minutes: int,
+    min_approval: int,
+    min_approved: int,
+) -> Posted:
+    """Offer work at a platform, as far as it isn't offered already.
+
+    Raises
+    ------
+    FormatError
+        If the study can't be offered so.
+    """
+    assert session.platform is not None  # noqa: S101 - only commands of platforms offer work
+    study = restored(session.study.config)
+    offer = _offer(session, study, task, items)
+    if study.payment is None:
+        raise FormatError(
+            "the study doesn't tell what is paid", where=study.name, fix="give it a payment"
+        )
+    posting = Posting(
+        study_id=session.study.id,
+        title=study.title,
+        description=DESCRIPTIONS[offer.task],
+        task=offer.task,
+        items=items,
+        people=people,
+        reward=(Decimal(str(study.payment.amount)) * items).quantize(Decimal("0.01")),
+        minutes=minutes,
+        url=_address(session, url, offer, session.provider.load().query),
+        code=completion_code(session.config.secret_key, offer),
+        min_approval=min_approval,
+        min_approved=min_approved,
+    )
+    return session.platform.post(posting)
+
+
+def publish_links(
+    session: CrowdSession, *, url: str, task: Task | None, items: int, people: int
+) -> Iterator[str]:
+    """The open link of a study, or new links for each person who is invited.
+
+    Raises
+    ------
+    FormatError
+        If the study has no such task.
+    """
+    study = restored(session.study.config)
+    offer = _offer(session, study, task, items)
+    if study.access == "open":
+        yield _address(session, url, offer, "")
+        return
+    for _ in range(people):
+        name = secrets.token_hex(16)
+        token = invitation(session.config.secret_key, session.study.id, name)
+        yield _address(session, url, offer, urlencode({INVITATION: token}))
+
+
+def _offer(session: CrowdSession, study: StudyConfig, task: Task | None, items: int) -> Offer:
+    chosen = task or next(iter(study.tasks))
+    if chosen not in study.tasks:
+        raise FormatError(
+            f"the study has no task {chosen}",
+            where=study.name,
+            fix=f"use one of {', '.join(study.tasks)}",
+        )
+    return Offer(session.study.id, chosen, items)
+
+
+def _address(session: CrowdSession, url: str, offer: Offer, query: str) -> str:
+    parts = urlsplit(url)
+    if parts.scheme not in ("http", "https") or not parts.netloc:
+        raise FormatError(
+            "this is no address", where=url, fix="give one such as https://lab.example.org"
+        )
+    token = sign_offer(session.config.secret_key, offer)
+    address = f"{url.rstrip('/')}/crowd/{session.provider.name}/{token}"
+    return f"{address}?{query}" if query else address

@@ -1,0 +1,198 @@
+"""What was received here, held against what the platform has.
+
+The two are separate: a worker may have done the work and never told the platform, or told
+the platform and done nothing. Each assignment is looked at by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Literal, TypeAlias
+
+from sqlalchemy import Engine, select
+
+from annotation_app.crowds.participation import done, receive
+from annotation_app.crowds.platform import Submission
+from annotation_app.database import reading, transaction
+from annotation_app.models import Participation, Person, Study
+from annotation_app.people import hashed
+from annotation_app.study import restored
+
+State: TypeAlias = Literal[
+    "settled",
+    "ready",
+    "not confirmed",
+    "working",
+    "incomplete",
+    "given back",
+    "nothing received",
+    "unknown here",
+    "another worker",
+]
+
+EXPLANATIONS: dict[State, str] = {
+    "settled": "approved or rejected at the platform",
+    "ready": "received here and sent in there; it can be approved",
+    "not confirmed": "received here, but the worker has not sent it in there",
+    "working": "not done yet",
+    "incomplete": "sent in there, though not all of it was received here",
+    "given back": "the worker gave it back, or ran out of time",
+    "nothing received": "sent in there, and nothing was received here",
+    "unknown here": "sent in there by somebody who never came here",
+    "another worker": "the platform's worker isn't the one who came here",
+}
+CENT = Decimal("0.01")
+LONGEST_S = 86_400.0
+"""After this time an assignment that the platform tells nothing of is taken as given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """How an assignment stands on both sides.
+
+    Parameters
+    ----------
+    submission
+        What the platform has; None if it tells nothing of the assignment.
+    participation_id
+        The assignment here, if somebody came with it.
+    done, items
+        How many items were received, of how many.
+    due
+        What the items are worth that no reward is paid for.
+    is_over
+        Whether the worker can't send the assignment in any more.
+    was_paid
+        Whether `due` has been paid as a bonus.
+    """
+
+    assignment: str
+    state: State
+    submission: Submission | None
+    participation_id: int | None
+    person_id: str | None
+    done: int = 0
+    items: int = 0
+    due: Decimal = Decimal(0)
+    is_over: bool = False
+    was_paid: bool = False
+
+
+def reconcile(
+    engine: Engine,
+    study: Study,
+    provider: str,
+    there: Iterable[Submission],
+    *,
+    salt: bytes,
+    now: float,
+) -> list[Finding]:
+    """Bring both sides together, and note what the platform has confirmed.
+
+    Parameters
+    ----------
+    there
+        All that the platform knows of the study's assignments. It is read before the database
+        is locked.
+    """
+    known = {submission.assignment: submission for submission in there}
+    with transaction(engine) as session:
+        counts = done(session, study, provider)
+        rows = session.execute(
+            select(Participation, Person)
+            .join(Person, Person.id == Participation.person_id)
+            .where(Participation.study_id == study.id, Participation.provider == provider)
+            .order_by(Participation.begun_at, Participation.id)
+        ).all()
+        payment = restored(study.config).payment
+        price = Decimal(str(payment.amount)) if payment is not None else Decimal(0)
+        findings = []
+        for participation, person in rows:
+            submission = known.pop(participation.assignment, None)
+            count = counts[participation.id]
+            receive(participation, done=count, nothing_left=False, now=now)
+            is_same = submission is None or (
+                hashed(salt, provider, submission.person) == person.external_hash
+            )
+            state = _state(participation, count, submission) if is_same else "another worker"
+            is_there = submission is not None and submission.standing not in ("working", "returned")
+            if is_there and is_same and participation.confirmed_at is None:
+                participation.confirmed_at = now
+            findings.append(
+                Finding(
+                    participation.assignment,
+                    state,
+                    submission,
+                    participation.id,
+                    person.id,
+                    count,
+                    participation.items,
+                    _due(state, count, price),
+                    state == "given back" or participation.begun_at < now - LONGEST_S,
+                    "paid_at" in participation.outcome.get("bonuses", {}).get("partial", {}),
+                )
+            )
+    unknown = [
+        Finding(
+            s.assignment,
+            "settled" if s.standing in ("approved", "rejected") else "unknown here",
+            s,
+            None,
+            None,
+        )
+        for s in known.values()
+        if s.standing in ("submitted", "approved", "rejected")
+    ]
+    return findings + unknown
+
+
+def unpaid_part(finding: Finding) -> Decimal:
+    """What is to be paid for a part of an assignment that was given up."""
+    return finding.due if finding.is_over and not finding.was_paid else Decimal(0)
+
+
+def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
+    """An assignment of each person by which a platform can pay them: one that they sent in.
+
+    Returns
+    -------
+    dict
+        By the ids of people here.
+    """
+    sent = {
+        f.person_id: f.submission
+        for f in findings
+        if f.person_id is not None
+        and f.submission is not None
+        and f.state in ("settled", "ready", "incomplete", "given back")
+    }
+    with reading(engine) as session:
+        blocked = set(
+            session.scalars(
+                select(Person.id).where(Person.id.in_(sent), Person.blocked_at.is_not(None))
+            )
+        )
+    return {person: submission for person, submission in sent.items() if person not in blocked}
+
+
+def _state(participation: Participation, count: int, submission: Submission | None) -> State:
+    is_received = participation.received_at is not None
+    if submission is None:
+        return "not confirmed" if is_received else "working"
+    if submission.standing in ("approved", "rejected"):
+        return "settled"
+    if submission.standing == "returned":
+        return "given back"
+    if submission.standing == "working":
+        return "not confirmed" if is_received else "working"
+    if is_received:
+        return "ready"
+    return "incomplete" if count else "nothing received"
+
+
+def _due(state: State, count: int, price: Decimal) -> Decimal:
+    if state in ("not confirmed", "working", "given back"):
+        return (count * price).quantize(CENT)
+    return Decimal(0)

@@ -1,0 +1,137 @@
+"""Opening the database: SQLite by default, PostgreSQL by URL."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from sqlalchemy import Connection, CursorResult, Engine, Update, create_engine, event, func, select
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError
+from sqlalchemy.orm import Session
+
+from g3.errors import FormatError
+
+try:
+    import fcntl
+except ImportError:  # there is none on Windows
+    fcntl = None  # type: ignore[assignment]
+
+BUSY_S = 20
+"""How long a writer waits for another one, in SQLite."""
+SET_UP = 0x63742D616E6E
+"""Names the lock of those who set a database up, in PostgreSQL."""
+
+
+def open_database(url_or_path: str | Path) -> Engine:
+    """An engine for a database, which isn't connected to yet.
+
+    Parameters
+    ----------
+    url_or_path
+        Path of a SQLite file, or a URL such as ``postgresql://user@host/name``.
+
+    Raises
+    ------
+    FormatError
+        If it is a URL that can't be read.
+    """
+    url = _url(url_or_path)
+    if url.get_backend_name() != "sqlite":
+        return create_engine(
+            url, pool_pre_ping=True, pool_size=10, max_overflow=20, hide_parameters=True
+        )
+    engine = create_engine(
+        url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
+    )
+    event.listen(engine, "connect", _set_up_sqlite)
+    event.listen(engine, "begin", _begin_at_once)
+    return engine
+
+
+@contextmanager
+def opened(url_or_path: str | Path) -> Iterator[Engine]:
+    """A database whose connections are closed at the end; see :func:`open_database`."""
+    engine = open_database(url_or_path)
+    try:
+        yield engine
+    finally:
+        engine.dispose()
+
+
+@contextmanager
+def transaction(engine: Engine) -> Iterator[Session]:
+    """A session that is committed at the end, or rolled back by an exception.
+
+    There must not be another one within it.
+    """
+    with _turn(engine), Session(engine, expire_on_commit=False) as session, session.begin():
+        yield session
+
+
+def lock_set_up(connection: Connection) -> None:
+    """Let no other process set the database up until this transaction ends."""
+    if connection.dialect.name == "postgresql":  # SQLite has one writer at a time
+        connection.execute(select(func.pg_advisory_xact_lock(SET_UP)))
+
+
+@contextmanager
+def reading(engine: Engine) -> Iterator[Session]:
+    """A session that only reads, beside whoever writes."""
+    with Session(engine.execution_options(reading=True), expire_on_commit=False) as session:
+        yield session
+
+
+@contextmanager
+def _turn(engine: Engine) -> Iterator[None]:
+    """Wait for one's turn to write to an SQLite file, in this process or another.
+
+    SQLite has only one writer at a time, and those who wait look again after ever longer
+    pauses; the kernel wakes the next one at once, and when a process dies.
+    """
+    file = engine.url.database
+    if fcntl is None or engine.dialect.name != "sqlite" or not file:
+        yield
+        return
+    descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _url(url_or_path: str | Path) -> URL:
+    given = str(url_or_path)
+    if "://" not in given:
+        return URL.create("sqlite", database=given)
+    try:
+        url = make_url(given)
+    except ArgumentError as error:
+        raise FormatError(
+            f"the database's URL can't be read: {error}",
+            where=given.rsplit("@", maxsplit=1)[-1],
+            fix="give a file, or a URL such as postgresql://user@host/name",
+        ) from error
+    return url.set(drivername="postgresql+psycopg") if url.drivername == "postgresql" else url
+
+
+def _set_up_sqlite(connection: Any, _record: Any) -> None:
+    # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
+    connection.isolation_level = None
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _begin_at_once(connection: Any) -> None:
+    # A transaction that reads first and writes later could fail where another has written.
+    reads = connection.get_execution_options().get("reading")
+    connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")
+
+
+def changed_rows(session: Session, statement: Update) -> int:
+    """Run an update and count the rows that it changed."""
+    return cast("CursorResult[Any]", session.execute(statement)).rowcount

@@ -1,0 +1,178 @@
+"""Making the Flask app."""
+
+from __future__ import annotations
+
+import datetime
+import logging
+
+import flask
+from flask import Flask, Response
+from flask_wtf.csrf import CSRFProtect
+from sqlalchemy import Engine
+from werkzeug.exceptions import HTTPException
+from werkzeug.middleware.proxy_fix import ProxyFix
+
+from annotation_app import api, media
+from annotation_app.config import Config
+from annotation_app.crowds import pages as crowds
+from annotation_app.dashboard import interface
+from annotation_app.dashboard import pages as dashboard
+from annotation_app.database import open_database
+from annotation_app.installation import Installation, install
+from annotation_app.limits import limiter
+from annotation_app.pages import BLUEPRINTS
+from annotation_app.problems import Refusal
+from annotation_app.schema import installation_salt
+
+log = logging.getLogger(__name__)
+
+SESSION = datetime.timedelta(days=60)
+
+
+def create_app(config: Config, engine: Engine | None = None) -> Flask:
+    """The app, for any WSGI server.
+
+    Parameters
+    ----------
+    engine
+        The database, if it is open already; its tables must be there
+        (:func:`annotation_app.schema.migrate`).
+    """
+    app = Flask("annotation_app")
+    app.config.update(
+        SECRET_KEY=config.secret_key,
+        MAX_CONTENT_LENGTH=config.max_body_bytes,
+        MAX_FORM_MEMORY_SIZE=config.max_body_bytes,
+        PERMANENT_SESSION_LIFETIME=SESSION,
+        SESSION_COOKIE_HTTPONLY=True,
+        SESSION_COOKIE_SECURE=config.https,
+        SESSION_COOKIE_SAMESITE="None" if _is_framed(config) else "Lax",
+        SESSION_COOKIE_PARTITIONED=_is_framed(config),
+        # A page may stay open for days. The token is bound to the session all the same.
+        WTF_CSRF_TIME_LIMIT=None,
+        # There is no Referer to look at: pages are sent with "no-referrer".
+        WTF_CSRF_SSL_STRICT=False,
+        RATELIMIT_ENABLED=config.rate_limits,
+        RATELIMIT_STORAGE_URI=config.limits_storage,
+        RATELIMIT_HEADERS_ENABLED=True,
+        # Where the counting fails, people's work goes on.
+        RATELIMIT_SWALLOW_ERRORS=True,
+    )
+    engine = engine or open_database(config.database)
+    install(app, Installation(config, engine, installation_salt(engine)))
+    CSRFProtect(app)
+    limiter.init_app(app)
+    own = (module.blueprint for module in (api, media, crowds, dashboard, interface))
+    for blueprint in (*own, *BLUEPRINTS):
+        app.register_blueprint(blueprint)
+    app.register_error_handler(Refusal, _refused)
+    app.register_error_handler(HTTPException, _http_error)
+    app.register_error_handler(Exception, _bug)
+    policy = _content_security_policy(config)
+
+    @app.before_request
+    def refuse_nul() -> None:
+        # No database keeps it, so that nothing here has such a name.
+        if "\0" in flask.request.path:
+            flask.abort(404)
+
+    @app.after_request
+    def secure(response: Response) -> Response:
+        response.headers["Content-Security-Policy"] = policy
+        response.headers["X-Content-Type-Options"] = "nosniff"
+        response.headers["Referrer-Policy"] = "no-referrer"
+        response.headers["Cross-Origin-Opener-Policy"] = "same-origin"
+        response.headers.setdefault("Cache-Control", "no-store")
+        if config.https:
+            response.headers["Strict-Transport-Security"] = "max-age=31536000"
+        return response
+
+    if config.proxies:
+        n = config.proxies
+        app.wsgi_app = ProxyFix(app.wsgi_app, x_for=n, x_proto=n, x_host=n)  # type: ignore[method-assign]
+    return app
+
+
+def wants_json() -> bool:
+    """Whether a request is a program's, not a person's."""
+    return flask.request.path.startswith("/api/")
+
+
+def _is_framed(config: Config) -> bool:
+    # Browsers keep such cookies only over HTTPS.
+    return bool(config.frame_ancestors) and config.https
+
+
+def _content_security_policy(config: Config) -> str:
+    parts = {
+        "default-src": "'none'",
+        "script-src": "'self'",
+        "style-src": "'self'",
+        "img-src": "'self'",
+        "media-src": "'self'",
+        "font-src": "'self'",
+        "connect-src": "'self'",
+        "manifest-src": "'self'",
+        "base-uri": "'none'",
+        "form-action": " ".join(("'self'", *config.form_targets)),
+        "frame-ancestors": " ".join(config.frame_ancestors) or "'none'",
+    }
+    return "; ".join(f"{name} {value}" for name, value in parts.items())
+
+
+def _refused(refusal: Refusal) -> Response:
+    if not wants_json():
+        return _page(refusal.status, refusal.message)
+    reply = {"error": refusal.message}
+    problems = [{"field": p.field, "message": p.message} for p in refusal.problems]
+    response = flask.jsonify({**reply, "problems": problems} if problems else reply)
+    response.status_code = refusal.status
+    return response
+
+
+def _http_error(error: HTTPException) -> Response:
+    status = error.code or 500
+    if error.response is not None:
+        return flask.make_response(error.response)
+    message = _MESSAGES.get(status, error.description or error.name)
+    if wants_json():
+        response = flask.jsonify({"error": message})
+        response.status_code = status
+    else:
+        response = _page(status, message)
+    response.headers.extend(
+        (name, value)
+        for name, value in error.get_headers()
+        if name not in ("Content-Type", "Content-Length")
+    )
+    return response
+
+
+def _bug(error: Exception) -> Response:
+    # What people sent is in no message: the traceback tells lines of the program only.
+    log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
+    return _http_error_500()
+
+
+def _http_error_500() -> Response:
+    message = "Something went wrong here. Nothing that you typed is lost: try again in a minute."
+    if not wants_json():
+        return _page(500, message)
+    response = flask.jsonify({"error": message})
+    response.status_code = 500
+    return response
+
+
+def _page(status: int, message: str) -> Response:
+    return flask.make_response(
+        flask.render_template("error.html", status=status, message=message), status
+    )
+
+
+_MESSAGES = {
+    400: "The request can't be read. Load the page again; what you typed is kept.",
+    404: "There is no such page.",
+    405: "This can't be done here.",
+    413: "This is too large to be sent.",
+    429: "That was a bit fast. Wait a minute and try again; what you typed is kept.",
+}

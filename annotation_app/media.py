@@ -1,0 +1,73 @@
+"""Videos and pictures, under names that tell nothing, with ranges so that people can scrub."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from flask import Blueprint, Response, send_file
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.database import reading
+from annotation_app.installation import installation
+from annotation_app.models import Media
+from annotation_app.people import required_person
+from annotation_app.problems import Refusal
+
+TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
+"""What people may see, of the files that are kept of a video."""
+
+blueprint = Blueprint("media", __name__)
+
+
+@blueprint.get("/media/<media_id>")
+def media(media_id: str) -> Response:
+    """A file, to people who are signed in."""
+    with reading(installation().engine) as session:
+        required_person(session)
+        found = session.get(Media, media_id)
+    if found is None or found.role not in TYPES or not Path(found.path).is_file():
+        raise Refusal(404, "There is no such file.")
+    response = send_file(
+        found.path, mimetype=TYPES[found.role], conditional=True, etag=found.sha256
+    )
+    response.headers["Cache-Control"] = "private, max-age=86400"
+    response.headers.pop("Content-Disposition", None)
+    response.headers.pop("Last-Modified", None)
+    return response
+
+
+def media_ids(session: Session, study_id: str, video: str) -> dict[str, str]:
+    """The public names of a video's files by their roles."""
+    rows = session.execute(
+        select(Media.role, Media.id).where(Media.study_id == study_id, Media.video == video)
+    )
+    return {role: media_id for role, media_id in rows if role in TYPES}
+
+
+def media_paths(session: Session, study_id: str, video: str) -> dict[str, Path]:
+    """Where a video's files are, by their roles."""
+    rows = session.execute(
+        select(Media.role, Media.path).where(Media.study_id == study_id, Media.video == video)
+    )
+    return {role: Path(path) for role, path in rows}
+
+
+def media_path(session: Session, study_id: str, video: str, role: str) -> Path | None:
+    """Where one of a video's files is, if it has such a file."""
+    path = session.scalar(
+        select(Media.path).where(
+            Media.study_id == study_id, Media.video == video, Media.role == role
+        )
+    )
+    return None if path is None else Path(path)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(2**20):
+            found.update(block)
+    return found.hexdigest()

@@ -1,0 +1,167 @@
+"""The start page, a study's own page, and what people agree to before they begin."""
+
+from __future__ import annotations
+
+import flask
+from flask import Blueprint
+from flask.typing import ResponseReturnValue
+from sqlalchemy import select
+
+from annotation_app.database import reading, transaction
+from annotation_app.installation import installation
+from annotation_app.limits import arrivals, limiter
+from annotation_app.models import Person, Record, Study
+from annotation_app.pages.progress import progress
+from annotation_app.people import (
+    OPEN,
+    RANKS,
+    accept_invitation,
+    add_anonymous,
+    current_person,
+    has_consented,
+    keep_consent,
+    sign_in,
+)
+from annotation_app.problems import Refusal
+from annotation_app.study import StudyConfig, restored
+from annotation_app.work import EXPLANATIONS, find_study
+
+LONGEST_ANSWER = 500
+
+blueprint = Blueprint("entrance", __name__)
+
+
+@blueprint.get("/")
+def home() -> str:
+    """The studies that one can take part in."""
+    with reading(installation().engine) as session:
+        person = current_person(session)
+        studies = [
+            (study.name, restored(study.config))
+            for study in session.scalars(select(Study).order_by(Study.created_at))
+            if study.closed_at is None and _may_enter(study, person)
+        ]
+    return flask.render_template("home.html", studies=studies, person=person)
+
+
+@blueprint.get("/s/<study_name>")
+def study_page(study_name: str) -> ResponseReturnValue:
+    """What there is to do in a study, and how far somebody is."""
+    with reading(installation().engine) as session:
+        study = find_study(session, study_name)
+        person = current_person(session)
+        if person is None or wants_welcome(study, person):
+            return flask.redirect(f"/s/{study.name}/welcome")
+        config = restored(study.config)
+        tasks = progress(session, study, person)
+    return flask.render_template(
+        "study.html", study=study, config=config, tasks=tasks, person=person
+    )
+
+
+@blueprint.get("/s/<study_name>/invitation/<token>")
+@limiter.limit(arrivals)
+def invited(study_name: str, token: str) -> ResponseReturnValue:
+    """Somebody comes by a link of their own."""
+    with transaction(installation().engine) as session:
+        study = find_study(session, study_name)
+        study_id, person = accept_invitation(session, token)
+        if study_id != study.id:
+            raise Refusal(404, "This link is for another study.")
+    sign_in(person)
+    return flask.redirect(f"/s/{study.name}")
+
+
+@blueprint.get("/s/<study_name>/welcome")
+def welcome(study_name: str) -> ResponseReturnValue:
+    """What a study is about, and what people agree to."""
+    with reading(installation().engine) as session:
+        study = find_study(session, study_name)
+        person = current_person(session)
+    if study.closed_at is not None:
+        return _stop(study, EXPLANATIONS["closed"])
+    if not _may_enter(study, person):
+        return _stop(study, EXPLANATIONS["not invited"])
+    return _welcome(study, {}, {})
+
+
+@blueprint.post("/s/<study_name>/welcome")
+@limiter.limit(arrivals)
+def agree(study_name: str) -> ResponseReturnValue:
+    """Keep that somebody agrees; whoever is new here becomes a person now."""
+    form = flask.request.form
+    with transaction(installation().engine) as session:
+        study = find_study(session, study_name)
+        person = current_person(session)
+        if not _may_enter(study, person):
+            return _stop(study, EXPLANATIONS["not invited"])
+        config = restored(study.config)
+        answers = {
+            q.id: form.get(f"q-{q.id}", "").replace("\0", "").strip()[:LONGEST_ANSWER]
+            for q in config.questions
+        }
+        problems = _problems(config, answers)
+        if problems:
+            return _welcome(study, answers, problems), 422
+        person = person or add_anonymous(session)
+        keep_consent(session.merge(person), study.id, answers)
+    if flask.session.get("person") != person.id:
+        sign_in(person)
+    return flask.redirect(_onwards(study), 303)
+
+
+def wants_welcome(study: Study, person: Person) -> bool:
+    """Whether somebody must read what a study is about first."""
+    return not has_consented(person, study.id) and RANKS[person.role] == RANKS["worker"]
+
+
+def sign_in_page() -> ResponseReturnValue:
+    """Off to sign in, and back here."""
+    return flask.redirect(flask.url_for("account.login", next=flask.request.path))
+
+
+def _welcome(study: Study, answers: Record, problems: Record) -> str:
+    return flask.render_template(
+        "welcome.html",
+        study=study,
+        config=restored(study.config),
+        answers=answers,
+        problems=problems,
+        ticked=flask.request.form,
+        onwards=flask.request.args.get("task", ""),
+    )
+
+
+def _onwards(study: Study) -> str:
+    """The task that somebody wanted to do, else the study's page."""
+    task = flask.request.form.get("task", "")
+    return f"/s/{study.name}/{task}" if task in study.config["tasks"] else f"/s/{study.name}"
+
+
+def _problems(config: StudyConfig, answers: Record) -> Record:
+    form = flask.request.form
+    problems = {}
+    for question in config.questions:
+        given = answers[question.id]
+        if question.required and not given:
+            problems[f"q-{question.id}"] = "Please answer this question."
+        elif given and question.choices and given not in question.choices:
+            problems[f"q-{question.id}"] = "Please choose one of these."
+    for i, _ in enumerate(config.qualification):
+        if f"confirm-{i}" not in form:
+            problems[f"confirm-{i}"] = "You can take part only if this is true of you."
+    if "agree" not in form:
+        problems["agree"] = "Tick the box if you agree. If you don't, just close this page."
+    return problems
+
+
+def _may_enter(study: Study, person: Person | None) -> bool:
+    if restored(study.config).access == "open":
+        return True
+    return person is not None and (person.provider != OPEN or RANKS[person.role] > RANKS["worker"])
+
+
+def _stop(study: Study, message: str) -> str:
+    return flask.render_template(
+        "stopped.html", study=study, config=restored(study.config), message=message, tasks=()
+    )

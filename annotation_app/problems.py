@@ -1,0 +1,36 @@
+"""What people are told when something can't be done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+TO_SIGN_IN = "You are not signed in. Open the study again; nothing that you typed is lost."
+
+
+@dataclass(frozen=True, slots=True)
+class FieldProblem:
+    """What is wrong with a part of an answer, in plain words."""
+
+    field: str
+    message: str
+
+
+class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
+    """A request that can't be done as it is.
+
+    Parameters
+    ----------
+    status
+        Of HTTP.
+    message
+        What the person is told.
+    problems
+        What is wrong with an answer, field by field.
+    """
+
+    def __init__(self, status: int, message: str, problems: Sequence[FieldProblem] = ()) -> None:
+        self.status = status
+        self.message = message
+        self.problems = tuple(problems)
+        super().__init__(message)

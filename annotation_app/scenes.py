@@ -1,0 +1,242 @@
+"""What people see of a video's world: outlines in the picture and a map, without any names.
+
+Ids that people see are made anew for each item, so that neither they nor their order tell
+what things are.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import hmac
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.logs.reading import read_log
+from corpus_tools.world.recording import to_context
+from g3.errors import FormatError
+from g3.geometry import rotate
+from g3.groundings import Context, PhysicalObject
+
+MANIFEST, SEGMENTATION = "manifest.json", "segmentation.json"
+TRACK_S = 0.5
+"""Time between the poses of moving things that people can see on the map."""
+MARGIN_M = 3.0
+ID_CHARACTERS = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A video's world.
+
+    Parameters
+    ----------
+    context
+        What is where, with the trajectories of the video, whose time starts at `start_s`.
+    start_s
+        Time of the first frame on the context's clock.
+    duration_s
+        Of the video.
+    steps
+        Start and end of each step of the robot's script, in seconds from the first frame.
+    segmentation
+        The content of ``segmentation.json``; empty if there is no picture.
+    """
+
+    context: Context
+    start_s: float
+    duration_s: float
+    steps: tuple[tuple[float, float], ...]
+    segmentation: Mapping[str, Any]
+
+
+def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
+    """Read a folder of ``ct render-videos``.
+
+    Parameters
+    ----------
+    corpus
+        Where the context is, if the video is a replay of an imported corpus.
+    context_id
+        Which of the corpus's contexts it is.
+
+    Raises
+    ------
+    FormatError
+        If something in it can't be read.
+    """
+    manifest_file = folder / MANIFEST
+    stamp = manifest_file.stat().st_mtime_ns if manifest_file.exists() else 0
+    return _read(folder, corpus, context_id, stamp)
+
+
+@functools.lru_cache(maxsize=256)
+def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Scene:
+    manifest = _json(folder / MANIFEST)
+    segmentation = _json(folder / SEGMENTATION) if (folder / SEGMENTATION).exists() else {}
+    if corpus is None:
+        context = to_context(read_log(folder / "log.mcap").recording)
+    else:
+        context = _contexts(corpus)[context_id]
+    t = context.agent.trajectory.t
+    return Scene(
+        context=context,
+        start_s=float(t[0]),
+        duration_s=float(manifest["duration_s"]),
+        steps=tuple((float(s["start_s"]), float(s["end_s"])) for s in manifest["steps"]),
+        segmentation=segmentation,
+    )
+
+
+@functools.lru_cache(maxsize=8)
+def _contexts(corpus: Path) -> Mapping[str, Context]:
+    return load_corpus(corpus).contexts
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        value: dict[str, Any] = msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+    except (OSError, msgspec.DecodeError) as error:
+        raise FormatError(
+            f"the file can't be read: {error}",
+            where=str(path),
+            fix="make the video again with `ct render-videos --force`",
+        ) from error
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class Aliases:
+    """What things are called in one item.
+
+    Parameters
+    ----------
+    objects, places
+        From what people see to an object's id, or a place's index in its context.
+    """
+
+    objects: Mapping[str, str]
+    places: Mapping[str, int]
+
+
+def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
+    """The names of a scene's things in an item; nobody without the salt can tell the things."""
+
+    def alias(kind: str, name: str) -> str:
+        message = f"{item_id}\0{scene.context.id}\0{kind}\0{name}".encode()
+        return hmac.new(salt, message, hashlib.sha256).hexdigest()[:ID_CHARACTERS]
+
+    return Aliases(
+        {alias("object", item.id): item.id for item in scene.context.objects},
+        {alias("place", str(i)): i for i in range(len(scene.context.places))},
+    )
+
+
+def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dict[str, Any]:
+    """What a page needs to show a scene.
+
+    Returns
+    -------
+    dict
+        ``video``, ``poster``: names of media, or None; ``duration_s``; ``steps``: start and
+        end of each; ``segmentation``: ``image`` (a name of media), ``width``, ``height`` and
+        ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the poster;
+        ``map``: see :func:`_map`.
+    """
+    public = {real: alias for alias, real in names.objects.items()}
+    outlines = [
+        {
+            "id": public[item["id"]],
+            "value": item["value"],
+            "box": item["box"],
+            "polygons": item["polygons"],
+        }
+        for item in scene.segmentation.get("objects", [])
+        if item["id"] in public
+    ]
+    return {
+        "video": media.get("video"),
+        "poster": media.get("poster"),
+        "duration_s": scene.duration_s,
+        "steps": [list(step) for step in scene.steps],
+        "segmentation": {
+            "image": media.get("segmentation"),
+            "width": scene.segmentation.get("width", 0),
+            "height": scene.segmentation.get("height", 0),
+            "objects": sorted(outlines, key=lambda outline: outline["id"]),
+        },
+        "map": _map(scene, names),
+    }
+
+
+def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
+    """The world from above, in metres.
+
+    Returns
+    -------
+    dict
+        ``bounds``: least and greatest x and y; ``robot``: id of the robot; ``objects``:
+        ``id``, ``footprint`` (at the first moment), ``z`` of the top, and for those that
+        move ``track``, rows of seconds, x, y of a point of the thing, and its yaw;
+        ``places``: ``id`` and ``polygon``.
+    """
+    public = {real: alias for alias, real in names.objects.items()}
+    context = scene.context
+    corners = np.concatenate(
+        [o.prism.xy for o in context.objects]
+        + [p.prism.xy for p in context.places]
+        + [o.trajectory.xyz[:, :2] for o in context.objects]
+    )
+    low, high = corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
+    things = []
+    for item in context.objects:
+        thing: dict[str, Any] = {
+            "id": public[item.id],
+            "footprint": _rounded(item.prism.xy),
+            "z": round(item.prism.z_max, 2),
+        }
+        if len(item.trajectory) > 1:
+            thing["track"] = _track(item, scene)
+        things.append(thing)
+    place_names = {index: alias for alias, index in names.places.items()}
+    places = [
+        {"id": place_names[i], "polygon": _rounded(place.prism.xy)}
+        for i, place in enumerate(context.places)
+    ]
+    return {
+        "bounds": _rounded(np.concatenate((low, high))),
+        "robot": public[context.agent_id],
+        "objects": sorted(things, key=lambda thing: str(thing["id"])),
+        "places": sorted(places, key=lambda place: str(place["id"])),
+    }
+
+
+def _track(item: PhysicalObject, scene: Scene) -> Any:
+    t = item.trajectory.t - scene.start_s
+    moments = np.arange(0.0, float(t[-1]) + TRACK_S, TRACK_S)
+    columns = [
+        np.interp(moments, t, values)
+        for values in (*item.trajectory.xyz[:, :2].T, item.trajectory.yaw)
+    ]
+    return _rounded(np.column_stack([moments, *columns]))
+
+
+def footprint_at(item: PhysicalObject, t: float) -> npt.NDArray[np.float64]:
+    """Where an object's footprint is at a time of the context's clock, shape (k, 2)."""
+    path = item.trajectory
+    x, y, yaw = (np.interp(t, path.t, v) for v in (path.xyz[:, 0], path.xyz[:, 1], path.yaw))
+    relative = item.prism.xy - path.xyz[0, :2]
+    turned = rotate(relative, np.full(len(relative), yaw - path.yaw[0]))
+    moved: npt.NDArray[np.float64] = turned + np.array([x, y])
+    return moved
+
+
+def _rounded(values: npt.NDArray[np.float64]) -> Any:
+    return np.round(values, 3).tolist()

@@ -1,0 +1,60 @@
+"""Serving the app with waitress."""
+
+from __future__ import annotations
+
+import logging
+from urllib.parse import quote
+
+import waitress
+from sqlalchemy import select
+
+from annotation_app.config import Config
+from annotation_app.database import opened, reading, transaction
+from annotation_app.factory import create_app
+from annotation_app.models import Study
+from annotation_app.people import new_admin_token
+from annotation_app.schema import migrate
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def addresses(config: Config, base: str) -> list[tuple[str, str]]:
+    """What there is to open, and where: each study, and once the making of the first admin."""
+    with opened(config.database) as engine:
+        with reading(engine) as session:
+            studies = session.scalars(select(Study).order_by(Study.created_at)).all()
+        with transaction(engine) as session:
+            token = new_admin_token(session)
+    found = [(f"study {study.name}", f"{base}/s/{quote(study.name)}") for study in studies]
+    if token is not None:
+        found.append(("make the first admin, once", f"{base}/setup/{token}"))
+    else:
+        found.append(("sign in", f"{base}/login"))
+    return found
+
+
+def prepare(config: Config) -> None:
+    """Bring the database up to date."""
+    with opened(config.database) as engine:
+        migrate(engine)
+
+
+def serve(config: Config, *, host: str, port: int, threads: int) -> None:
+    """Answer requests until interrupted.
+
+    Raises
+    ------
+    OSError
+        If the address can't be had.
+    """
+    logging.getLogger("waitress.queue").setLevel(logging.ERROR)
+    waitress.serve(
+        create_app(config),
+        host=host,
+        port=port,
+        threads=threads,
+        ident=None,
+        clear_untrusted_proxy_headers=not config.proxies,
+        connection_limit=1000,
+        max_request_body_size=2 * config.max_body_bytes,
+    )

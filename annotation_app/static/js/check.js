@@ -1,0 +1,100 @@
+// Check: does a clause match what was drawn at random for it?
+
+import { $, announce, choice, h, isShortcut, redraw } from "./dom.js";
+import { clauseBar, neighbour, showCommand } from "./clauses.js";
+import { showMap } from "./map.js";
+import { showPicture } from "./picture.js";
+import { checkFeedback } from "./practice.js";
+import { numbered } from "./scene.js";
+import { begin, payload } from "./work.js";
+
+const { clauses } = payload;
+const VERDICTS = [
+  [true, "It matches", "y"],
+  [false, "It doesn't match", "n"],
+  ["cant_tell", "Can't tell", "x"],
+];
+
+const views = payload.scenes.map(() => null);
+const bar = h("div");
+const stage = h("div");
+const panel = h("section", { class: "panel", "aria-label": "Whether it matches" });
+$("editor").append(bar, panel, stage);
+
+const work = begin({
+  initial: { verdicts: {}, current: clauses[0]?.node },
+  draw,
+  body: ({ verdicts }) => ({ verdicts }),
+  problems: ({ verdicts }) =>
+    clauses.filter((c) => verdicts[c.node] === undefined).map((c) => `Tell whether “${c.phrase}” matches.`),
+  feedback: checkFeedback,
+});
+
+/** Scenes are made when they are first looked at, so that few videos are fetched. */
+function view(index) {
+  if (!views[index]) {
+    const scene = numbered(payload.scenes[index]);
+    const map = showMap(scene, null, () => {});
+    const picture = showPicture(scene, null, map.show);
+    const element = h("div", { class: "scene" }, picture.element, map.element);
+    views[index] = { scene, map, picture, element };
+  }
+  return views[index];
+}
+
+function judge(verdict) {
+  const state = work.state;
+  work.change({ ...state, verdicts: { ...state.verdicts, [state.current]: verdict } });
+  announce(VERDICTS.find(([value]) => value === verdict)[1]);
+}
+
+function go(node) {
+  work.change({ ...work.state, current: node }, { silent: true });
+  announce(clauses.find((clause) => clause.node === node).phrase);
+}
+
+document.addEventListener("keydown", (event) => {
+  if (!isShortcut(event)) return;
+  const key = event.key.toLowerCase();
+  const verdict = VERDICTS.find(([, , letter]) => letter === key);
+  if (verdict) judge(verdict[0]);
+  else if (key === "[" || key === "]") go(neighbour(clauses, work.state.current, key === "]" ? 1 : -1));
+  else return;
+  event.preventDefault();
+});
+
+function draw(state) {
+  const clause = clauses.find((c) => c.node === state.current);
+  if (!clause) return;
+  const { shown } = clause;
+  const { scene, map, picture, element } = view(shown.scene);
+  showCommand(clause.node);
+  if (stage.firstChild !== element) stage.replaceChildren(element);
+  picture.mark(shown.objects);
+  map.mark(shown.objects, shown.places, []);
+  redraw(bar, clauseBar(clauses, clause.node, (c) => state.verdicts[c.node] !== undefined, go));
+  redraw(panel, ...parts(clause, scene, state.verdicts[clause.node]));
+}
+
+function parts(clause, scene, verdict) {
+  const { shown } = clause;
+  const names = [
+    ...scene.things.filter((t) => shown.objects.includes(t.id)).map((t) => `thing ${t.number}`),
+    ...scene.zones.filter((z) => shown.places.includes(z.id)).map((z) => `place ${z.letter}`),
+  ];
+  const phrase = h("q", {}, h("bdi", {}, clause.phrase));
+  const heading = names.length
+    ? h("h2", {}, "Could ", phrase, ` mean ${names.join(" and ")}, which ${names.length === 1 ? "is" : "are"} marked?`)
+    : h("h2", {}, "Does the whole video show ", phrase, "?");
+  return [
+    heading,
+    h(
+      "fieldset",
+      {},
+      h("legend", { class: "unseen" }, "Your verdict"),
+      h("div", { class: "choices" }, VERDICTS.map(([value, label]) =>
+        choice("radio", "verdict", label, verdict === value, () => judge(value), { "data-key": String(value) }),
+      ), h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, clause.node, 1)) }, "Next clause")),
+    ),
+  ];
+}

@@ -1,0 +1,201 @@
+// Ground: what each clause refers to, in the picture and on the map.
+
+import { $, announce, choice, h, isShortcut, redraw } from "./dom.js";
+import { clauseBar, neighbour, showCommand } from "./clauses.js";
+import { showMap } from "./map.js";
+import { showPicture } from "./picture.js";
+import { groundFeedback } from "./practice.js";
+import { numbered } from "./scene.js";
+import { begin, data, payload } from "./work.js";
+
+const scene = numbered(payload);
+const { clauses } = scene;
+const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
+const ROBOT = data.practice ? " (the boat)" : " (the robot)";
+const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
+
+let map = null;
+const picture = showPicture(scene, toggleObject, (t) => map?.show(t));
+map = showMap(scene, (kind, id) => (kind === "object" ? toggleObject(id) : togglePlace(id)), addPlace);
+const bar = h("div");
+const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" });
+const lists = h("section", { class: "lists", "aria-label": "Things and places by their numbers" });
+$("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, map.element), lists);
+
+const work = begin({
+  initial: { groundings: {}, trims: {}, current: clauses.find(isThing)?.node ?? clauses[0]?.node },
+  draw,
+  body: ({ groundings, trims }) => ({ groundings, trims }),
+  problems: (state) =>
+    clauses
+      .filter((clause) => isThing(clause) && !isDone(state, clause))
+      .map((clause) => `Show what “${clause.phrase}” is, or choose “can't tell”.`),
+  feedback: groundFeedback,
+});
+
+map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]')?.focus());
+
+function of(state, node) {
+  return state.groundings[node] ?? NOTHING;
+}
+
+function clauseOf(state) {
+  return clauses.find((clause) => clause.node === state.current);
+}
+
+function isDone(state, clause) {
+  const grounding = of(state, clause.node);
+  return !isThing(clause) || grounding.cant_tell || grounding.objects.length + grounding.places.length > 0;
+}
+
+function set(part, said) {
+  const state = work.state;
+  if (!isThing(clauseOf(state))) return;
+  const time_s = Math.round(picture.time * 10) / 10;
+  const next = { ...of(state, state.current), ...part, time_s };
+  if (next.objects.length + next.places.length && part.cant_tell === undefined) next.cant_tell = false;
+  work.change({ ...state, groundings: { ...state.groundings, [state.current]: next } });
+  announce(said);
+}
+
+function toggleObject(id) {
+  const { objects } = of(work.state, work.state.current);
+  const { number } = scene.things.find((thing) => thing.id === id);
+  const has = objects.includes(id);
+  set({ objects: has ? objects.filter((o) => o !== id) : [...objects, id] }, `Thing ${number} ${has ? "not " : ""}chosen`);
+}
+
+function togglePlace(id) {
+  const { places } = of(work.state, work.state.current);
+  const has = places.some((place) => place.place === id);
+  const { letter } = scene.zones.find((zone) => zone.id === id);
+  set({ places: has ? places.filter((p) => p.place !== id) : [...places, { place: id }] }, `Place ${letter} ${has ? "not " : ""}chosen`);
+}
+
+function addPlace(xy) {
+  set({ places: [...of(work.state, work.state.current).places, { xy }] }, "Place marked");
+}
+
+function cantTell() {
+  const { cant_tell } = of(work.state, work.state.current);
+  set({ ...NOTHING, cant_tell: !cant_tell }, cant_tell ? "Not can't tell" : "Can't tell");
+}
+
+function go(node) {
+  if (map.isMarking) map.stop(true);
+  work.change({ ...work.state, current: node }, { silent: true });
+  const clause = clauseOf(work.state);
+  announce(`${clause.type}: ${clause.phrase}`);
+}
+
+function setTrim(trim) {
+  const { [work.state.current]: _, ...others } = work.state.trims;
+  const trims = trim ? { ...others, [work.state.current]: trim } : others;
+  work.change({ ...work.state, trims });
+}
+
+document.addEventListener("keydown", (event) => {
+  if (!isShortcut(event) || map.isMarking) return;
+  const key = event.key.toLowerCase();
+  if (key === "[" || key === "]") go(neighbour(clauses, work.state.current, key === "]" ? 1 : -1));
+  else if (key === "x") cantTell();
+  else if (key === "m" && isThing(clauseOf(work.state))) map.startMarking();
+  else if (/^[1-9]$/.test(key) && scene.things[Number(key) - 1]) toggleObject(scene.things[Number(key) - 1].id);
+  else return;
+  event.preventDefault();
+});
+
+function draw(state) {
+  const clause = clauseOf(state);
+  if (!clause) return;
+  const grounding = of(state, clause.node);
+  showCommand(clause.node);
+  picture.mark(grounding.objects);
+  map.mark(
+    grounding.objects,
+    grounding.places.map((place) => place.place),
+    grounding.places.filter((place) => place.xy).map((place) => place.xy),
+  );
+  redraw(bar, clauseBar(clauses, clause.node, (c) => isDone(state, c), go));
+  redraw(ask, ...(isThing(clause) ? askParts(clause, grounding) : trimParts(clause, state.trims[clause.node])));
+  redraw(lists, ...(isThing(clause) ? listParts(grounding) : []));
+}
+
+function question(clause, words) {
+  return h("h2", {}, words, " ", h("q", {}, h("bdi", {}, clause.phrase)), "?");
+}
+
+function next() {
+  return h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, work.state.current, 1)) }, "Next clause");
+}
+
+function askParts(clause, grounding) {
+  const marked = grounding.places
+    .map((place, i) => [place, i])
+    .filter(([place]) => place.xy)
+    .map(([, i], n) =>
+      h("li", {}, `Marked place ${n + 1} `, h("button", { type: "button", class: "link", "data-key": `unmark ${i}`, onclick: () => set({ places: grounding.places.filter((_, j) => j !== i) }, "Place removed") }, "remove")),
+    );
+  return [
+    question(clause, clause.type === "PLACE" ? "Where is" : "What is"),
+    h("p", { class: "quiet" }, "Click it in the picture or on the map, or choose its number below. Several are fine."),
+    marked.length ? h("ul", { class: "marked" }, marked) : null,
+    h(
+      "div",
+      { class: "actions" },
+      h("button", { type: "button", "data-key": "mark", onclick: () => map.startMarking() }, "Mark a place on the map"),
+      h("button", { type: "button", "data-key": "cant", "aria-pressed": grounding.cant_tell, onclick: cantTell }, "Can't tell"),
+      next(),
+    ),
+  ].filter(Boolean);
+}
+
+function listParts(grounding) {
+  const box = (name, label, checked, onchange, key) => choice("checkbox", name, label, checked, onchange, { "data-key": key });
+  const things = scene.things.map((thing) =>
+    box("object", `Thing ${thing.number}${thing.isRobot ? ROBOT : ""}`, grounding.objects.includes(thing.id), () => toggleObject(thing.id), thing.id),
+  );
+  const zones = scene.zones.map((zone) =>
+    box("place", `Place ${zone.letter}`, grounding.places.some((p) => p.place === zone.id), () => togglePlace(zone.id), zone.id),
+  );
+  return [
+    h("div", { class: "panel" }, h("fieldset", {}, h("legend", {}, "Things"), h("div", { class: "choices" }, things))),
+    zones.length ? h("div", { class: "panel" }, h("fieldset", {}, h("legend", {}, "Places on the map"), h("div", { class: "choices" }, zones))) : null,
+  ].filter(Boolean);
+}
+
+function trimParts(clause, trim) {
+  const [from, to] = trim ?? [0, scene.duration_s];
+  const slider = (label, value, set_) => {
+    const output = h("output", {}, `${value.toFixed(1)} s`);
+    const input = h("input", {
+      type: "range", min: 0, max: scene.duration_s, step: 0.1, "aria-label": label, "data-key": label,
+      oninput: () => {
+        output.textContent = `${Number(input.value).toFixed(1)} s`;
+        picture.seek(Number(input.value));
+      },
+      onchange: () => set_(Number(input.value)),
+    });
+    input.value = value;
+    return h("label", { class: "range" }, h("span", {}, label), input, output);
+  };
+  const parts = scene.steps.map(([start, end], i) =>
+    h("button", { type: "button", "data-key": `part ${i}`, onclick: () => setTrim([start, Math.min(end, scene.duration_s)]) }, `Part ${i + 1}: ${start.toFixed(0)}–${end.toFixed(0)} s`),
+  );
+  const whole = choice("radio", "trim", "The whole video", !trim, () => setTrim(null), { "data-key": "whole" });
+  const part = choice("radio", "trim", "A part of it", Boolean(trim), () => setTrim(scene.steps[0] ?? [0, scene.duration_s]), { "data-key": "part" });
+  return [
+    question(clause, "Which part of the video shows"),
+    h("div", { class: "choices" }, whole, part),
+    trim
+      ? h(
+          "div",
+          { class: "stack" },
+          slider("From", from, (v) => setTrim([Math.min(v, to - 0.1), to])),
+          slider("To", to, (v) => setTrim([from, Math.max(v, from + 0.1)])),
+          parts.length > 1 ? h("div", { class: "actions" }, parts) : null,
+        )
+      : h("p", { class: "quiet" }, "You need do nothing here unless these words are about a part only."),
+    h("div", { class: "actions" }, next()),
+  ];
+}

@@ -1,0 +1,66 @@
+// Answers that are not acknowledged yet. They stay in the browser until the server has them,
+// also when the tab is closed in between; the uuid makes sure that they count once.
+
+import { isPassing, send } from "./server.js";
+import { erase, names, read, write } from "./storage.js";
+
+const FIRST_WAIT_MS = 1000;
+const LONGEST_WAIT_MS = 30000;
+
+const prefix = (who) => `g3:${who}:out:`;
+
+export function put(who, entry) {
+  write(prefix(who) + entry.uuid, JSON.stringify(entry));
+}
+
+export function remove(who, uuid) {
+  erase(prefix(who) + uuid);
+}
+
+export function entries(who) {
+  return names()
+    .filter((key) => key.startsWith(prefix(who)))
+    .map((key) => JSON.parse(read(key)))
+    .sort((a, b) => a.at - b.at);
+}
+
+/**
+ * Send an answer until the server says what became of it.
+ * `waiting(message)` is called before each further try.
+ */
+export async function deliver(who, entry, waiting) {
+  for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
+    let message = "Not sent yet: there is no network. Your answer is kept and will be sent.";
+    try {
+      const path = `/api/items/${entry.item}/answer`;
+      const { status, data } = await send("POST", path, { uuid: entry.uuid, body: entry.body });
+      if (status === 200) {
+        remove(who, entry.uuid);
+        return { kept: true, ...data };
+      }
+      if (status === 401) message = "Not sent yet: sign in again in another tab.";
+      else if (isPassing(status)) message = "Not sent yet: the server is busy. Trying again…";
+      else {
+        remove(who, entry.uuid);
+        return { kept: false, error: data.error, problems: data.problems ?? [] };
+      }
+    } catch {
+      // no network
+    }
+    waiting(message);
+    await pause(wait);
+  }
+}
+
+/** Wait, or until there is network again. */
+function pause(ms) {
+  return new Promise((resolve) => {
+    const timer = setTimeout(go, ms);
+    function go() {
+      clearTimeout(timer);
+      window.removeEventListener("online", go);
+      resolve();
+    }
+    window.addEventListener("online", go);
+  });
+}

@@ -1,0 +1,31 @@
+// Talking to the server's JSON interface.
+
+const TIMEOUT_MS = 20000;
+const meta = document.querySelector('meta[name="csrf-token"]');
+
+/** Send JSON. Gives {status, data}; throws if there is no answer at all. */
+export async function send(method, path, value, { keepalive = false } = {}) {
+  const first = await once(method, path, value, keepalive);
+  if (first.status !== 400 || keepalive) return first;
+  // The page may be older than the sign-in: ask for a new token, once.
+  const session = await once("GET", "/api/session");
+  meta.content = session.data.csrf ?? meta.content;
+  return once(method, path, value, keepalive);
+}
+
+async function once(method, path, value, keepalive) {
+  const response = await fetch(path, {
+    method,
+    keepalive,
+    body: value === undefined ? undefined : JSON.stringify(value),
+    headers: { "Content-Type": "application/json", "X-CSRFToken": meta.content },
+    signal: AbortSignal.timeout(TIMEOUT_MS),
+  });
+  const data = await response.json().catch(() => ({}));
+  return { status: response.status, data };
+}
+
+/** Whether sending the same thing again may help. */
+export const isPassing = (status) => status === 408 || status === 429 || status >= 500;
+
+export const mediaUrl = (id) => (id.startsWith("/") ? id : `/media/${id}`);

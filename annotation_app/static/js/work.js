@@ -1,0 +1,188 @@
+// What all tasks share: the state with undo and redo, drafts, sending, and what people are told.
+
+import { $, announce, h, isTyping, useSingleKeys, usesSingleKeys } from "./dom.js";
+import { Drafts } from "./drafts.js";
+import { deliver, entries, put } from "./outbox.js";
+import { send } from "./server.js";
+
+export const data = JSON.parse($("item").textContent);
+export const payload = data.payload;
+
+const LONGEST_HISTORY = 200;
+
+/**
+ * Begin to work on the page's item.
+ *
+ * initial: the state without a draft; anything that JSON can say.
+ * draw(state): show it. body(state): the answer. problems(state): messages, before it is sent.
+ * feedback(state): for practice, {good, text}. undoable: whether undo is offered.
+ */
+export function begin({ initial, draw, body, problems, feedback, undoable = true }) {
+  const drafts = new Drafts(data.who, data, show);
+  let state = drafts.latest?.body ?? initial;
+  let past = [];
+  let future = [];
+  let isSending = false;
+
+  function show(kind, text) {
+    $("saving").dataset.state = kind;
+    $("saving").textContent = text;
+  }
+
+  function refresh() {
+    $("undo").hidden = $("redo").hidden = !undoable;
+    $("undo").disabled = !past.length;
+    $("redo").disabled = !future.length;
+    draw(state);
+  }
+
+  /** `silent` changes are drafted but are no step of undo: time watched, which clause is shown. */
+  function change(next, { silent = false } = {}) {
+    if (!silent) {
+      past = [...past.slice(-LONGEST_HISTORY), state];
+      future = [];
+      tell([]);
+    }
+    state = next;
+    drafts.keep(state);
+    refresh();
+  }
+
+  function step(from, to, word) {
+    if (!from.length) return;
+    to.push(state);
+    state = from.pop();
+    drafts.keep(state);
+    refresh();
+    announce(word);
+  }
+  const undo = () => step(past, future, "Undone");
+  const redo = () => step(future, past, "Done again");
+
+  function tell(messages) {
+    $("problems").replaceChildren(
+      ...(messages.length ? [h("ul", {}, messages.map((text) => h("li", {}, text)))] : []),
+    );
+  }
+
+  async function submit() {
+    if (isSending) return;
+    const found = problems(state);
+    tell(found);
+    if (found.length) return;
+    if (data.practice) return practise();
+    const entry = {
+      item: data.item,
+      uuid: uuid(),
+      body: body(state),
+      at: Date.now(),
+    };
+    try {
+      put(data.who, entry);
+    } catch {
+      // kept in this page only; leaving it warns
+    }
+    await sendOff(entry);
+  }
+
+  async function sendOff(entry) {
+    isSending = true;
+    drafts.stop();
+    $("submit").disabled = true;
+    show("saving", "Sending…");
+    const result = await deliver(data.who, entry, (message) => show("waiting", message));
+    isSending = false;
+    if (entry.item !== data.item) return;
+    if (result.kept) {
+      drafts.forget();
+      show("saved", "Sent");
+      announce("Sent. The next one comes now.");
+      location.assign(result.next ?? data.next);
+      return;
+    }
+    $("submit").disabled = false;
+    drafts.resume();
+    show("local", "Not sent");
+    tell(result.problems.length ? result.problems.map((p) => p.message) : [result.error]);
+  }
+
+  async function practise() {
+    const { good, text } = feedback(state);
+    const box = $("feedback");
+    box.hidden = false;
+    box.dataset.good = good;
+    box.replaceChildren(h("p", {}, h("strong", {}, good ? "Well done. " : "Not quite. "), text));
+    if (good) {
+      box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, "Go on")));
+      if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
+    }
+    box.focus();
+  }
+
+  async function note(name) {
+    $("note-text").value = "";
+    $("note").returnValue = "";
+    $("note-title").textContent = name === "skip" ? "Skip this one?" : "What is the matter?";
+    $("note").showModal();
+    await new Promise((done) => $("note").addEventListener("close", done, { once: true }));
+    if ($("note").returnValue !== "ok") return;
+    const reason = $("note-text").value;
+    try {
+      const path = `/api/items/${data.item}/${name}`;
+      const sent = await send("POST", path, { uuid: uuid(), reason });
+      if (sent.status !== 200) return tell([sent.data.error]);
+      if (name === "flag") return show("saved", "Reported. Thank you!");
+      drafts.forget();
+      location.assign(sent.data.next);
+    } catch {
+      tell(["There is no network. Try again in a while."]);
+    }
+  }
+
+  const singleKeys = $("single-keys");
+  if (singleKeys) {
+    singleKeys.checked = usesSingleKeys();
+    singleKeys.addEventListener("change", () => useSingleKeys(singleKeys.checked));
+  }
+  $("submit").addEventListener("click", submit);
+  $("undo").addEventListener("click", undo);
+  $("redo").addEventListener("click", redo);
+  $("skip")?.addEventListener("click", () => note("skip"));
+  $("flag")?.addEventListener("click", () => note("flag"));
+  document.addEventListener("keydown", (event) => {
+    const control = event.ctrlKey || event.metaKey;
+    if (!control) return;
+    const key = event.key.toLowerCase();
+    if (key === "enter") submit();
+    else if (isTyping(event) || !undoable) return;
+    else if (key === "z" && !event.shiftKey) undo();
+    else if (key === "y" || key === "z") redo();
+    else return;
+    event.preventDefault();
+  });
+  window.addEventListener("beforeunload", (event) => {
+    if (isSending || drafts.isBehind) event.preventDefault();
+  });
+
+  refresh();
+  if (drafts.latest) show(drafts.isBehind ? "local" : "saved", "Your draft is back");
+  if (!data.practice) sendLeft(sendOff);
+  return { change, get state() { return state; } };
+}
+
+/** Send answers that an earlier page could not: this item's first, then others'. */
+async function sendLeft(sendOff) {
+  const left = entries(data.who);
+  const own = left.find((entry) => entry.item === data.item);
+  for (const entry of left) if (entry !== own) deliver(data.who, entry, () => {});
+  if (own) await sendOff(own);
+}
+
+/** crypto.randomUUID is there over HTTPS only. */
+function uuid() {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  bytes[6] = (bytes[6] & 0x0f) | 0x40;
+  bytes[8] = (bytes[8] & 0x3f) | 0x80;
+  const hex = [...bytes].map((b) => b.toString(16).padStart(2, "0")).join("");
+  return hex.replace(/^(.{8})(.{4})(.{4})(.{4})(.{12})$/, "$1-$2-$3-$4-$5");
+}

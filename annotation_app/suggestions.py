@@ -1,0 +1,25 @@
+"""SDC trees that the automatic extractor proposes for a command, where it is installed."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+
+from annotation_app.models import Record
+from g3.errors import CorpusError
+from g3.sdc_notation import to_json
+
+
+@functools.lru_cache(maxsize=1000)
+def suggest(text: str) -> list[Record] | None:
+    """A command's clauses as JSON; None if there is no extractor, or nothing was found."""
+    if importlib.util.find_spec("spacy") is None:
+        return None
+    from g3.language.extractor import extract  # noqa: PLC0415 - slow, and not always installed
+    from g3.language.extractor_file import default_extractor  # noqa: PLC0415
+
+    try:
+        parse = next(iter(extract(default_extractor(), [text])))
+    except CorpusError:  # the parser's English isn't installed
+        return None
+    return to_json(parse.sdcs) or None

@@ -1,0 +1,368 @@
+"""The annotation app under many workers: ``python -m benchmarks.app``.
+
+Real servers, and workers who lose their connection, send twice, try again, and see a server
+killed and started again. Afterwards every answer that was acknowledged must be there once,
+quotas must be exact, and nobody may have had an item twice.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import os
+import random
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+from flask.sessions import SecureCookieSessionInterface
+from sqlalchemy import func, select
+
+from annotation_app.config import Config, open_instance
+from annotation_app.database import open_database, reading, transaction
+from annotation_app.factory import create_app
+from annotation_app.models import Answer, Event, Item, Person, Slot, Study
+from annotation_app.people import hashed, keep_consent, new_id
+from annotation_app.schema import migrate
+from annotation_app.setup import put_study
+from annotation_app.study import StudyConfig, TaskConfig
+
+STUDY = "load"
+VIDEOS = 6
+RATINGS = 1
+PATIENCE_S = 60.0
+
+
+@dataclass
+class Tally:
+    """What the workers saw, and what it took.
+
+    Parameters
+    ----------
+    seconds
+        That requests took, by their kind.
+    acknowledged
+        What became of answers, by their uuid.
+    broken
+        What went wrong.
+    wall_s
+        From the first request to the last reply.
+    server_s
+        Processor time of all servers, their start included.
+    """
+
+    seconds: dict[str, list[float]] = field(default_factory=dict)
+    acknowledged: dict[str, str] = field(default_factory=dict)
+    broken: Counter[str] = field(default_factory=Counter)
+    wall_s: float = 0.0
+    server_s: float = 0.0
+
+    def add(self, name: str, seconds: float) -> None:
+        self.seconds.setdefault(name, []).append(seconds)
+
+
+def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[str]:
+    """Fill a new database; return the workers' ids."""
+    from annotation_app.setup import rendered_videos  # noqa: PLC0415
+
+    engine = open_database(config.database)
+    migrate(engine)
+    study = StudyConfig(
+        name=STUDY,
+        title="Load",
+        tasks={
+            "describe": TaskConfig(answers=answers),
+            "rate": TaskConfig(answers=RATINGS),
+        },
+    )
+    with transaction(engine) as session:
+        made = put_study(session, study, rendered_videos(videos))
+        people = []
+        for i in range(workers):
+            person = Person(
+                id=new_id(),
+                role="worker",
+                provider="load",
+                external_hash=hashed(b"", "load", str(i)),
+                profile={},
+                created_at=0.0,
+            )
+            keep_consent(person, made.id, {})
+            people.append(person)
+        session.add_all(people)
+    engine.dispose()
+    return [person.id for person in people]
+
+
+def cookies(config: Config, people: Sequence[str]) -> list[str]:
+    """What the browsers of people who have signed in hold."""
+    engine = open_database(config.database)
+    app = create_app(config, engine)
+    signer = SecureCookieSessionInterface().get_signing_serializer(app)
+    assert signer is not None
+    signed = [str(signer.dumps({"person": person})) for person in people]
+    engine.dispose()
+    return signed
+
+
+class Server:
+    """A process of ``ct annotate`` that can be killed and started again."""
+
+    def __init__(self, config: Config, threads: int) -> None:
+        self.config = config
+        self.threads = threads
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port: int = probe.getsockname()[1]
+        self.process = self._start()
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "corpus_tools", "annotate", "serve"]
+        options = ["--instance", str(self.config.instance), "--port", str(self.port)]
+        options += ["--database", str(self.config.database), "--threads", str(self.threads)]
+        return subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
+
+    def wait(self) -> None:
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            with contextlib.suppress(httpx.TransportError):
+                httpx.get(f"{self.address}/api/session", timeout=5)
+                return
+            time.sleep(0.1)
+        raise TimeoutError(f"no server at {self.address}")
+
+    def kill_and_restart(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+        self.process = self._start()
+
+    def stop(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+
+@contextlib.contextmanager
+def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
+    running = [Server(config, threads) for _ in range(count)]
+    try:
+        for server in running:
+            server.wait()
+        yield running
+    finally:
+        for server in running:
+            server.stop()
+
+
+class Worker:
+    """Somebody who works until there is nothing left, on a connection that can't be trusted."""
+
+    def __init__(self, address: str, cookie: str, tally: Tally, think_s: float, seed: int) -> None:
+        jar = httpx.Cookies()
+        jar.set("session", cookie, domain="127.0.0.1")
+        # There is no TLS, and to read the certificates for each client takes long.
+        self.client = httpx.AsyncClient(
+            base_url=address, cookies=jar, timeout=PATIENCE_S, verify=False
+        )
+        self.tally = tally
+        self.think_s = think_s
+        self.luck = random.Random(seed)
+
+    async def work(self) -> None:
+        async with self.client:
+            await self.think()
+            csrf = await self.send("session", "GET", "/api/session")
+            self.client.headers["X-CSRFToken"] = csrf.json()["csrf"]
+            for task in ("describe", "rate"):
+                while await self.do(task):
+                    pass
+
+    async def do(self, task: str) -> bool:
+        await self.think()
+        path = f"/api/studies/{STUDY}/tasks/{task}/lease"
+        page = await self.send("lease", "POST", path, {})
+        if page.status_code == 409:
+            if page.json()["reason"] != "all taken":
+                return False
+            await asyncio.sleep(1 + self.luck.random())
+            return True
+        item = page.json()["item"]
+        text = f"Go to number {self.luck.randrange(10**9)}"
+        body = {"text": text, "played_to_end": True} if task == "describe" else {"rating": 4}
+        await self.think()
+        draft = {"revision": 1, "body": body}
+        await self.send("draft", "PUT", f"/api/items/{item}/draft", draft)
+        await self.think()
+        await self.answer(item, body)
+        return True
+
+    async def answer(self, item: str, body: dict[str, Any]) -> None:
+        path, event = f"/api/items/{item}/answer", str(uuid.uuid4())
+        value = {"uuid": event, "body": body}
+        luck = self.luck.random()
+        if luck < 0.1:  # the connection breaks; nobody knows whether the answer has come
+            with contextlib.suppress(httpx.TransportError):
+                self.tally.broken["cut off"] += 1
+                await self.client.post(path, json=value, timeout=self.luck.uniform(0.001, 0.05))
+        if luck > 0.9:  # a double click
+            self.tally.broken["doubled"] += 1
+            replies = await asyncio.gather(
+                *(self.send("answer", "POST", path, value) for _ in range(2))
+            )
+        else:
+            replies = [await self.send("answer", "POST", path, value)]
+        states = {reply.json()["state"] for reply in replies}
+        assert len(states) == 1, states
+        self.tally.acknowledged[event] = states.pop()
+
+    async def send(self, name: str, method: str, path: str, value: Any = None) -> httpx.Response:
+        end = time.monotonic() + 3 * PATIENCE_S
+        while time.monotonic() < end:
+            start = time.perf_counter()
+            try:
+                response = await self.client.request(method, path, json=value)
+            except httpx.TransportError:
+                self.tally.broken["tried again"] += 1
+                await asyncio.sleep(self.luck.uniform(0.2, 1))
+                continue
+            assert response.status_code in (200, 409), response.text
+            self.tally.add(name, time.perf_counter() - start)
+            return response
+        raise TimeoutError(path)
+
+    async def think(self) -> None:
+        await asyncio.sleep(self.luck.expovariate(1 / self.think_s))
+
+
+async def work_all(
+    running: Sequence[Server], signed: Sequence[str], tally: Tally, think_s: float, kill: bool
+) -> None:
+    workers = [
+        Worker(running[i % len(running)].address, cookie, tally, think_s, i)
+        for i, cookie in enumerate(signed)
+    ]
+    tasks = [asyncio.create_task(worker.work()) for worker in workers]
+    if kill:
+        await asyncio.sleep(6 * think_s)
+        await asyncio.to_thread(running[0].kill_and_restart)
+    await asyncio.gather(*tasks)
+
+
+def check(config: Config, tally: Tally) -> Counter[str]:
+    """Fail unless all that was acknowledged is there once and quotas are exact."""
+    engine = open_database(config.database)
+    with reading(engine) as session:
+        events = Counter(session.scalars(select(Event.uuid)))
+        rows = session.execute(select(Event.uuid, Answer).join(Answer, Answer.event_id == Event.id))
+        by_event = {row.uuid: row.Answer for row in rows}
+        answers = session.scalars(select(Answer)).all()
+        slots = session.execute(
+            select(Item.id, Item.task, func.count(Slot.id)).join(Slot).group_by(Item.id, Item.task)
+        ).all()
+        study = session.scalars(select(Study)).one()
+    engine.dispose()
+    for event, state in tally.acknowledged.items():
+        assert events[event] == 1, f"{event} is there {events[event]} times"
+        if state != "repeated":
+            assert by_event[event].surplus == (state == "surplus")
+    quotas = {task: value["answers"] for task, value in study.config["tasks"].items()}
+    counted = Counter(a.item_id for a in answers if not a.surplus)
+    for item, task, count in slots:
+        assert count == quotas[task]
+        assert counted[item] == quotas[task], f"{task} {item}: {counted[item]} answers"
+    pairs = Counter((a.person_id, a.task, a.subject) for a in answers)
+    assert max(pairs.values()) == 1
+    assert len({a.event_id for a in answers}) == len(answers)
+    return Counter(tally.acknowledged.values())
+
+
+def run_load(
+    config: Config,
+    videos: Path,
+    *,
+    workers: int,
+    answers: int,
+    processes: int,
+    think_s: float,
+    kill: bool,
+    threads: int = 8,
+) -> Tally:
+    """Let workers work until nothing is left; return what they saw."""
+    people = add_study(config, videos, workers, answers)
+    signed = cookies(config, people)
+    tally = Tally()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with servers(config, processes, threads) as running:
+        start = time.monotonic()
+        asyncio.run(work_all(running, signed, tally, think_s, kill))
+        tally.wall_s = time.monotonic() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    tally.server_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return tally
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, prog="python -m benchmarks.app")
+    parser.add_argument("--workers", type=int, default=200)
+    parser.add_argument("--processes", type=int, nargs="+", default=[1, 4])
+    parser.add_argument("--think", type=float, default=2.0, help="mean seconds between requests")
+    parser.add_argument("--no-kill", action="store_true", help="leave the servers alone")
+    parser.add_argument("--databases", nargs="+", default=["sqlite", "postgresql"])
+    given = parser.parse_args()
+
+    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
+    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
+    from tests.annotation_app.rendered import render  # noqa: PLC0415
+
+    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {given.workers} workers")
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+        videos = render(Path(folder) / "videos", tuple(f"video{i}" for i in range(VIDEOS)))
+        url = stack.enter_context(cluster()) if "postgresql" in given.databases else ""
+        for kind in given.databases:
+            for processes in given.processes:
+                database = None if kind == "sqlite" else new_database(url)
+                config = open_instance(Path(folder) / f"{kind}-{processes}", database)
+                tally = run_load(
+                    config,
+                    videos,
+                    workers=given.workers,
+                    answers=max(1, given.workers // 4),
+                    processes=processes,
+                    think_s=given.think,
+                    kill=not given.no_kill,
+                )
+                states = check(config, tally)
+                _report(f"{kind}, {processes} processes", tally, states)
+
+
+def _report(title: str, tally: Tally, states: Counter[str]) -> None:
+    every = [s for values in tally.seconds.values() for s in values]
+    rate, each = len(every) / tally.wall_s, tally.server_s / len(every)
+    print(
+        f"\n{title}: {rate:.0f} requests/s for {tally.wall_s:.0f} s, load {os.getloadavg()[0]:.1f}"
+    )
+    print(f"  processor time of the servers: {1000 * each:.1f} ms a request, start included")
+    print(f"  {dict(states)}; {dict(tally.broken)}")
+    for name, values in [*sorted(tally.seconds.items()), ("all", every)]:
+        p50, p95, p99 = 1000 * np.percentile(values, [50, 95, 99])
+        print(f"  {name:8} {len(values):6} p50 {p50:6.0f} ms, p95 {p95:6.0f} ms, p99 {p99:6.0f} ms")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Writing corpora in the formats of others."""

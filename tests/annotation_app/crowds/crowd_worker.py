@@ -1,0 +1,87 @@
+"""A platform's worker with a browser, and a researcher with a shell."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+from urllib.parse import urlsplit
+
+from click.testing import CliRunner, Result
+from flask import Flask
+
+from annotation_app.commands import annotate
+from annotation_app.config import Config
+from annotation_app.crowd_commands import collect, publish
+from annotation_app.database import transaction
+from annotation_app.models import Participation, Person
+from annotation_app.people import keep_consent
+from annotation_app.work import find_study
+from tests.annotation_app.browser import Browser, engine_of
+
+LAB = "https://lab.example.org"
+
+
+class CrowdWorker(Browser):
+    """Comes in by a platform's address. Consent is given, what is to be done is one's own."""
+
+    def __init__(self, app: Flask, address: str, arguments: dict[str, str]) -> None:
+        self.app = app
+        self.client = app.test_client()
+        self.engine = engine_of(app)
+        self.open(address, arguments)
+        self.csrf = self.client.get("/api/session").json["csrf"]
+
+    def open(self, address: str, arguments: dict[str, str]) -> Any:
+        path = urlsplit(address).path
+        response = self.client.get(path, query_string=arguments)
+        assert response.status_code == 302, response.text
+        with self.client.session_transaction() as cookie, transaction(self.engine) as session:
+            participation = session.get_one(Participation, cookie["participation"])
+            person = session.get_one(Person, cookie["person"])
+            assert participation.person_id == person.id
+            keep_consent(person, find_study(session, "tests").id, {})
+        return response
+
+    def finish(self) -> str:
+        """Read the last page."""
+        response = self.client.get("/crowd/finish")
+        assert response.status_code == 200, response.text
+        return str(response.text)
+
+    def submit(self, platform: Any) -> None:
+        """Send the last page's form to where it goes."""
+        page = self.finish()
+        action = re.search(r'action="([^"]+)"', page)
+        assert action is not None, page
+        assert urlsplit(action[1]).path == "/mturk/externalSubmit"
+        fields = re.findall(r'type="hidden" name="(\w+)" value="([^"]*)"', page)
+        status, _ = platform.external_submit({name: [value] for name, value in fields})
+        assert status == 200
+
+
+class Lab:
+    """The commands, for one installation and one platform."""
+
+    def __init__(self, config: Config, endpoint: str, provider: str = "mturk") -> None:
+        self.provider = provider
+        self.rest = ["--endpoint", endpoint, "--instance", str(config.instance)]
+        if "://" in str(config.database):
+            self.rest += ["--database", str(config.database)]
+
+    def publish(self, *options: str) -> Result:
+        return self._run(publish, [self.provider, "tests", "--url", LAB, *options, *self.rest])
+
+    def collect(self, *options: str) -> Result:
+        return self._run(collect, [self.provider, "tests", *options, *self.rest])
+
+    def reconcile(self) -> Result:
+        return self._run(annotate, ["reconcile", self.provider, "tests", *self.rest])
+
+    def _run(self, command: Any, arguments: list[str]) -> Result:
+        return CliRunner().invoke(command, arguments)
+
+
+def external_url(question: str) -> str:
+    found = re.search(r"<ExternalURL>(.*)</ExternalURL>", question)
+    assert found is not None
+    return found[1]

@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+from flask import Flask
+
+from annotation_app.config import Config
+from annotation_app.crowd_commands import publish
+from annotation_app.crowds.registry import Provider, find_provider, providers, register
+from annotation_app.database import transaction
+from annotation_app.setup import put_study, rendered_videos
+from tests.annotation_app.browser import described, engine_of
+from tests.annotation_app.crowds.conftest import PAID
+from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker
+
+
+def links(config: Config, *options: str) -> list[str]:
+    arguments = ["links", "tests", "--url", LAB, "--items", "2", *options]
+    result = CliRunner().invoke(publish, [*arguments, "--instance", str(config.instance)])
+    assert result.exit_code == 0, result.output
+    return result.output.split()
+
+
+def visit(app: Flask, link: str) -> CrowdWorker:
+    return CrowdWorker(app, link, dict(parse_qsl(urlsplit(link).query)))
+
+
+def test_anybody_may_take_an_open_link(app: Flask, config: Config) -> None:
+    (link,) = links(config, "--people", "5")
+    one, other = visit(app, link), visit(app, link)
+    one.do("describe", described())
+    one.open(link, {})  # the same browser is the same person
+    assert "1 of 2" in one.finish()
+    assert "0 of 2" in other.finish()
+    one.do("describe", described("Wait."))
+    assert "completion code" in one.finish()
+
+
+def test_an_invitation_is_for_one_person(app: Flask, config: Config, videos: Path) -> None:
+    with transaction(engine_of(app)) as session:
+        invited = msgspec.structs.replace(PAID, access="invited")
+        put_study(session, invited, rendered_videos(videos))
+    first, second = links(config, "--people", "2")
+    one = visit(app, first)
+    one.do("describe", described())
+    assert "1 of 2" in visit(app, first).finish()
+    assert "0 of 2" in visit(app, second).finish()
+    path, query = urlsplit(first).path, dict(parse_qsl(urlsplit(first).query))
+    token = query["invitation"]
+    refused = app.test_client().get(path, query_string={"invitation": token[:-2]})
+    assert refused.status_code == 404
+
+
+def test_providers_are_registered() -> None:
+    assert {"links", "mturk", "prolific"} <= {provider.name for provider in providers()}
+    known = find_provider("mturk")
+    assert isinstance(known, Provider)
+    with pytest.raises(ValueError, match="already"):
+        register(known)

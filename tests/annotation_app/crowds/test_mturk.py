@@ -1,0 +1,434 @@
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import msgspec
+import pytest
+from flask import Flask
+from sqlalchemy import select, update
+
+from annotation_app.config import Config
+from annotation_app.crowds.mturk import NOT_AVAILABLE
+from annotation_app.database import open_database, reading, transaction
+from annotation_app.factory import create_app
+from annotation_app.models import Answer, Participation, Person
+from annotation_app.setup import put_study, rendered_videos
+from annotation_app.study import Payment
+from tests.annotation_app.browser import described, engine_of
+from tests.annotation_app.crowds.conftest import PAID
+from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker, Lab, external_url
+from tests.annotation_app.crowds.stand_ins import MechanicalTurk
+
+DAY_S = 86_400
+
+
+@pytest.fixture
+def lab(config: Config, mturk: MechanicalTurk) -> Lab:
+    return Lab(config, mturk.address)
+
+
+@pytest.fixture
+def address(app: Flask, lab: Lab, mturk: MechanicalTurk) -> str:
+    """Where workers come in for two descriptions each."""
+    result = lab.publish("--task", "describe", "--items", "2", "--people", "5", "--sandbox")
+    assert result.exit_code == 0, result.output
+    (hit,) = mturk.hits.values()
+    return external_url(hit["Question"])
+
+
+def worker(app: Flask, address: str, mturk: MechanicalTurk, name: str = "W1") -> CrowdWorker:
+    return CrowdWorker(app, address, mturk.accept(name))
+
+
+def work(one: CrowdWorker, count: int = 2) -> None:
+    for _ in range(count):
+        one.do("describe", described())
+
+
+def participations(app: Flask) -> list[Participation]:
+    with reading(engine_of(app)) as session:
+        return list(session.scalars(select(Participation).order_by(Participation.id)))
+
+
+def grow_old(app: Flask) -> None:
+    """The platform's time for all assignments is over."""
+    with transaction(engine_of(app)) as session:
+        session.execute(update(Participation).values(begun_at=Participation.begun_at - 2 * DAY_S))
+        session.execute(update(Answer).values(at=Answer.at - 2 * DAY_S + 60))
+
+
+def test_what_is_offered(lab: Lab, address: str, mturk: MechanicalTurk) -> None:
+    (hit,) = mturk.hits.values()
+    assert hit["MaxAssignments"] == 5
+    assert hit["Reward"] == "0.20"
+    assert address.startswith(f"{LAB}/crowd/mturk/")
+
+
+def test_publishing_again_offers_only_what_is_missing(
+    lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    options = ("--task", "describe", "--items", "2", "--sandbox")
+    assert "0 assignments added, 5 in all" in lab.publish(*options, "--people", "5").output
+    assert "15 assignments added, 20 in all" in lab.publish(*options, "--people", "20").output
+    assert [hit["MaxAssignments"] for hit in mturk.hits.values()] == [5, 9, 6]
+    assert "0 assignments added" in lab.publish(*options, "--people", "20").output
+    # Other items are another offer.
+    assert "3 assignments added" in lab.publish("--items", "20", "--people", "3").output
+
+
+def test_what_ran_out_is_opened_again(lab: Lab, address: str, mturk: MechanicalTurk) -> None:
+    options = ("--task", "describe", "--items", "2", "--people", "5", "--sandbox")
+    (hit,) = mturk.hits.values()
+    hit["Expiration"] = 0
+    with pytest.raises(StopIteration):
+        mturk.accept("W1")
+    assert "0 assignments added, 5 in all" in lab.publish(*options).output
+    mturk.accept("W1")
+    lab.publish(*options)
+    assert mturk.calls.count("UpdateExpirationForHIT") == 1
+
+
+def test_who_may_accept(app: Flask, lab: Lab, mturk: MechanicalTurk) -> None:
+    options = ("--min-approval", "95", "--min-approved", "100")
+    assert lab.publish(*options).exit_code == 0
+    (hit,) = mturk.hits.values()
+    assert {
+        rule["QualificationTypeId"]: (rule["Comparator"], rule["IntegerValues"])
+        for rule in hit["QualificationRequirements"]
+    } == {
+        "000000000000000000L0": ("GreaterThanOrEqualTo", [95]),
+        "00000000000000000040": ("GreaterThanOrEqualTo", [100]),
+    }
+
+
+def test_a_reply_that_is_lost_makes_no_second_hit(
+    app: Flask, lab: Lab, mturk: MechanicalTurk
+) -> None:
+    mturk.drop_reply_to = {"CreateHIT"}
+    result = lab.publish("--people", "3", "--sandbox")
+    assert result.exit_code == 0, result.output
+    assert mturk.calls.count("CreateHIT") == 2
+    assert len(mturk.hits) == 1
+
+
+def test_a_preview_shows_and_accepts_nothing(app: Flask, address: str) -> None:
+    client = app.test_client()
+    path = urlsplit(address).path
+    for arguments in ({"assignmentId": NOT_AVAILABLE, "workerId": "W1"}, {}):
+        page = client.get(path, query_string=arguments)
+        assert page.status_code == 200
+        assert "This is a preview" in page.text
+        assert "0.20" in page.text
+        assert "<form" not in page.text
+        assert "Set-Cookie" not in page.headers
+    assert client.get("/crowd/finish").status_code == 404
+    assert participations(app) == []
+
+
+def test_ids_are_kept_as_hashes(app: Flask, address: str, mturk: MechanicalTurk) -> None:
+    worker(app, address, mturk, "WVERYPRIVATE")
+    with reading(engine_of(app)) as session:
+        (person,) = session.scalars(select(Person).where(Person.provider == "mturk"))
+    assert "PRIVATE" not in f"{person.external_hash}{person.profile}{person.login}"
+    assert "PRIVATE" not in "".join(f"{p.assignment}{p.outcome}" for p in participations(app))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"assignmentId": "A1"},
+        {"assignmentId": "A1", "workerId": "W" * 200},
+        {"assignmentId": "A\0", "workerId": "W1"},
+        {"assignmentId": "A1", "workerId": "W1", "turkSubmitTo": "https://evil.example"},
+        {"assignmentId": "A1", "workerId": "W1", "turkSubmitTo": "https://www.mturk.com.evil.net"},
+    ],
+)
+def test_forged_arrivals_are_refused(app: Flask, address: str, arguments: dict[str, str]) -> None:
+    response = app.test_client().get(urlsplit(address).path, query_string=arguments)
+    assert response.status_code == 400
+    assert participations(app) == []
+
+
+def test_nobody_takes_over_an_assignment(app: Flask, address: str, mturk: MechanicalTurk) -> None:
+    arguments = mturk.accept("W1")
+    CrowdWorker(app, address, arguments)
+    path = urlsplit(address).path
+    other = app.test_client().get(path, query_string={**arguments, "workerId": "W2"})
+    assert other.status_code == 403
+
+
+def test_nobody_changes_what_is_asked_for(app: Flask, address: str) -> None:
+    path = urlsplit(address).path
+    for changed in (path[:-1], path + "A", path.replace("mturk", "nowhere")):
+        assert app.test_client().get(changed).status_code == 404
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_from_accepting_to_being_paid(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    one = worker(app, address, mturk)
+    one.do("describe", described())
+    assert "1 of 2" in one.finish()
+    one.do("describe", described("Wait."))
+    # The next item gives way to the page that tells the platform.
+    assert one.client.get("/s/tests/describe").headers["Location"] == "/crowd/finish"
+    (mine,) = participations(app)
+    assert mine.received_at is not None
+    assert mine.confirmed_at is None
+
+    one.submit(mturk)
+    result = lab.collect()
+    assert result.exit_code == 0, result.output
+    assert f"approve: {mine.assignment}" in result.output
+    assert mturk.status(mine.assignment) == "Approved"
+    (mine,) = participations(app)
+    assert mine.confirmed_at is not None
+    assert "approved_at" in mine.outcome
+
+    again = lab.collect()
+    assert again.exit_code == 0
+    assert "1 settled" in again.output
+    assert mturk.calls.count("ApproveAssignment") == 1
+
+
+def test_one_that_never_reached_the_platform_stops_no_other(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    """psiTurk #390."""
+    lost, good, refused = (worker(app, address, mturk, f"W{i}") for i in range(3))
+    for one in (lost, good, refused):
+        work(one)
+        one.finish()
+    good.submit(mturk)
+    refused.submit(mturk)
+    first, second, third = (p.assignment for p in participations(app))
+    # Between the platform's list and the approval somebody rejects one by hand.
+    approve = mturk.ApproveAssignment
+
+    def rejected_meanwhile(request: dict[str, str]) -> tuple[int, dict[str, str]]:
+        if request["AssignmentId"] == third:
+            mturk.assignments[third]["AssignmentStatus"] = "Rejected"
+        return approve(request)
+
+    mturk.ApproveAssignment = rejected_meanwhile  # type: ignore[method-assign]
+    result = lab.collect()
+    assert result.exit_code != 0
+    assert "1 of 2 could not be done" in str(result.exception)
+    assert f"approve: {third} Mechanical Turk: " in result.output
+    assert f"{first}: not confirmed (2 of 2, 0.20 due)" in result.output
+    assert mturk.status(second) == "Approved"
+    states = [(p.received_at is not None, p.confirmed_at is not None) for p in participations(app)]
+    assert states == [(True, False), (True, True), (True, True)]
+
+    # It arrives after all.
+    lost.submit(mturk)
+    assert lab.collect().exit_code == 0
+    assert mturk.status(first) == "Approved"
+
+
+def test_the_service_takes_its_open_hits_up_again(
+    app: Flask, config: Config, lab: Lab, address: str, mturk: MechanicalTurk, videos: Path
+) -> None:
+    """Mephisto #685: nothing about HITs is lost with a process."""
+    arguments = mturk.accept("W1")
+    one = CrowdWorker(app, address, arguments)
+    one.do("describe", described())
+    cookies = one.client.get_cookie("session")
+    engine_of(app).dispose()
+
+    engine = open_database(config.database)
+    restarted = create_app(config, engine)
+    again = CrowdWorker(restarted, address, arguments)
+    assert cookies is not None
+    assert "1 of 2" in again.finish()
+    again.do("describe", described("Wait."))
+    again.submit(mturk)
+    newcomer = worker(restarted, address, mturk, "W2")
+    work(newcomer)
+    newcomer.submit(mturk)
+    assert lab.publish("--task", "describe", "--items", "2", "--people", "5").exit_code == 0
+    assert len(mturk.hits) == 1
+    assert lab.collect().exit_code == 0
+    assert {mturk.status(p.assignment) for p in participations(restarted)} == {"Approved"}
+    engine.dispose()
+
+
+def test_what_was_left_incomplete_is_paid_in_part_and_once(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    """Mephisto #642: half of the assignments left incomplete."""
+    gave_up = worker(app, address, mturk, "W1")
+    work(gave_up, 1)
+    stranger = worker(app, address, mturk, "W2")
+    work(stranger, 1)
+    given_up, of_stranger = (p.assignment for p in participations(app))
+
+    # They may still go on.
+    assert "partial" not in lab.collect("--pay-partial").output
+    assert f"{given_up}: working (1 of 2, 0.10 due)" in lab.reconcile().output
+
+    grow_old(app)
+    back = worker(app, address, mturk, "W1")
+    work(back)
+    back.submit(mturk)
+    result = lab.collect("--pay-partial")
+    # The platform can pay those only who have sent something in.
+    assert f"partial payment 0.10: {given_up}" in result.output
+    assert f"partial payment 0.10: {of_stranger} the platform has nothing" in result.output
+    assert result.exit_code != 0
+    (bonus,) = mturk.bonuses
+    assert (bonus["BonusAmount"], bonus["WorkerId"]) == ("0.10", "W1")
+    assert lab.collect("--pay-partial").exit_code != 0
+    assert len(mturk.bonuses) == 1
+
+
+def test_bonuses_are_paid_once(app: Flask, lab: Lab, address: str, mturk: MechanicalTurk) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+    mturk.drop_reply_to = {"SendBonus"}
+    for _ in range(3):
+        result = lab.collect(*bonus)
+        assert result.exit_code == 0, result.output
+    assert [b["BonusAmount"] for b in mturk.bonuses] == ["0.50"]
+
+    # A program that died after it had paid, and before it could note that.
+    with transaction(engine_of(app)) as session:
+        found = session.get_one(Participation, mine.id)
+        (noted,) = found.outcome["bonuses"].values()
+        key = next(iter(found.outcome["bonuses"]))
+        unpaid = {name: value for name, value in noted.items() if name != "paid_at"}
+        found.outcome = {**found.outcome, "bonuses": {key: unpaid}}
+    assert lab.collect(*bonus).exit_code == 0
+    assert len(mturk.bonuses) == 1
+    assert lab.collect("--bonus", mine.assignment, "0.10", "For more").exit_code == 0
+    assert len(mturk.bonuses) == 2
+
+
+def test_flagged_workers_wait_and_get_no_bonus(
+    app: Flask, config: Config, lab: Lab, mturk: MechanicalTurk, videos: Path
+) -> None:
+    with transaction(engine_of(app)) as session:
+        paid = msgspec.structs.replace(PAID, payment=Payment(0.10, bonus=0.25))
+        put_study(session, paid, rendered_videos(videos))
+    lab.publish("--task", "describe", "--items", "3", "--people", "2")
+    (hit,) = mturk.hits.values()
+    good, copier = (worker(app, external_url(hit["Question"]), mturk, f"W{i}") for i in range(2))
+    for number in range(3):
+        good.do("describe", described(f"Command {number}."))
+        copier.do("describe", described("go"))
+    good.submit(mturk)
+    copier.submit(mturk)
+    first, second = (p.assignment for p in participations(app))
+    result = lab.collect("--hold-flagged", "--pay-bonus")
+    assert result.exit_code == 0, result.output
+    assert f"held: {second}" in result.output
+    assert [mturk.status(a) for a in (first, second)] == ["Approved", "Submitted"]
+    lab.collect("--approve", second, "--pay-bonus")
+    assert mturk.status(second) == "Approved"
+    assert [(b["AssignmentId"], b["BonusAmount"]) for b in mturk.bonuses] == [(first, "0.25")]
+
+
+def test_a_study_without_a_bonus_pays_none(app: Flask, lab: Lab, address: str) -> None:
+    assert "the study has no bonus" in str(lab.collect("--pay-bonus").exception)
+
+
+@pytest.mark.parametrize("amount", ["nan", "-1", "much", "1e9", "0"])
+def test_amounts_are_money(app: Flask, lab: Lab, address: str, amount: str) -> None:
+    result = lab.collect("--bonus", "A1", amount, "why")
+    assert "no amount of money" in str(result.exception)
+
+
+def test_what_was_sent_in_without_work_waits_for_a_decision(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    idle, half = (worker(app, address, mturk, f"W{i}") for i in range(2))
+    work(half, 1)
+    first, second = (p.assignment for p in participations(app))
+    never_came = mturk.accept("W9")["assignmentId"]
+    for assignment in (first, second, never_came):
+        mturk.external_submit({"assignmentId": [assignment], "x": ["y"]})
+    result = lab.collect()
+    assert f"{first}: nothing received (0 of 2)" in result.output
+    assert f"{second}: incomplete (1 of 2)" in result.output
+    assert f"{never_came}: unknown here" in result.output
+    assert "ApproveAssignment" not in mturk.calls
+
+    decided = lab.collect("--reject", first, "There was no work.", "--approve", second)
+    assert decided.exit_code == 0, decided.output
+    assert [mturk.status(a) for a in (first, second)] == ["Rejected", "Approved"]
+    del idle
+
+
+def test_another_workers_submission_is_not_approved(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    arguments = mturk.accept("W1")
+    thief = CrowdWorker(app, address, {**arguments, "workerId": "W2"})
+    work(thief)
+    mturk.external_submit({"assignmentId": [arguments["assignmentId"]], "x": ["y"]})
+    assert f"{arguments['assignmentId']}: another worker" in lab.collect().output
+    assert "ApproveAssignment" not in mturk.calls
+
+
+def test_answers_count_for_one_assignment(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    """A worker who accepts two assignments at once does the work of two."""
+    one = worker(app, address, mturk)
+    one.open(address, mturk.accept("W1"))
+    work(one, 3)
+    lab.reconcile()
+    assert [p.received_at is not None for p in participations(app)] == [False, True]
+
+
+def test_somebody_without_anything_left_has_done_their_part(
+    app: Flask, lab: Lab, mturk: MechanicalTurk
+) -> None:
+    lab.publish("--task", "describe", "--items", "10", "--people", "1")
+    (hit,) = mturk.hits.values()
+    one = worker(app, external_url(hit["Question"]), mturk)
+    work(one, 3)
+    assert "nothing" in one.finish()
+    one.submit(mturk)
+    assert lab.collect().exit_code == 0
+    (mine,) = participations(app)
+    assert mturk.status(mine.assignment) == "Approved"
+
+
+def test_a_dry_run_changes_nothing(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    assert "1 ready" in lab.collect("--dry-run").output
+    assert "ApproveAssignment" not in mturk.calls
+
+
+def test_without_a_network_there_is_one_line(
+    app: Flask, config: Config, mturk: MechanicalTurk
+) -> None:
+    result = Lab(config, "http://127.0.0.1:9").collect()
+    assert result.exit_code != 0
+    assert "Mechanical Turk: " in str(result.exception)
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_coming_in_several_times_at_once_is_one_assignment(
+    app: Flask, address: str, mturk: MechanicalTurk
+) -> None:
+    arguments = mturk.accept("W1")
+
+    def come_in(_: int) -> int:
+        return app.test_client().get(urlsplit(address).path, query_string=arguments).status_code
+
+    with ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(come_in, range(8))) == {302}
+    (mine,) = participations(app)
+    assert mine.assignment == arguments["assignmentId"]

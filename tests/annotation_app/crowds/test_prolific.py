@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+from urllib.parse import urlsplit
+
+import pytest
+from flask import Flask
+from sqlalchemy import select
+
+from annotation_app.config import Config
+from annotation_app.crowds.prolific_client import open_prolific
+from annotation_app.database import reading
+from annotation_app.models import Participation, Person
+from tests.annotation_app.browser import described, engine_of
+from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
+from tests.annotation_app.crowds.stand_ins import Prolific
+
+OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
+
+
+@pytest.fixture
+def lab(app: Flask, config: Config, prolific: Prolific) -> Lab:
+    return Lab(config, prolific.address, "prolific")
+
+
+def address(prolific: Prolific) -> str:
+    (study,) = prolific.studies.values()
+    return str(study["external_study_url"])
+
+
+def test_a_study_is_published_once(lab: Lab, prolific: Prolific) -> None:
+    assert "4 assignments added, 4 in all" in lab.publish(*OPTIONS).output
+    (study,) = prolific.studies.values()
+    assert study["status"] == "ACTIVE"
+    assert study["reward"] == 20
+    assert "PROLIFIC_PID={{%PROLIFIC_PID%}}" in study["external_study_url"]
+    assert "0 assignments added" in lab.publish(*OPTIONS).output
+    assert "2 assignments added, 6 in all" in lab.publish(*OPTIONS[:-1], "6").output
+    assert len(prolific.studies) == 1
+
+
+def test_who_may_take_part(lab: Lab, prolific: Prolific) -> None:
+    lab.publish(*OPTIONS, "--min-approval", "95")
+    assert prolific.studies["study1"]["filters"] == [
+        {"filter_id": "approval_rate", "selected_range": {"lower": 95, "upper": 100}}
+    ]
+
+
+def test_the_sandbox_publishes_nothing(lab: Lab, prolific: Prolific) -> None:
+    result = lab.publish(*OPTIONS, "--sandbox")
+    assert "https://app.prolific.com/t/study1" in result.output
+    assert prolific.studies["study1"]["status"] == "UNPUBLISHED"
+    assert prolific.test_runs == ["study1"]
+    client = open_prolific(sandbox=True, endpoint=prolific.address)
+    assert client.add_test_participant("me@example.org") == "tester1"
+
+
+def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) -> None:
+    lab.publish(*OPTIONS)
+    one = CrowdWorker(app, address(prolific), prolific.begin("5f0private"))
+    for _ in range(2):
+        one.do("describe", described())
+    (study,) = prolific.studies.values()
+    (completion,) = study["completion_codes"]
+    page = one.finish()
+    assert f"https://app.prolific.com/submissions/complete?cc={completion['code']}" in page
+
+    # The work is here, and Prolific has not been told.
+    assert "sub1: not confirmed" in lab.reconcile().output
+    prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
+    assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
+    assert prolific.submissions["sub1"]["status"] == "APPROVED"
+    (bulk,) = prolific.bulk.values()
+    assert bulk["csv_bonuses"] == "5f0private,0.50"
+    assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
+    assert bulk["paid"] == 1
+    with reading(engine_of(app)) as session:
+        (person,) = session.scalars(select(Person).where(Person.provider == "prolific"))
+        (mine,) = session.scalars(select(Participation))
+    assert "private" not in f"{person.external_hash}{mine.assignment}{mine.outcome}"
+
+
+def test_who_gives_back_is_paid_for_their_part(app: Flask, lab: Lab, prolific: Prolific) -> None:
+    lab.publish(*OPTIONS)
+    one = CrowdWorker(app, address(prolific), prolific.begin("p1"))
+    one.do("describe", described())
+    prolific.submissions["sub1"]["status"] = "RETURNED"
+    for _ in range(2):
+        assert lab.collect("--pay-partial").exit_code == 0
+    (bulk,) = prolific.bulk.values()
+    assert bulk["csv_bonuses"] == "p1,0.10"
+    assert bulk["paid"] == 1
+
+
+def test_a_rejection_says_why(app: Flask, lab: Lab, prolific: Prolific) -> None:
+    lab.publish(*OPTIONS)
+    CrowdWorker(app, address(prolific), prolific.begin("p1"))
+    prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
+    short = lab.collect("--reject", "sub1", "no")
+    assert "at least 100 characters" in short.output
+    assert short.exit_code != 0
+    assert lab.collect("--reject", "sub1", "There is no work. " * 8).exit_code == 0
+    assert prolific.submissions["sub1"]["status"] == "REJECTED"
+
+
+@pytest.mark.parametrize(
+    "arguments", [{}, {"PROLIFIC_PID": "p"}, {"PROLIFIC_PID": "p", "SESSION_ID": "<b>"}]
+)
+def test_ids_must_be_there(
+    app: Flask, lab: Lab, prolific: Prolific, arguments: dict[str, str]
+) -> None:
+    lab.publish(*OPTIONS)
+    path = urlsplit(address(prolific)).path
+    assert app.test_client().get(path, query_string=arguments).status_code == 400
+
+
+def test_a_wrong_token_is_named(app: Flask, lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PROLIFIC_TOKEN", "wrong")
+    result = lab.publish(*OPTIONS)
+    assert "check PROLIFIC_TOKEN" in str(result.exception)
+    monkeypatch.delenv("PROLIFIC_TOKEN")
+    assert "there is no token" in str(lab.publish(*OPTIONS).exception)

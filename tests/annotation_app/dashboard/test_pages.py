@@ -1,0 +1,338 @@
+from __future__ import annotations
+
+import io
+import re
+import uuid
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flask import Flask
+from jsonschema import Draft202012Validator
+from sqlalchemy import select, update
+
+from annotation_app.dashboard.workers import passes
+from annotation_app.database import reading, transaction
+from annotation_app.models import Answer, Event, Item
+from corpus_tools.corpus.reading import load_corpus
+from g3.sdc_notation import format_brackets, from_json, parse_brackets, to_json
+from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
+from tests.annotation_app.rendered import VIDEOS
+
+ONE = "EVENT(r = Pick up, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"
+OTHER = "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
+BASE = "/dashboard/tests"
+
+
+def sdcs(notation: str) -> dict[str, Any]:
+    return {"sdcs": to_json(parse_brackets(notation, command=COMMAND))}
+
+
+def dispute(app: Flask) -> str:
+    """Two people segment a command differently; the id of its item."""
+    one, other = Browser(app), Browser(app)
+    one.do("describe", described())
+    page = one.take("segment")
+    one.answer(page["item"], sdcs(ONE))
+    assert other.take("segment")["item"] == page["item"]
+    other.answer(page["item"], sdcs(OTHER))
+    return str(page["item"])
+
+
+def post(browser: Browser, path: str, **form: str) -> Any:
+    sent = {"csrf_token": browser.csrf, "uuid": str(uuid.uuid4()), **form}
+    return browser.client.post(path, data=sent)
+
+
+def adopted(app: Flask, task: str) -> list[Answer]:
+    with reading(engine_of(app)) as session:
+        return list(session.scalars(select(Answer).where(Answer.task == task, Answer.adopted)))
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_an_overview(app: Flask) -> None:
+    dispute(app)
+    page = Browser(app, "adjudicator").client.get(BASE)
+    assert page.status_code == 200
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page.text))
+    assert "describe 3 % 1 of 27 0" in text
+    assert "segment 100 % 2 of 2 0" in text
+    # Of the first annotation's four clauses and the other's four, three are shared.
+    assert "0.750 span F, mean over pairs 1" in text
+    assert "1 dispute to decide" in text
+    assert f"{VIDEOS[0]} 1 of 9 2 of 2 0 of 9" in text
+
+
+def test_who_sees_what(app: Flask) -> None:
+    item = dispute(app)
+    pages = (BASE, f"{BASE}/people", f"{BASE}/queue", f"{BASE}/queue/{item}", f"{BASE}/export/csv")
+    api = "/api/dashboard/studies/tests"
+    numbers = (f"{api}/progress", f"{api}/agreement", f"{api}/people", f"{api}/videos")
+    for role, expected in {
+        "worker": (403,) * 9,
+        "annotator": (200, 403, 403, 403, 403, 200, 403, 403, 403),
+        "adjudicator": (200,) * 9,
+    }.items():
+        browser = Browser(app, role)  # type: ignore[arg-type]
+        found = tuple(browser.client.get(path).status_code for path in (*pages, *numbers))
+        assert found == expected, role
+    stranger = app.test_client()
+    assert {stranger.get(path).status_code for path in numbers} == {401}
+    assert {stranger.get(path).headers.get("Location") for path in pages} == {
+        f"/login?next={path}" for path in pages
+    }
+    overview = Browser(app, "annotator").client.get(BASE).text
+    assert not any(video in overview for video in VIDEOS)
+
+
+def test_choosing_an_answer(app: Flask) -> None:
+    item = dispute(app)
+    judge = Browser(app, "adjudicator")
+    page = judge.client.get(f"{BASE}/queue/{item}").text
+    assert "Choose answer 1" in page
+    assert "Choose answer 2" in page
+    second = re.findall(r'name="choice" value="(\d+)"', page)[1]
+    sent = {"uuid": str(uuid.uuid4()), "choice": second}
+    for _ in range(2):  # a second click does nothing
+        assert post(judge, f"{BASE}/queue/{item}", **sent).status_code == 303
+    (answer,) = adopted(app, "segment")
+    assert format_brackets(from_json(answer.body["sdcs"])).startswith(
+        "EVENT_1(r = Pick up, l = OBJ_2(f = the"
+    )
+    assert answer.id == int(second)
+    with reading(engine_of(app)) as session:
+        (event,) = session.scalars(select(Event).where(Event.name == "adjudicate"))
+        assert event.body == {"answer": int(second)}
+        assert event.person_id == judge.person.id
+        assert session.scalars(select(Item).where(Item.task == "ground")).one()
+    assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
+
+
+def test_editing_an_answer(app: Flask) -> None:
+    item = dispute(app)
+    judge = Browser(app, "adjudicator")
+    path = f"{BASE}/queue/{item}"
+    for wrong in ("EVENT(", "EVENT(r = Lift)", ""):
+        refused = post(judge, path, choice="edit", notation=wrong)
+        assert refused.status_code == 422
+        assert 'role="alert"' in refused.text
+        assert wrong in refused.text
+    mine = "EVENT(r = Pick up, l = OBJ(f = the tires by the truck))"
+    assert post(judge, path, choice="edit", notation=mine).status_code == 303
+    (answer,) = adopted(app, "segment")
+    assert answer.person_id == judge.person.id
+    assert answer.body == sdcs(mine)
+    # It is neither one of the annotators' answers nor late.
+    numbers = "/api/dashboard/studies/tests"
+    assert judge.client.get(f"{numbers}/agreement").json["data"][0]["units"] == 1
+    assert judge.client.get(f"{numbers}/corpus").json["data"]["surplus"] == 0
+    # Deciding again replaces it.
+    first = re.findall(r'name="choice" value="(\d+)"', judge.client.get(path).text)[0]
+    assert post(judge, path, choice=first).status_code == 303
+    assert [a.id for a in adopted(app, "segment")] == [int(first)]
+
+
+def grounding_dispute(app: Flask, judge: Browser) -> tuple[str, list[int]]:
+    """Two people ground a command's objects differently; its item, and the clauses."""
+    post(judge, f"{BASE}/queue/{dispute(app)}", choice="edit", notation=ONE)
+    for number, person in enumerate((Browser(app), Browser(app))):
+        if number:
+            assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
+        page = person.take("ground")
+        objects = [o["id"] for o in page["payload"]["map"]["objects"]]
+        nodes = [c["node"] for c in page["payload"]["clauses"] if c["type"] == "OBJECT"]
+        groundings = {str(n): {"objects": [objects[number]]} for n in nodes}
+        person.answer(page["item"], {"groundings": groundings, "trims": {}})
+    return page["item"], nodes
+
+
+def test_choosing_clause_by_clause(app: Flask) -> None:
+    judge = Browser(app, "adjudicator")
+    item, nodes = grounding_dispute(app, judge)
+    path = f"{BASE}/queue/{item}"
+    shown = judge.client.get(path).text
+    assert "the tires by the truck" in shown
+    # Both objects have letters, in the first frame, on the map, and in the answers.
+    first_frame, map_ = re.findall(r"<svg.*?</svg>", shown, re.DOTALL)
+    for view in (first_frame, map_):
+        assert sorted(re.findall(r"<text [^>]*>(\w)</text>", view)) == ["A", "B"]
+    assert {letter for letter, _ in re.findall(r"<dd>(\w) \(([-\w]+)\)</dd>", shown)} == {"A", "B"}
+    first, second = re.findall(r'name="choice" value="(\d+)"', shown)
+    assert post(judge, path, choice="edit").status_code == 422
+    wanted = dict(zip(map(str, nodes), (second, first, second), strict=True))
+    choices = {f"node-{node}": answer for node, answer in wanted.items()}
+    assert post(judge, path, choice="edit", **choices).status_code == 303
+    with reading(engine_of(app)) as session:
+        bodies = {
+            str(a.id): a.body["groundings"]
+            for a in session.scalars(select(Answer).where(Answer.id.in_((int(first), int(second)))))
+        }
+    (answer,) = adopted(app, "ground")
+    assert answer.body["groundings"] == {n: bodies[a][n] for n, a in wanted.items()}
+
+
+def test_forms_need_their_token(app: Flask) -> None:
+    item = dispute(app)
+    judge = Browser(app, "adjudicator")
+    assert judge.client.post(f"{BASE}/queue/{item}", data={"choice": "1"}).status_code == 400
+    assert post(judge, f"{BASE}/queue/{item}", uuid="x", choice="1").status_code == 400
+    assert post(judge, f"{BASE}/queue/{item}", choice="999").status_code == 422
+    assert post(judge, f"{BASE}/queue/nothing", choice="1").status_code == 404
+
+
+def rate(app: Flask, ratings: dict[bool | None, int], count: int, seconds: float) -> Browser:
+    """Somebody who rates, by what is right (None where nobody knows)."""
+    one = Browser(app)
+    for _ in range(count):
+        item = one.take("rate")["item"]
+        with reading(one.engine) as session:
+            right = session.get_one(Item, item).payload["right"]
+        one.answer(item, {"rating": ratings[right]})
+    with transaction(one.engine) as session:
+        session.execute(
+            update(Answer).where(Answer.person_id == one.person.id).values(seconds=seconds)
+        )
+    return one
+
+
+def test_flagged_workers(app: Flask) -> None:
+    author = Browser(app)
+    for number in range(3):
+        author.do("describe", described(f"Command {number}."))
+    good = rate(app, {True: 5, False: 1, None: 4}, 8, 30.0)
+    fast = rate(app, {True: 5, False: 1, None: 2}, 8, 3.0)
+    careless = rate(app, {True: 1, False: 5, None: 3}, 8, 30.0)
+    copier = Browser(app)
+    for _ in range(3):
+        copier.do("describe", described("go"))
+    reply = Browser(app, "admin").client.get("/api/dashboard/studies/tests/people").json
+    reasons = {person["person_id"]: person["reasons"] for person in reply["data"]}
+    assert reasons[author.person.id] == []
+    assert reasons[good.person.id] == []
+    assert reasons[fast.person.id] == ["too fast: 3 s for an item of rate, others take 30 s"]
+    assert reasons[careless.person.id] == ["failed 2 of 2 attention checks"]
+    assert reasons[copier.person.id] == ["typed the same command 3 times"]
+    flagged_first = [bool(person["reasons"]) for person in reply["data"]]
+    assert flagged_first == sorted(flagged_first, reverse=True)
+
+
+def test_always_the_same_rating(app: Flask) -> None:
+    author = Browser(app)
+    for number in range(3):
+        author.do("describe", described(f"Command {number}."))
+    other = Browser(app)
+    for number in range(3):
+        other.do("describe", described(f"Order {number}."))
+    rate(app, {True: 5, False: 1, None: 3}, 10, 30.0)
+    page = Browser(app, "adjudicator").client.get(BASE).text
+    assert "always the same rating: 3, 8 times" in page
+
+
+@pytest.mark.parametrize(
+    ("right", "rating", "passed"),
+    [(True, 4, True), (True, 3, False), (False, 2, True), (False, 3, False)],
+)
+def test_attention_checks(right: bool, rating: int, passed: bool) -> None:
+    assert passes(right, rating) is passed
+
+
+def test_blocking(app: Flask) -> None:
+    one, admin, judge = Browser(app), Browser(app, "admin"), Browser(app, "adjudicator")
+    one.do("describe", described())
+    path = f"{BASE}/people/{one.person.id}"
+    assert post(judge, path, block="yes").status_code == 403
+    assert post(admin, path, block="yes").status_code == 303
+    assert one.lease("describe").json["reason"] == "blocked"
+    assert "Unblock" in admin.client.get(f"{BASE}/people").text
+    assert post(admin, path, block="no").status_code == 303
+    assert one.lease("describe").status_code == 200
+
+
+def test_times(app: Flask) -> None:
+    one = Browser(app)
+    for _ in range(3):
+        one.do("describe", described())
+    with transaction(engine_of(app)) as session:
+        for number, answer in enumerate(session.scalars(select(Answer))):
+            answer.seconds = (10.0, 20.0, 60.0)[number]
+    reply = Browser(app, "annotator").client.get("/api/dashboard/studies/tests/times").json
+    # Quartiles of 10, 20, 60 between the values: 15, 20, 40.
+    assert reply["data"] == [
+        {"task": "describe", "answers": 3, "lower_s": 15.0, "median_s": 20.0, "upper_s": 40.0}
+    ]
+
+
+def test_exports(app: Flask, tmp_path: Path) -> None:
+    item = dispute(app)
+    judge = Browser(app, "adjudicator")
+    post(judge, f"{BASE}/queue/{item}", choice="edit", notation=ONE)
+    reply = judge.client.get(f"{BASE}/export/corpus")
+    assert reply.headers["Content-Disposition"] == 'attachment; filename="tests.zip"'
+    with zipfile.ZipFile(io.BytesIO(reply.data)) as archive:
+        archive.extractall(tmp_path)
+    assert [command.text for command in load_corpus(tmp_path / "tests").commands.values()] == [
+        COMMAND
+    ]
+    assert COMMAND in judge.client.get(f"{BASE}/export/jsonl").text
+    assert COMMAND in judge.client.get(f"{BASE}/export/csv").text
+    assert judge.client.get(f"{BASE}/export/nothing").status_code == 404
+
+
+def test_workers_text_is_escaped(app: Flask) -> None:
+    one, other = Browser(app), Browser(app)
+    text = '<script>alert("x")</script> go'
+    one.do("describe", described(text))
+    for person, words in ((one, "go"), (other, "alert")):
+        start = text.index(words)
+        leaf = {"type": "EVENT", "r": [[words, start]]}
+        assert person.answer(person.take("segment")["item"], {"sdcs": [leaf]}).status_code == 200
+    judge = Browser(app, "adjudicator")
+    queue = judge.client.get(f"{BASE}/queue").text
+    item = re.search(r"/queue/(\w+)", queue)
+    assert item is not None
+    for page in (queue, judge.client.get(f"{BASE}/queue/{item[1]}").text):
+        assert "<script>alert" not in page
+        assert "&lt;script&gt;" in page
+
+
+def test_an_empty_study_has_a_dashboard(app: Flask) -> None:
+    admin = Browser(app, "admin", study=None)
+    for path in ("/dashboard/", BASE, f"{BASE}/people", f"{BASE}/queue"):
+        assert admin.client.get(path).status_code == 200
+    assert admin.client.get("/dashboard/nothing").status_code == 404
+
+
+def test_the_interface_is_described(app: Flask) -> None:
+    dispute(app)
+    admin = Browser(app, "admin")
+    described_ = admin.client.get("/api/openapi.json").json
+    paths = [path for path in described_["paths"] if path.startswith("/api/dashboard")]
+    assert len(paths) == 8
+    for path in paths:
+        assert list(described_["paths"][path].keys() - {"parameters"}) == ["get"]
+        reply = admin.client.get(path.format(study="tests"))
+        assert reply.status_code == 200, path
+        content = described_["paths"][path]["get"]["responses"]["200"]["content"]
+        schema = {**content["application/json"]["schema"], "components": described_["components"]}
+        Draft202012Validator(schema).validate(reply.json)
+        if "{study}" in path:
+            wrong = {**reply.json, "data": [{"task": 7}]}
+            assert not Draft202012Validator(schema).is_valid(wrong), path
+    assert admin.send("POST", "/api/dashboard/studies", {}).status_code == 405
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_strange_names_are_unknown(app: Flask) -> None:
+    admin = Browser(app, "admin")
+    for name in ("a%00b", "%F0%9F%A6%86", "..%2f..", "x" * 5000):
+        paths = (
+            f"/dashboard/{name}",
+            f"{BASE}/queue/{name}",
+            f"{BASE}/export/{name}",
+            f"/api/dashboard/studies/{name}/progress",
+            f"/crowd/mturk/{name}",
+            f"/crowd/{name}/{name}",
+        )
+        assert {admin.client.get(path).status_code for path in paths} == {404}, name
+        assert post(admin, f"{BASE}/people/{name}", block="yes").status_code == 404

@@ -1,0 +1,229 @@
+"""Each page: accessible, narrow enough for a telephone, without errors, and safe."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, BrowserContext, Page, Response, expect
+from sqlalchemy import text
+
+from annotation_app.database import transaction
+from annotation_app.people import new_admin_token
+from corpus_tools.world.kinds import KINDS
+from tests.annotation_app.pages.conftest import TASKS, Site
+from tests.annotation_app.rendered import WORDS
+
+pytestmark = pytest.mark.slow
+
+NASTY = (
+    "<script>document.title='hit'</script> \"a' & 😀 \u200fשלום\u200e <img src=x onerror=alert(1)>"
+)
+THINGS = {word for kind in KINDS.values() for word in (*kind.name.split("-"), *kind.labels)}
+"""What the things of scenarios are called."""
+CODE = {"box", "fetch", "load", "other"}
+"""Words of CSS and JavaScript."""
+PAGES = (
+    "/",
+    "/nowhere",
+    "/login",
+    "/setup/token",
+    "/s/sea",
+    *(f"/s/sea/{task}" for task in TASKS),
+)
+PRACTICE = tuple(f"/practice/{task}?study=sea" for task in TASKS)
+
+
+def serious(page: Page, **options: object) -> list[str]:
+    found = Axe().run(page, options=options or None).response["violations"]
+    return [
+        f"{page.url}: {v['id']}: {v['nodes'][0]['html'][:200]}"
+        for v in found
+        if v["impact"] in ("serious", "critical")
+    ]
+
+
+def test_no_serious_violations_of_accessibility(site: Site, context: BrowserContext) -> None:
+    page = context.new_page()
+    page.goto(f"{site.url}/s/sea/welcome")
+    page.get_by_role("button", name="Begin").click()
+    found = serious(page)
+    site.sign_in(context)
+    for address in PAGES:
+        page.goto(site.url + address)
+        found += serious(page)
+    page.emulate_media(color_scheme="dark")
+    for address in ("/s/sea", *(f"/s/sea/{task}" for task in TASKS)):
+        page.goto(site.url + address)
+        found += serious(page, runOnly=["color-contrast"])
+    assert found == []
+
+
+def test_pages_in_use_have_no_serious_violations(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "segment")
+    page.locator(".word").first.click()
+    page.keyboard.press("e")
+    found = serious(page)
+    page.goto(f"{site.url}/s/sea/ground")
+    for key in ("1", "m", "Enter"):
+        page.keyboard.press(key)
+    found += serious(page)
+    page.locator(".clause-bar .type-EVENT").click()
+    page.get_by_label("A part of it").check()
+    found += serious(page)
+    page.locator("#flag").click()
+    found += serious(page)
+    page.goto(f"{site.url}/practice/describe")
+    page.get_by_label("Type the command").fill("The boat is moving")
+    page.get_by_role("button", name="Check my answer").click()
+    found += serious(page)
+    assert found == []
+
+
+def test_telephones_scroll_in_one_direction_only_and_no_page_has_errors(
+    site: Site, context: BrowserContext
+) -> None:
+    wide: list[str] = []
+    errors: list[str] = []
+    site.sign_in(context)
+    page = context.new_page()
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.on("pageerror", lambda error: errors.append(f"{page.url}: {error}"))
+    page.on("console", lambda m: errors.append(f"{page.url}: {m.text}") if m.type == "error" else 0)
+    for address in PAGES + PRACTICE:
+        page.goto(site.url + address)
+        if page.evaluate("document.documentElement.scrollWidth") > 360:
+            wide.append(address)
+    assert wide == []
+    # The browser's console tells of a missing page.
+    assert [error for error in errors if "/nowhere" not in error] == []
+
+
+def test_text_of_people_is_shown_as_text(site: Site, context: BrowserContext) -> None:
+    sdcs = [{"type": "OBJECT", "f": [["<script>document.title='hit'</script>", 0]]}]
+    shown = {"0": {"video": "hall_fetch_tires", "objects": ["truck"], "places": []}}
+    with transaction(site.engine) as session:  # only this text is there to be done
+        session.execute(
+            text("DELETE FROM slot WHERE item_id IN (SELECT id FROM item WHERE task != 'describe')")
+        )
+    site.add("segment", NASTY)
+    site.add("ground", NASTY, sdcs=sdcs)
+    site.add("check", NASTY, sdcs=sdcs, shown=shown)
+    site.add("rate", NASTY, own_video="hall_fetch_tires", right=None)
+    page = site.open(context, "describe")
+    page.on("dialog", lambda dialog: pytest.fail("a script of a text has run"))
+    for task in TASKS[1:]:
+        page.goto(f"{site.url}/s/sea/{task}")
+        if task == "segment":
+            words = page.locator(".word").all_inner_texts()
+            assert "script" in words
+            assert "😀" in words
+            assert "שלום" in words
+        else:
+            expect(page.locator("#command")).to_have_text(NASTY)
+        assert page.title() != "hit"
+        assert page.locator("#work img, #work script").count() == 0
+    page.goto(f"{site.url}/s/sea/describe")
+    page.get_by_label("Type the command").fill(NASTY)
+    expect(page.locator("#saving")).to_have_text("Saved")
+    page.reload()
+    expect(page.get_by_label("Type the command")).to_have_value(NASTY)
+
+
+@pytest.mark.parametrize("address", ["/s/sea/describe", "/practice/describe?study=sea"])
+def test_describe_tells_nothing_of_the_video(
+    site: Site, context: BrowserContext, address: str
+) -> None:
+    seen: list[str] = []
+
+    def keep(response: Response) -> None:
+        is_text = response.headers.get("content-type", "").startswith("text/")
+        body = response.text() if is_text else ""
+        seen.append(f"{response.url} {response.all_headers()} {body}")
+
+    site.sign_in(context)
+    page = context.new_page()
+    page.on("requestfinished", lambda request: keep(request.response()))
+    page.goto(site.url + address)
+    page.wait_for_load_state("networkidle")
+    assert any("/work.js" in one for one in seen)
+    for one in seen:
+        names = {*WORDS, *THINGS} - (CODE if "/static/" in one.split(" ")[0] else set())
+        assert names.isdisjoint(re.findall("[a-z]+", one.lower())), one[:100]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_practice_needs_nobody_to_be_known(site: Site, context: BrowserContext, task: str) -> None:
+    page = context.new_page()
+    page.goto(f"{site.url}/practice/{task}")
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Practice")
+    page.get_by_role("button", name="Check my answer").click()
+    expect(page.locator("#problems li, #feedback p").first).to_be_visible()
+
+
+def test_practice_of_segment_tells_what_is_right(site: Site, context: BrowserContext) -> None:
+    page = context.new_page()
+    page.goto(f"{site.url}/practice/segment?study=sea")
+    word = page.locator(".word")
+    for chosen, key in (((0,), "e"), ((1,), "t"), ((2, 3), "o")):
+        for i in chosen:
+            word.nth(i).click()
+        page.keyboard.press(key)
+    page.get_by_role("button", name="Check my answer").click()
+    expect(page.locator("#feedback")).to_contain_text("described by the lighthouse")
+    page.locator(".clauses .clause", has_text="the buoy").click()
+    word.nth(4).click()
+    page.keyboard.press("r")
+    for i in (5, 6):
+        word.nth(i).click()
+    page.keyboard.press("o")
+    page.get_by_role("button", name="Check my answer").click()
+    expect(page.locator("#feedback")).to_contain_text("Well done")
+
+
+def test_the_first_admin_signs_in_and_out(site: Site, context: BrowserContext) -> None:
+    with transaction(site.engine) as session:
+        token = new_admin_token(session)
+    page = context.new_page()
+    page.goto(f"{site.url}/setup/{token}")
+    page.get_by_label("Login").fill("ada")
+    page.get_by_label("Password, of").fill("long enough 1")
+    page.get_by_label("The password again").fill("other words 2")
+    page.get_by_role("button", name="Make the admin").click()
+    expect(page.get_by_role("alert")).to_contain_text("differ")
+    page.get_by_label("Password, of").fill("long enough 1")
+    page.get_by_label("The password again").fill("long enough 1")
+    page.get_by_role("button", name="Make the admin").click()
+    page.get_by_role("button", name="Sign out").click()
+    page.goto(f"{site.url}/login?next=//elsewhere.example")
+    page.get_by_label("Login").fill("ada")
+    page.get_by_label("Password").fill("wrong")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).to_contain_text("no such login")
+    page.get_by_label("Password").fill("long enough 1")
+    page.get_by_role("button", name="Sign in").click()
+    page.wait_for_url(f"{site.url}/")
+
+
+def test_why_there_is_no_item(site: Site, chromium: Browser) -> None:
+    contexts = [chromium.new_context() for _ in range(3)]
+    *_, third = [site.open(context, "rate") for context in contexts]
+    expect(third.get_by_role("heading", level=1)).to_contain_text("Others are at work")
+    expect(third.get_by_role("link", name="Describe")).to_be_visible()
+    for context in contexts:
+        context.close()
+
+
+def test_welcome_says_what_is_missing_and_leads_to_the_task(
+    site: Site, context: BrowserContext
+) -> None:
+    page = context.new_page()
+    page.goto(f"{site.url}/s/sea/describe")
+    page.get_by_role("button", name="Begin").click()
+    expect(page.get_by_role("alert")).to_contain_text("Something is missing")
+    page.get_by_label("I am at least 18").check()
+    page.get_by_label("I have read this").check()
+    page.get_by_role("button", name="Begin").click()
+    page.wait_for_url("**/s/sea/describe")
+    expect(page.get_by_label("Type the command")).to_be_visible()

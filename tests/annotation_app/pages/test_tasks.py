@@ -1,0 +1,290 @@
+"""Each task from its page to the acknowledged answer, with the mouse and with keys alone."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from tests.annotation_app.pages.conftest import COMMAND, Site
+
+pytestmark = pytest.mark.slow
+
+
+def watch(page: Page) -> None:
+    page.locator("video").first.evaluate("video => video.play()")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
+
+
+def send(page: Page, task: str) -> None:
+    with page.expect_navigation():
+        page.get_by_role("button", name="Send", exact=True).click()
+    page.wait_for_url(f"**/s/sea/{task}")
+
+
+def send_by_keys(page: Page) -> None:
+    with page.expect_navigation():
+        page.keyboard.press("Control+Enter")
+
+
+def tab_to(page: Page, selector: str) -> None:
+    """Go to an element as people without a mouse do."""
+    for _ in range(150):
+        page.keyboard.press("Tab")
+        if page.evaluate("s => document.activeElement.matches(s)", selector):
+            return
+    raise AssertionError(f"the Tab key doesn't reach {selector}")
+
+
+def test_describe(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "describe")
+    page.get_by_label("Type the command").fill("Go to the red crate.")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("Watch the video to its end first.")
+    watch(page)
+    send(page, "describe")
+    (answer,) = site.answers("describe")
+    assert answer.body["text"] == "Go to the red crate."
+    assert answer.body["watched_s"] >= 1.8
+
+
+def test_describe_by_keys(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "describe")
+    tab_to(page, "video")
+    page.keyboard.press("Space")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
+    tab_to(page, "#text")
+    page.keyboard.type("Go to the red crate.")
+    send_by_keys(page)
+    assert [answer.body["text"] for answer in site.answers("describe")] == [COMMAND]
+
+
+def test_video_that_was_skipped_through_was_not_watched(
+    site: Site, context: BrowserContext
+) -> None:
+    page = site.open(context, "describe")
+    page.locator("video").evaluate("video => { video.currentTime = 1.8; video.play(); }")
+    expect(page.get_by_text("You have left out a part of the video")).to_be_visible()
+
+
+def start_from_nothing(page: Page) -> None:
+    """Where an extractor is installed, there is a suggestion."""
+    button = page.get_by_role("button", name="start from nothing")
+    if button.count():
+        button.click()
+    expect(page.locator(".clauses")).to_have_count(0)
+
+
+TREE = [
+    {
+        "type": "EVENT",
+        "f": [{"type": "OBJECT"}],
+        "r": [["Go", 0]],
+        "l": [
+            {
+                "type": "PATH",
+                "r": [["to", 3]],
+                "l": [{"type": "OBJECT", "f": [["the", 6], ["red", 10], ["crate", 14]]}],
+            }
+        ],
+    }
+]
+
+
+def test_segment(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "segment")
+    words = page.get_by_role("toolbar")
+    start_from_nothing(page)
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("Mark at least one clause")
+    for chosen, kind in ((["Go"], "EVENT"), (["to"], "PATH"), (["the", "red", "crate"], "PLACE")):
+        for word in chosen:
+            words.get_by_role("button", name=word, exact=True).click()
+        page.locator(f"button.type-{kind}.type").click()
+    undo, redo = (page.get_by_role("button", name=name, exact=True) for name in ("Undo", "Redo"))
+    undo.click()
+    expect(page.locator("#editor .tree .type-PLACE")).to_have_count(0)
+    redo.click()
+    expect(page.locator("#editor .tree .type-PLACE")).to_have_count(1)
+    undo.click()
+    for word in ("the", "red", "crate"):
+        words.get_by_role("button", name=word, exact=True).click()
+    page.locator("button.type-OBJECT.type").click()
+    expect(page.locator("#editor .tree .node")).to_have_count(3)
+    send(page, "segment")
+    (answer,) = site.answers("segment")
+    assert answer.body["sdcs"] == TREE
+
+
+def make_tree_by_keys(page: Page) -> None:
+    if page.locator(".notice button").count():
+        tab_to(page, ".notice button")
+        page.keyboard.press("Enter")
+    tab_to(page, ".word")
+    for keys in (
+        ("Space", "e", "ArrowRight", "Space", "t", "ArrowRight"),
+        ("Shift+ArrowRight", "Shift+ArrowRight", "p"),
+        ("Control+z", "ArrowLeft", "ArrowLeft", "Shift+ArrowRight", "Shift+ArrowRight", "o"),
+    ):
+        for key in keys:
+            page.keyboard.press(key)
+
+
+def test_segment_by_keys(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "segment")
+    make_tree_by_keys(page)
+    send_by_keys(page)
+    (answer,) = site.answers("segment")
+    assert answer.body["sdcs"] == TREE
+
+
+def test_segment_describes_an_object_by_another(site: Site, context: BrowserContext) -> None:
+    site.add("segment", "Take the cup on the table")
+    page = site.open(context, "segment")
+    if "Take" not in page.get_by_role("toolbar").inner_text():
+        page.locator("#skip").click()
+        page.locator("#note-ok").click()
+        expect(page.get_by_role("toolbar")).to_contain_text("Take")
+    start_from_nothing(page)
+    word = page.locator(".word")
+    word.nth(0).click()
+    page.keyboard.press("e")
+    for i in (1, 2):
+        word.nth(i).click()
+    page.keyboard.press("o")
+    page.locator(".clauses .clause", has_text="the cup").click()
+    word.nth(3).click()
+    page.get_by_role("button", name="Add chosen words to the relation").click()
+    for i in (4, 5):
+        word.nth(i).click()
+    page.keyboard.press("o")
+    send(page, "segment")
+    (answer,) = site.answers("segment")
+    assert answer.body["sdcs"] == [
+        {
+            "type": "EVENT",
+            "f": [{"type": "OBJECT"}],
+            "r": [["Take", 0]],
+            "l": [
+                {
+                    "type": "OBJECT",
+                    "f": [{"type": "OBJECT", "f": [["the", 5], ["cup", 9]]}],
+                    "r": [["on", 13]],
+                    "l": [{"type": "OBJECT", "f": [["the", 16], ["table", 20]]}],
+                }
+            ],
+        }
+    ]
+
+
+def test_ground(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "ground")
+    expect(page.locator("#command mark")).to_have_text(["the", "red", "crate"])
+    page.locator(".outlines .hit").first.click(force=True)
+    expect(page.locator(".map .thing.chosen")).to_have_count(1)
+    page.get_by_label("Place A").check()
+    page.get_by_role("button", name="Mark a place").click()
+    box = page.locator("svg.map").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 40, box["y"] + 40)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 120, box["y"] + 100, steps=4)
+    page.mouse.up()
+    expect(page.get_by_text("Marked place 1")).to_be_visible()
+    page.locator(".clause-bar .type-EVENT").click()
+    page.get_by_label("A part of it").check()
+    page.get_by_role("button", name="Part 2").click()
+    send(page, "ground")
+    (answer,) = site.answers("ground")
+    (grounding,) = answer.body["groundings"].values()
+    assert len(grounding["objects"]) == 1
+    assert [sorted(place) for place in grounding["places"]] == [["place"], ["xy"]]
+    assert answer.body["trims"] == {"0": [1.0, 2.0]}
+
+
+def test_ground_by_keys(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "ground")
+    for key in ("1", "3", "1", "m", "ArrowRight", "ArrowUp", "+", "Enter"):
+        page.keyboard.press(key)
+    tab_to(page, ".clause-bar .type-PATH")
+    page.keyboard.press("Enter")
+    tab_to(page, '[data-key="part"], [data-key="whole"]')
+    page.keyboard.press("ArrowRight")
+    tab_to(page, '[data-key="To"]')
+    page.keyboard.press("ArrowLeft")
+    send_by_keys(page)
+    (answer,) = site.answers("ground")
+    (grounding,) = answer.body["groundings"].values()
+    assert len(grounding["objects"]) == 1
+    assert len(grounding["places"]) == 1
+    assert answer.body["trims"] == {"2": [0.0, pytest.approx(0.9)]}
+
+
+def test_ground_wants_every_clause(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "ground")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("the red crate")
+    page.get_by_role("button", name="Can't tell").click()
+    send(page, "ground")
+    (answer,) = site.answers("ground")
+    assert [g["cant_tell"] for g in answer.body["groundings"].values()] == [True]
+
+
+def test_check(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "check")
+    page.get_by_label("It doesn't match").check()
+    page.get_by_role("button", name="Next clause").click()
+    expect(page.locator(".map .thing.chosen")).to_have_count(1)
+    page.get_by_role("radio", name="It matches").check()
+    send(page, "check")
+    (answer,) = site.answers("check")
+    assert answer.body["verdicts"] == {"2": False, "3": True}
+
+
+def test_check_by_keys(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "check")
+    for key in ("y", "]", "n", "Control+z", "x"):
+        page.keyboard.press(key)
+    send_by_keys(page)
+    (answer,) = site.answers("check")
+    assert answer.body["verdicts"] == {"2": True, "3": "cant_tell"}
+
+
+def test_single_keys_can_be_switched_off(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "check")
+    page.get_by_text("Keys", exact=True).click()
+    page.get_by_label("Use single keys as shortcuts").uncheck()
+    page.reload()
+    page.keyboard.press("y")
+    page.keyboard.press("Control+Enter")
+    expect(page.get_by_role("alert")).to_contain_text("Tell whether")
+    expect(page.locator(".tick-mark")).to_have_count(0)
+
+
+def test_rate(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "rate")
+    watch(page)
+    page.get_by_label("Disagree", exact=False).nth(1).check()
+    send(page, "rate")
+    assert [answer.body["rating"] for answer in site.answers("rate")] == [2]
+
+
+def test_rate_by_keys(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "rate")
+    tab_to(page, "video")
+    page.keyboard.press("Space")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
+    page.keyboard.press("4")
+    send_by_keys(page)
+    assert [answer.body["rating"] for answer in site.answers("rate")] == [4]
+
+
+def test_skip_and_report(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "check")
+    page.get_by_role("button", name="Report a problem").click()
+    page.get_by_label("Tell the people").fill("The picture is black.")
+    page.locator("#note-ok").click()
+    expect(page.locator("#saving")).to_have_text("Reported. Thank you!")
+    page.get_by_role("button", name="Skip").click()
+    with page.expect_navigation():
+        page.locator("#note-ok").click()
+    expect(page.get_by_role("heading", level=1)).to_contain_text("all that there is for you")

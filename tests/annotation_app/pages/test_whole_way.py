@@ -1,0 +1,113 @@
+"""From a video to a corpus, with the keyboard alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from annotation_app.study import StudyConfig, TaskConfig
+from corpus_tools.cli import run
+from corpus_tools.corpus.reading import load_corpus
+from g3.sdc_notation import to_json
+from tests.annotation_app.pages.conftest import COMMAND, PATIENCE_MS, TASKS, served
+from tests.annotation_app.pages.test_tasks import TREE, make_tree_by_keys, send_by_keys, tab_to
+from tests.annotation_app.rendered import VIDEOS
+
+pytestmark = pytest.mark.slow
+
+STUDY = StudyConfig(
+    name="whole",
+    title="A study",
+    only=VIDEOS[:2],
+    tasks={task: TaskConfig(practice=task == "rate") for task in TASKS},
+)
+
+
+def enter(page: Page, url: str) -> None:
+    """Begin the study and go to its page, as somebody who is new does."""
+    page.goto(f"{url}/s/whole")
+    tab_to(page, "input[name=agree]")
+    page.keyboard.press("Space")
+    with page.expect_navigation():
+        page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Your tasks")
+
+
+def choose(page: Page, task: str) -> None:
+    """Go to a task, from wherever one is."""
+    tab_to(page, ".brand")
+    with page.expect_navigation():
+        page.keyboard.press("Enter")
+    tab_to(page, f'a.button[href*="/{task}"]')
+    with page.expect_navigation():
+        page.keyboard.press("Enter")
+
+
+def watch(page: Page) -> None:
+    tab_to(page, "video")
+    page.keyboard.press("Space")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
+
+
+def annotate(page: Page) -> None:
+    """All tasks but rate."""
+    choose(page, "describe")
+    watch(page)
+    tab_to(page, "#text")
+    page.keyboard.type(COMMAND)
+    send_by_keys(page)
+    choose(page, "segment")
+    make_tree_by_keys(page)
+    send_by_keys(page)
+    choose(page, "ground")
+    page.keyboard.press("2")
+    send_by_keys(page)
+    choose(page, "check")
+    for _ in range(page.locator(".clause-bar button").count()):
+        page.keyboard.press("n")
+        page.keyboard.press("]")
+    send_by_keys(page)
+
+
+def rate(page: Page) -> None:
+    """Practise, then rate the command with both videos."""
+    choose(page, "rate")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Practice: Rate")
+    watch(page)
+    page.keyboard.press("5")
+    page.keyboard.press("Control+Enter")
+    tab_to(page, "#feedback a")
+    with page.expect_navigation():
+        page.keyboard.press("Enter")
+    for key in ("5", "1"):
+        watch(page)
+        page.keyboard.press(key)
+        send_by_keys(page)
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Thank you")
+
+
+def test_from_a_video_to_a_corpus(
+    chromium: Browser, context: BrowserContext, tmp_path: Path, films: Path
+) -> None:
+    with served(STUDY, tmp_path / "instance", films) as site:
+        first = context.new_page()
+        enter(first, site.url)
+        annotate(first)
+        other = chromium.new_context()
+        other.set_default_timeout(PATIENCE_MS)
+        second = other.new_page()
+        enter(second, site.url)
+        rate(second)
+        other.close()
+    out = tmp_path / "corpus"
+    assert run(["annotate", "export", str(out), "--instance", str(tmp_path / "instance")]) == 0
+    corpus = load_corpus(out)
+    (command,) = corpus.commands.values()
+    assert command.text == COMMAND
+    right, random = sorted(corpus.annotations, key=lambda a: a.source)
+    assert (right.source, random.source) == ("positive", "random")
+    assert to_json(right.sdcs) == TREE
+    assert [thing.id for thing in right.groundings[-1]] == ["boxes-1"]
+    assert sorted(judgment.rating for judgment in corpus.judgments) == ["SA", "SD"]

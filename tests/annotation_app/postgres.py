@@ -1,0 +1,65 @@
+"""A PostgreSQL cluster of the tests' own."""
+
+from __future__ import annotations
+
+import os
+import pwd
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+
+def programs() -> Path | None:
+    """Where PostgreSQL's server programs are."""
+    found = shutil.which("initdb")
+    folders = [Path(found).parent] if found else []
+    folders += sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
+    return next((folder for folder in folders if (folder / "initdb").exists()), None)
+
+
+@contextmanager
+def cluster() -> Iterator[str]:
+    """The URL of a new cluster, without the database's name; it listens at a socket only."""
+    folder = programs()
+    if folder is None:
+        pytest.skip("PostgreSQL's server is not installed")
+    user = None
+    home = Path(tempfile.mkdtemp(prefix="ct-pg-"))
+    if os.geteuid() == 0:
+        # PostgreSQL refuses to run as root.
+        user = next((name for name in ("postgres", "nobody") if _exists(name)), None)
+        if user is None:
+            pytest.skip("PostgreSQL can't run as root, and there is no other user")
+        shutil.chown(home, user)
+    data = home / "data"
+
+    def run(*arguments: str) -> None:
+        subprocess.run(arguments, check=True, user=user, cwd=home, capture_output=True, env={})
+
+    try:
+        run(
+            str(folder / "initdb"), "-D", str(data), "-U", "tests", "-A", "trust",
+            "--no-sync", "-E", "UTF8",
+        )  # fmt: skip
+        options = f"-c listen_addresses='' -c unix_socket_directories={home} -c max_connections=200"
+        control = str(folder / "pg_ctl")
+        run(control, "-D", str(data), "-w", "-l", str(home / "log"), "-o", options, "start")
+        try:
+            yield f"postgresql://tests@/{{name}}?host={home}"
+        finally:
+            run(control, "-D", str(data), "-m", "immediate", "stop")
+    finally:
+        shutil.rmtree(home, ignore_errors=True)
+
+
+def _exists(user: str) -> bool:
+    try:
+        pwd.getpwnam(user)
+    except KeyError:
+        return False
+    return True

@@ -1,0 +1,98 @@
+"""``ct annotate`` without anything, as the first thing that somebody tries."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from annotation_app.demo import DATASET, demo_scenarios, demo_study
+from annotation_app.models import TASKS
+from annotation_app.setup import rendered_videos
+from corpus_tools.bundled import CACHE
+from corpus_tools.world.scenarios.documents import read_document
+from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
+from tests.annotation_app.rendered import render
+
+
+def layouts() -> dict[str, str]:
+    files = scenario_files(dataset_folder(DATASET))
+    return {name: read_document(file).value["layout"] for name, file in files.items()}
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache in which the demo's videos have been rendered."""
+    folder = tmp_path_factory.mktemp("cache")
+    render(folder / CACHE / "annotate-demo" / "videos", demo_scenarios())
+    return folder
+
+
+def test_the_demo_is_about_all_layouts_and_tasks(cache: Path) -> None:
+    names, of = demo_scenarios(), layouts()
+    assert {of[name] for name in names} == set(of.values())
+    study = demo_study(rendered_videos(cache / CACHE / "annotate-demo" / "videos"))
+    assert tuple(study.tasks) == TASKS
+    assert study.known_commands
+    assert all(of[known.video] != of[known.wrong_video] for known in study.known_commands)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """A shell's background jobs ignore the signal, and so does what they start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("interruptible")
+def test_it_opens_the_demo_ends_and_goes_on(cache: Path, tmp_path: Path) -> None:
+    first = start_and_interrupt(cache, tmp_path)
+    second = start_and_interrupt(cache, tmp_path)
+    for told in (first, second):
+        assert re.search(r"study demo: http://localhost:\d+/s/demo\n", told)
+        assert re.search(r"make the first admin, once: http://localhost:\d+/setup/\S+\n", told)
+        assert "Ctrl-C" in told
+    assert list(tmp_path.iterdir()) == []
+
+
+def start_and_interrupt(cache: Path, folder: Path) -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with subprocess.Popen(
+        [sys.executable, "-m", "corpus_tools", "annotate", "--port", str(port)],
+        cwd=folder,
+        env={**os.environ, "XDG_CACHE_HOME": str(cache)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert b"Commands for a robot forklift" in get(f"http://127.0.0.1:{port}/")
+        finally:
+            server.send_signal(signal.SIGINT)
+        told, errors = server.communicate()
+    assert errors == ""
+    assert server.returncode == 0
+    return told
+
+
+def get(address: str) -> bytes:
+    for _ in range(600):
+        try:
+            with urllib.request.urlopen(address) as reply:
+                return bytes(reply.read())
+        except OSError:
+            time.sleep(0.1)
+    raise TimeoutError(address)
