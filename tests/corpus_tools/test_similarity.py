@@ -39,6 +39,7 @@ def ct(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
         ("tags.gz", gzip.compress(TEXT.encode())),
         ("tags.txt.bz2", bz2.compress(TEXT.encode())),
     ],
+    ids=["plain", "gzip", "bzip2"],
 )
 def test_a_list_in_any_packing_gives_the_table_of_its_lines(
     tmp_path: Path, name: str, content: bytes
