@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+DATABASE_VARIABLE = "CT_ANNOTATE_DATABASE"
+
 INSTANCE = click.option(
     "--instance",
     type=click.Path(path_type=Path, file_okay=False),
@@ -16,6 +18,6 @@ INSTANCE = click.option(
 DATABASE = click.option(
     "--database",
     metavar="URL",
-    envvar="CT_ANNOTATE_DATABASE",
+    envvar=DATABASE_VARIABLE,
     help="Database, such as postgresql://user@host/name [default: SQLite in the instance].",
 )

@@ -1,0 +1,68 @@
+"""What this machine has of what the toolkit needs, and how to get what is missing.
+
+A check is a function without arguments that returns what it found, in a few words, or
+raises a :class:`~g3.errors.CorpusError` that says what is missing. Installed distributions
+name theirs in the entry point group ``ct.checks``.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from g3.errors import CorpusError
+
+ENTRY_POINT_GROUP = "ct.checks"
+
+Check: TypeAlias = Callable[[], str]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a check came to.
+
+    Parameters
+    ----------
+    name
+        Of the check.
+    ok
+        Whether all is there.
+    found
+        What is there, or what is wrong.
+    fix
+        How to mend it; empty if all is well.
+    """
+
+    name: str
+    ok: bool
+    found: str
+    fix: str = ""
+
+
+def checks() -> dict[str, Check]:
+    """The checks of all installed distributions by name, sorted."""
+    points = importlib.metadata.entry_points(group=ENTRY_POINT_GROUP)
+    return {point.name: _loaded(point) for point in sorted(points, key=lambda p: p.name)}
+
+
+def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
+    """Run checks one by one, whatever becomes of the others."""
+    for name, check in named.items():
+        try:
+            yield Finding(name, True, check())
+        except CorpusError as error:
+            found = f"{error.where}: {error.what}" if error.where else error.what
+            yield Finding(name, False, found, error.fix)
+        except Exception as error:  # a broken library may raise anything
+            reason = f"{type(error).__name__}: {error}"
+            fix = "install the package again; if that doesn't help, please report this"
+            yield Finding(name, False, reason, fix)
+
+
+def _loaded(point: importlib.metadata.EntryPoint) -> Check:
+    def check() -> str:
+        return str(point.load()())
+
+    return check

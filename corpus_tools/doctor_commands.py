@@ -1,0 +1,60 @@
+"""``ct doctor`` and ``ct completion``: is everything there, and the shell's help with it."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --format json")
+@click.argument("names", metavar="[CHECK]...", nargs=-1)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="For people or for programs.",
+)
+@click.pass_context
+def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
+    """Check what this machine has of what the toolkit needs; say how to get what is missing.
+
+    All checks run, or those that are named. The exit status is 0 if all is well and 1 if
+    something is missing.
+    """
+    import msgspec
+
+    from corpus_tools.doctor import checks, diagnose
+
+    known = checks()
+    for name in names:
+        if name not in known:
+            raise click.UsageError(f"there is no check {name!r}; there are {', '.join(known)}")
+    chosen = {name: known[name] for name in names} if names else known
+    findings = []
+    for finding in diagnose(chosen):
+        findings.append(finding)
+        if form == "table":
+            mark = click.style("ok", fg="green") if finding.ok else click.style("no", fg="red")
+            click.echo(f"{mark}  {finding.name:<10} {finding.found}")
+            if finding.fix:
+                click.echo(f"    {'':<10} {finding.fix}")
+    if form == "json":
+        click.echo(msgspec.json.format(msgspec.json.encode({"checks": findings}), indent=2))
+    ctx.exit(0 if all(finding.ok for finding in findings) else 1)
+
+
+@click.command(
+    epilog="\b\nExamples:\n"
+    '  eval "$(ct completion bash)"                                   # in ~/.bashrc\n'
+    "  ct completion fish > ~/.config/fish/completions/ct.fish"
+)
+@click.argument("shell", type=click.Choice(["bash", "fish", "zsh"]))
+def completion(shell: str) -> None:
+    """Print a script that has a shell complete the commands and options of ct."""
+    from click.shell_completion import BashComplete, FishComplete, ZshComplete
+
+    from corpus_tools.cli import cli
+
+    kind = {"bash": BashComplete, "fish": FishComplete, "zsh": ZshComplete}[shell]
+    click.echo(kind(cli, {}, "ct", "_CT_COMPLETE").source())
