@@ -12,6 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from corpus_tools.agreement import krippendorff_alpha
+from corpus_tools.simulation.raters import STUDY as SIMULATED
 from eval.formats import Format, delimited, document, metadata_text, table_text
 from eval.statistics import BoolArray, Estimate
 from eval.studies.intervals import bootstrap, clopper_pearson, gee, two_way_bootstrap, wilson
@@ -206,7 +207,7 @@ def render(
     terminal: bool = False,
 ) -> str:
     """Table 2 in one of the formats, with the paper's figures beside."""
-    about = {"judged_by": "people", "study": results.study, **metadata}
+    about = {"judged_by": judged_by(results.study), "study": results.study, **metadata}
     if form == "json":
         return document(_content(results), about)
     if form == "csv":
@@ -214,6 +215,11 @@ def render(
     if form == "latex":
         return _latex(results, about)
     return _table(results, about, terminal=terminal)
+
+
+def judged_by(study: str) -> str:
+    """Who gave a study's ratings."""
+    return "simulated raters" if study == SIMULATED else "people"
 
 
 def notes(results: Results) -> list[str]:
@@ -328,7 +334,7 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
             str(row.n),
             str(row.pairs),
         )
-    title = "People who agree that the video shows the command"
+    title = f"{judged_by(results.study).capitalize()} who agree that the video shows the command"
     return table_text({title: table}, notes(results), metadata, terminal=terminal)
 
 

@@ -31,7 +31,6 @@ from g3.errors import FormatError
 from g3.sdc import SDC_TYPES, breadth_first
 
 IMPORTER = "authored"
-SUBJECT = "authored"
 LOG_INTERVAL_S = 10_000.0
 """From the start of one scenario's log to that of the next."""
 
@@ -131,7 +130,7 @@ def _read_commands(
             text=utterance.text,
             scenario=scenario.id,
             video=scenario.id,
-            subject=SUBJECT,
+            subject=utterance.subject,
         )
         found.append(_Grounded(command, clauses, world))
     return found

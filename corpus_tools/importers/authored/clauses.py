@@ -58,7 +58,7 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
         where = f"sdcs: {error.where}" if error.where else "sdcs"
         raise FormatError(error.what, where=where, fix=error.fix) from error
     nodes = list(breadth_first(sdcs))
-    names = _names(sdcs, nodes)
+    names = clause_names(sdcs, nodes)
     given = tuple(_HEAD.findall(utterance.sdcs))
     printed = sorted(filter(None, names), key=_number)
     if list(given) != printed:
@@ -93,7 +93,7 @@ def _number(name: str) -> int:
     return int(name.partition("_")[2])
 
 
-def _names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:
+def clause_names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:
     """The name of each clause as :func:`g3.sdc_notation.format_brackets` prints it."""
     printed = iter(_HEAD.findall(format_brackets(sdcs)))
     names = {id(sdc): next(printed) for sdc in _depth_first(sdcs)}

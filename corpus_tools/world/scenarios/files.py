@@ -24,11 +24,12 @@ Steps: TypeAlias = Annotated[list[Step], msgspec.Meta(min_length=1)]
 
 
 class Utterance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A command, its SDC trees in bracket notation and the groundings of its clauses."""
+    """A command, its SDC trees in bracket notation, its clauses' groundings, and whose it is."""
 
     text: Annotated[str, msgspec.Meta(pattern=r"\S")]
     sdcs: str
     groundings: dict[str, str | tuple[str, ...]]
+    subject: str = "authored"
 
 
 class ScenarioFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -22,10 +22,17 @@ def fingerprint(scenario: Scenario) -> str:
     names = {FORKLIFT.name, *(thing.kind for thing in scenario.all_objects.values())}
     parts = {
         "frame": (layout.at, layout.yaw_deg),
-        "objects": scenario.all_objects,
-        "places": scenario.all_places,
-        "robot": scenario.robot,
+        "objects": {name: _said(thing) for name, thing in scenario.all_objects.items()},
+        "places": {name: _said(region) for name, region in scenario.all_places.items()},
+        "robot": _said(scenario.robot),
         "script": scenario.script,
         "kinds": [KINDS[name] for name in sorted(names)],
     }
     return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
+
+
+def _said(item: msgspec.Struct) -> dict[str, object]:
+    """The fields that aren't as they are when nothing is said of them."""
+    values = msgspec.structs.asdict(item)
+    fields = msgspec.structs.fields(item)
+    return {f.name: values[f.name] for f in fields if values[f.name] != f.default}

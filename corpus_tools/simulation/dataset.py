@@ -1,0 +1,168 @@
+"""Writing what simulated workers type as a dataset, which is a corpus wherever one is taken."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from corpus_tools.atomic_file import write_bytes
+from corpus_tools.importers.authored.clauses import clause_names
+from corpus_tools.importers.authored.files import read_dataset
+from corpus_tools.importers.report import Journal
+from corpus_tools.progress import OnProgress
+from corpus_tools.shipped import DATASET
+from corpus_tools.simulation.grammar import Told, tell
+from corpus_tools.simulation.scenes import see
+from corpus_tools.simulation.workers import Worker, draw_workers
+from corpus_tools.world.scenarios.execution import log_scenario
+from corpus_tools.world.scenarios.files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.generation import generate
+from corpus_tools.world.scenarios.library import read_layouts
+from corpus_tools.world.scenarios.logs import scenario_log
+from corpus_tools.world.scenarios.model import Layout, Scenario
+from corpus_tools.world.scenarios.writing import format_scenario
+from g3.errors import CorpusError, FormatError
+from g3.sdc import breadth_first
+from g3.sdc_notation import format_brackets
+
+SOURCE = "Simulated: written by a grammar for random scenarios, by nobody. See docs/simulation.md."
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What shall be simulated; the same plan gives the same files.
+
+    Parameters
+    ----------
+    scenarios
+        How many, and that many videos.
+    commands
+        For each, by different workers.
+    workers
+        How many there are.
+    seed
+        Of all chance.
+    """
+
+    scenarios: int
+    commands: int
+    workers: int
+    seed: int
+
+
+def write_dataset(
+    plan: Plan, out: Path, basis: Path, *, on_progress: OnProgress | None = None
+) -> list[CorpusError]:
+    """Simulate workers, and write their commands with scenarios and logs.
+
+    What is there already is kept, so that an interrupted run goes on where it stopped.
+
+    Parameters
+    ----------
+    out
+        Folder of the dataset; it is made if it isn't there.
+    basis
+        The dataset whose layouts and words are taken.
+
+    Returns
+    -------
+    list of CorpusError
+        Why scenarios were left out: the robot couldn't do what they say.
+
+    Raises
+    ------
+    FormatError
+        If the folder holds something else, or the layouts have no room.
+    """
+    if plan.commands > plan.workers:
+        raise FormatError(
+            f"{plan.workers} workers can't write {plan.commands} commands for each scenario",
+            fix="ask for more workers, or fewer commands",
+        )
+    layouts = read_layouts(basis)
+    _begin(plan, out, basis, layouts)
+    workers = draw_workers(plan.workers, plan.seed)
+    failures = []
+    for number in range(plan.scenarios):
+        if on_progress is not None:
+            on_progress("simulating", number, plan.scenarios)
+        scenario = generate(plan.seed, number, layouts)
+        try:
+            if not _is_logged(scenario, out):
+                log_scenario(scenario, out)
+        except CorpusError as error:
+            failures.append(error)
+            continue
+        told = commands_for(scenario, workers, plan.commands, plan.seed + number)
+        text = format_scenario(scenario) + format_commands(told)
+        write_bytes(out / SCENARIOS / f"{scenario.id}.yaml", text.encode())
+    return failures
+
+
+def commands_for(
+    scenario: Scenario, workers: tuple[Worker, ...], count: int, seed: int
+) -> list[tuple[Worker, Told]]:
+    """What some of the workers type for a scenario, each at most once."""
+    rng = np.random.default_rng([seed, count])
+    scene = see(scenario)
+    chosen = rng.choice(len(workers), size=count, replace=False)
+    return [(workers[i], tell(scene, workers[i], rng)) for i in chosen]
+
+
+def format_commands(told: list[tuple[Worker, Told]]) -> str:
+    """Commands as they stand in a scenario's file."""
+    lines = ["commands:"]
+    for worker, command in told:
+        nodes = list(breadth_first(command.sdcs))
+        names = clause_names(command.sdcs, nodes)
+        groundings = {
+            name: ids[0] if len(ids) == 1 else list(ids)
+            for name, node in zip(names, nodes, strict=True)
+            if name and (ids := command.wording.grounding(node)) is not None
+        }
+        lines += [
+            f"  - text: {json.dumps(command.wording.text)}",
+            f"    sdcs: {json.dumps(format_brackets(command.sdcs))}",
+            f"    groundings: {json.dumps(groundings)}",
+            f"    subject: {worker.id}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) -> None:
+    words = read_dataset(basis, Journal(keep_going=False)).words
+    head = {
+        "name": f"simulated-{plan.seed}",
+        "source": SOURCE,
+        "licence": "MIT",
+        "seed": plan.seed,
+        "words": words,
+    }
+    content = json.dumps(head, indent=1).encode()
+    file = out / DATASET
+    if out.exists() and any(out.iterdir()) and not _is_ours(file, content):
+        raise FormatError(
+            "this folder holds something else", where=str(out), fix="name a new folder"
+        )
+    for folder in (SCENARIOS, LAYOUTS):
+        (out / folder).mkdir(parents=True, exist_ok=True)
+    for name in layouts:
+        path = Path(LAYOUTS) / f"{name}.yaml"
+        write_bytes(out / path, (basis / path).read_bytes())
+    write_bytes(file, content)
+
+
+def _is_ours(file: Path, content: bytes) -> bool:
+    return file.is_file() and file.read_bytes() == content
+
+
+def _is_logged(scenario: Scenario, folder: Path) -> bool:
+    try:
+        scenario_log(scenario, folder)
+    except FormatError:
+        return False
+    return True

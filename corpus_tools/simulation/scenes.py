@@ -1,0 +1,97 @@
+"""What a simulated worker sees: where things are for the robot, and what happens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from corpus_tools.world.kinds import KINDS
+from corpus_tools.world.scenarios.contexts import scenario_context
+from corpus_tools.world.scenarios.model import ROBOT, Scenario
+from g3.geometry import rotate
+from g3.groundings import FloatArray, Prism
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A thing or a place as the robot's driver sees it at the start.
+
+    Parameters
+    ----------
+    id
+        In the scenario.
+    kind
+        Of a thing; empty for a place.
+    labels
+        Of the thing.
+    name
+        What the map calls a place.
+    deck
+        Id of what it stands on; empty for the ground.
+    at
+        Metres ahead of the robot and to its left.
+    """
+
+    id: str
+    kind: str
+    labels: frozenset[str]
+    name: str
+    deck: str
+    at: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """All that can be seen, by id.
+
+    Parameters
+    ----------
+    scenario
+        What happens.
+    things, places
+        What there is; what the robot carries is not among the things that it sees.
+    """
+
+    scenario: Scenario
+    things: Mapping[str, Seen]
+    places: Mapping[str, Seen]
+
+
+def see(scenario: Scenario) -> Scene:
+    """How a scenario looks from the robot's start."""
+    context = scenario_context(scenario)
+    start = context.agent.trajectory
+    pose = (start.xyz[0, :2], float(start.yaw[0]))
+    objects, regions = scenario.all_objects, scenario.all_places
+    things = {
+        item.id: Seen(
+            item.id,
+            objects[item.id].kind,
+            frozenset(KINDS[objects[item.id].kind].labels),
+            "",
+            objects[item.id].deck or "",
+            _from(pose, item.prism),
+        )
+        for item in context.objects
+        if item.id not in (ROBOT, scenario.robot.carries)
+    }
+    places = {
+        name: Seen(
+            name, "", frozenset(), regions[name].name, regions[name].deck or "", _from(pose, place)
+        )
+        for name, place in zip(regions, (p.prism for p in context.places), strict=True)
+    }
+    return Scene(scenario, things, places)
+
+
+def distance(a: Seen, b: Seen) -> float:
+    """Metres between the middles of two things."""
+    return float(np.hypot(a.at[0] - b.at[0], a.at[1] - b.at[1]))
+
+
+def _from(pose: tuple[FloatArray, float], prism: Prism) -> tuple[float, float]:
+    position, yaw = pose
+    ahead, left = rotate(prism.xy.mean(axis=0) - position, np.asarray(-yaw))
+    return float(ahead), float(left)
