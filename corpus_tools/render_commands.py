@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.parallel_options import JOBS, SCHEDULER
+
 if TYPE_CHECKING:
+    from corpus_tools.parallel import Workers
     from corpus_tools.video.batch import Outcome
     from corpus_tools.video.items import Item
     from corpus_tools.video.manifest import Settings
@@ -63,13 +66,8 @@ SMALLEST, LARGEST = 64, 4096
     show_default=True,
     help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="How many are made at the same time.",
-)
+@JOBS
+@SCHEDULER
 @click.option("--force", is_flag=True, help="Make again what is there already.")
 @click.pass_context
 def render_videos(
@@ -85,6 +83,7 @@ def render_videos(
     fps: int,
     quality: Literal["draft", "standard", "high"],
     jobs: int,
+    scheduler: str,
     force: bool,
 ) -> None:
     """Make videos of scenarios, with logs of everything that happens in them.
@@ -103,6 +102,7 @@ def render_videos(
       ct render-videos dock_pick_up_tires --out videos --camera follow --size 1280x720
       ct render-videos my_scenario.yaml --out videos --quality draft
       ct render-videos --corpus aaai11 --only "*_tire_*" --out replays --jobs 4
+      ct render-videos --out /shared/videos --scheduler tcp://head:8786
     """
     from fnmatch import fnmatchcase
 
@@ -115,6 +115,7 @@ def render_videos(
 
     choose_back_end()
 
+    from corpus_tools.parallel import Workers
     from corpus_tools.video.items import context_items, scenario_items
     from corpus_tools.video.manifest import Settings
     from g3.errors import CorpusError
@@ -130,7 +131,9 @@ def render_videos(
         )
     out.mkdir(parents=True, exist_ok=True)
     settings = Settings(camera, pixels, fps, quality)
-    ctx.exit(_report(_produce(chosen, out, settings, jobs=jobs, force=force)))
+    ctx.exit(
+        _report(_produce(chosen, out, settings, workers=Workers(jobs, scheduler), force=force))
+    )
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -147,7 +150,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _produce(
-    items: list[Item], out: Path, settings: Settings, *, jobs: int, force: bool
+    items: list[Item], out: Path, settings: Settings, *, workers: Workers, force: bool
 ) -> list[Outcome]:
     from corpus_tools.progress import progress_bar
     from corpus_tools.video.batch import produce_all
@@ -162,7 +165,9 @@ def _produce(
 
             return told
 
-        for outcome in produce_all(items, out, settings, jobs=jobs, force=force, on_frame=on_frame):
+        for outcome in produce_all(
+            items, out, settings, workers=workers, force=force, on_frame=on_frame
+        ):
             outcomes.append(outcome)
             if progress is not None:
                 progress("rendering", len(outcomes), len(items))

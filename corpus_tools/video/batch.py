@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from corpus_tools.parallel import Done, WorkerDiedError, Workers, work
+from corpus_tools.video.gl import VARIABLE, choose_back_end
 from corpus_tools.video.items import Item
 from corpus_tools.video.manifest import Settings
 from corpus_tools.video.production import OnFrame, produce
 from g3.errors import CorpusError
+
+THREADS = "LP_NUM_THREADS"
+"""How many threads Mesa starts in a process; it would start them for all cores in each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,53 +46,37 @@ def produce_all(
     out: Path,
     settings: Settings,
     *,
-    jobs: int,
+    workers: Workers,
     force: bool,
     on_frame: Callable[[str], OnFrame] | None = None,
 ) -> Iterator[Outcome]:
     """Make all items' folders; one that fails doesn't stop the others.
 
-    Processes are started afresh, because OpenGL doesn't survive a fork, and each makes
-    the same files as this one would.
-
     Parameters
     ----------
-    jobs
-        How many are made at the same time. With 1 no process is started.
+    workers
+        Where; each process makes the same files as this one would.
     on_frame
         Given an item's name, tells who is told of its frames; only with one job.
     """
-    if jobs == 1:
+    if workers == Workers():
         for item in items:
             told = on_frame(item.name) if on_frame else None
-            yield _outcome(item, out, settings, force, told)
+            yield _outcome(item, out=out, settings=settings, force=force, on_frame=told)
         return
-    context = multiprocessing.get_context("spawn")
-    threads = os.environ.get("LP_NUM_THREADS")
-    # Mesa would start threads for all cores in each process.
-    os.environ["LP_NUM_THREADS"] = threads or "1"
-    try:
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_die_silently) as pool:
-            futures = {pool.submit(_outcome, item, out, settings, force): item for item in items}
-            try:
-                yield from (_result(future, futures[future]) for future in as_completed(futures))
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for process in multiprocessing.active_children():
-                    process.terminate()
-                raise
-    finally:
-        if threads is None:
-            del os.environ["LP_NUM_THREADS"]
+    make = partial(_outcome_elsewhere, out=out.absolute(), settings=settings, force=force)
+    yield from map(_told, work(make, items, workers))
 
 
-def _die_silently() -> None:
-    """Ctrl-C reaches the whole group of processes; only the first one shall speak of it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+def _outcome_elsewhere(item: Item, *, out: Path, settings: Settings, force: bool) -> Outcome:
+    os.environ.setdefault(THREADS, "1")
+    if VARIABLE not in os.environ:
+        choose_back_end()
+    return _outcome(item, out=out, settings=settings, force=force)
 
 
 def _outcome(
-    item: Item, out: Path, settings: Settings, force: bool, on_frame: OnFrame | None = None
+    item: Item, *, out: Path, settings: Settings, force: bool, on_frame: OnFrame | None = None
 ) -> Outcome:
     try:
         return Outcome(item.name, produce(item, out, settings, force=force, on_frame=on_frame))
@@ -104,9 +90,8 @@ def _outcome(
         return Outcome(item.name, made=False, problem=problem, is_bug=True)
 
 
-def _result(future: Future[Outcome], item: Item) -> Outcome:
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        problem = "a process ended before its time, perhaps for want of memory (run again)"
-        return Outcome(item.name, made=False, problem=problem, is_bug=True)
+def _told(done: Done[Item, Outcome]) -> Outcome:
+    if done.result is not None:
+        return done.result
+    again = " (run again)" if isinstance(done.error, WorkerDiedError) else ""
+    return Outcome(done.item.name, made=False, problem=f"{done.error}{again}", is_bug=True)

@@ -1,0 +1,151 @@
+"""Working on many items: here, in processes that may die, and on a real Dask cluster."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from corpus_tools.cli import run
+from corpus_tools.parallel import WorkerDiedError, Workers, work
+from g3.errors import CorpusError
+
+
+def square(x):
+    if x == 13:
+        raise ValueError("unlucky")
+    return x * x
+
+
+def die_once(x, *, folder):
+    """Ends its process the first time that it is called for an odd number."""
+    mark = Path(folder) / str(x)
+    if x % 2 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x
+
+
+def die(x):
+    if x == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x
+
+
+def results(done):
+    return sorted((d.item, d.result, type(d.error)) for d in done)
+
+
+def program(name):
+    return [sys.executable, "-m", f"distributed.cli.dask_{name}"]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """The address of a scheduler with two workers, each in a process of its own."""
+    pytest.importorskip("distributed")
+    quiet = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL, "text": True}
+    scheduler = subprocess.Popen(
+        [*program("scheduler"), "--host", "127.0.0.1", "--port", "0", "--no-dashboard"],
+        **quiet,
+    )
+    try:
+        lines = iter(scheduler.stderr.readline, "")
+        address = next(line.split()[-1] for line in lines if "Scheduler at" in line)
+        workers = [
+            subprocess.Popen(
+                [*program("worker"), address, "--nthreads", "1", "--no-dashboard"],
+                env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+            for _ in range(2)
+        ]
+        yield address
+        for worker in workers:
+            worker.terminate()
+        for worker in workers:
+            worker.wait()
+    finally:
+        scheduler.terminate()
+        scheduler.wait()
+        scheduler.stderr.close()
+
+
+def test_all_ways_give_the_same():
+    expected = [(x, None if x == 13 else x * x) for x in range(20)]
+    for workers in (Workers(), Workers(jobs=3)):
+        done = list(work(square, range(20), workers))
+        assert sorted((d.item, d.result) for d in done) == expected
+        assert [str(d.error) for d in done if d.error is not None] == ["unlucky"]
+
+
+def test_a_process_that_dies_is_replaced(tmp_path):
+    done = list(work(partial(die_once, folder=tmp_path), range(8), Workers(jobs=2)))
+    assert results(done) == [(x, x, type(None)) for x in range(8)]
+
+
+def test_an_item_that_always_kills_costs_only_itself():
+    done = list(work(die, range(6), Workers(jobs=2)))
+    assert results([d for d in done if d.item != 2]) == [
+        (x, x, type(None)) for x in range(6) if x != 2
+    ]
+    (bad,) = (d for d in done if d.item == 2)
+    assert isinstance(bad.error, WorkerDiedError)
+
+
+def test_who_stops_listening_leaves_no_process():
+    running = work(time.sleep, [0.01] + [60.0] * 5, Workers(jobs=2))
+    next(running)
+    running.close()
+    end = time.monotonic() + 20
+    while multiprocessing.active_children() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+def test_a_cluster_of_two_workers(cluster):
+    done = list(work(math.sqrt, [float(x) for x in range(-1, 30)], Workers(scheduler=cluster)))
+    assert sorted(d.result for d in done if d.error is None) == [math.sqrt(x) for x in range(30)]
+    (bad,) = (d for d in done if d.error is not None)
+    assert isinstance(bad.error, ValueError)
+
+
+@pytest.mark.slow
+def test_workers_of_a_cluster_that_die(cluster, tmp_path):
+    function = partial(die_once, folder=tmp_path)
+    done = list(work(function, range(4), Workers(scheduler=cluster)))
+    assert results(done) == [(x, x, type(None)) for x in range(4)]
+
+    done = {d.item: d for d in work(die, range(1, 4), Workers(scheduler=cluster))}
+    assert isinstance(done[2].error, WorkerDiedError)
+    assert (done[1].result, done[3].result) == (1, 3)
+
+
+@pytest.mark.slow
+def test_rendering_on_a_cluster(cluster, tmp_path, capsys):
+    command = ["render-videos", "dock_put_down_boxes", "--fps", "1"]
+    small = ["--size", "64x64", "--quality", "draft"]
+    assert run([*command, *small, "--out", str(tmp_path / "here")]) == 0
+    assert run([*command, *small, "--out", str(tmp_path / "there"), "--scheduler", cluster]) == 0
+    assert capsys.readouterr().out == "rendered 1\n" * 2
+    made = sorted(p.relative_to(tmp_path / "here") for p in (tmp_path / "here").glob("*/*.*"))
+    assert made
+    for file in made:
+        assert (tmp_path / "here" / file).read_bytes() == (tmp_path / "there" / file).read_bytes()
+
+
+def test_no_scheduler(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("corpus_tools.parallel.CONNECT_S", 0.3)
+    with pytest.raises(CorpusError, match="no Dask scheduler"):
+        list(work(square, [1], Workers(scheduler="tcp://127.0.0.1:1")))
