@@ -271,7 +271,7 @@ def g3(
     metavar="CORPUS",
     required=True,
     multiple=True,
-    help="What to train on (repeatable).",
+    help="What to train on (repeatable); annotators differ, and the first corpus's are followed.",
 )
 @click.option(
     "--out",
@@ -301,7 +301,8 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None) -> None:
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
     corpora = [open_corpus(name) for name in names]
-    items = [item for corpus in corpora for item in annotated_trees(corpus)]
+    first, *others = [annotated_trees(corpus) for corpus in corpora]
+    items = [*first, *(item for part in others for item in part)]
     strength = DEFAULT_L2 if l2 is None else l2
     card = {
         "corpora": {corpus.name: corpus.hash for corpus in corpora},
@@ -310,7 +311,8 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None) -> None:
         "scenarios": sorted({item.command.scenario for item in items}),
     }
     lessons = prepare([(item.command.text, item.sdcs) for item in items])
-    content = to_bytes(train_extractor(lessons, l2=strength, card=card))
+    own, besides = lessons[: len(first)], lessons[len(first) :]
+    content = to_bytes(train_extractor(own, others=besides, l2=strength, card=card))
     write_bytes(out, content)
     click.echo(
         f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}"

@@ -214,7 +214,7 @@ def _check_data(card: ModelCard, path: Path) -> None:
             raise ModelError(
                 "it was trained with other data than are there now",
                 where=where,
-                fix=f"set CT_WORDNET and CT_TAGS as they were, or {RETRAIN}",
+                fix=f"set CT_WORDNET, CT_TAGS and CT_VECTORS as they were, or {RETRAIN}",
             )
 
 

@@ -146,8 +146,8 @@ def _cross_validated(
             on_progress(f"without {scenario}", number, len(scenarios))
         held = [i for i, item in enumerate(items) if item.command.scenario == scenario]
         own = zip(items, lessons, strict=True)
-        taught = [*others, *(lesson for i, lesson in own if i.command.scenario != scenario)]
-        extractor = train_extractor(taught, l2=l2)
+        taught = [lesson for i, lesson in own if i.command.scenario != scenario]
+        extractor = train_extractor(taught, others=others, l2=l2)
         trials = _tested(extractor, [items[i] for i in held], [lessons[i] for i in held])
         found |= {trial.annotated.command.id: trial for trial in trials}
     return [found[item.command.id] for item in items]

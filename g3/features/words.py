@@ -7,7 +7,7 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.features.registry import Column, Columns, feature_set
 from g3.groundings import FloatArray
-from g3.language.resources import tag_table_identity, wordnet_identity
+from g3.language.resources import tag_table_identity, word_vectors_identity, wordnet_identity
 from g3.language.similarity import MEASURES, best_match, mean_match
 
 TIE = 1e-9
@@ -187,3 +187,21 @@ def word_tags(batch: FactorBatch) -> FloatArray:
     Off: the table that comes along is made by hand and adds nothing to `word-domain`.
     """
     return _grade(batch, ("tag-npmi", "tag-given"))
+
+
+@feature_set(
+    "word-vectors",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("vector",)),
+    scale=0.4,
+    default=False,
+    data=word_vectors_identity,
+)
+def word_vectors(batch: FactorBatch) -> FloatArray:
+    """Likeness of the vectors of the figure's words and its labels, next to others in its scene.
+
+    Off: no vectors come along.
+    """
+    return _grade(batch, ("vector",))

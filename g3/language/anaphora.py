@@ -2,7 +2,16 @@
 
 Clauses are told by their places in breadth-first order (:func:`g3.sdc.breadth_first`), as
 groundings are. The words alone rarely settle what a pronoun stands for; the antecedents found here
-are candidates with probabilities, to be resolved together with the groundings.
+are candidates with probabilities, to be resolved together with the groundings. As a factor: call
+:func:`anaphors` once with all top-level clauses of a command, and add to the score of a joint
+grounding, for each anaphor of the kind ``same``, the logarithm of the sum of the probabilities of
+the antecedents that are grounded in the same thing (for ``one`` and ``other``: in a thing of the
+same kind, and for ``other`` not the same), with a floor for what the list doesn't have.
+
+>>> from g3.sdc_notation import parse_brackets
+>>> sdcs = parse_brackets("EVENT(r = Lift, l = OBJ(f = the box)); EVENT(r = drop, l = OBJ(f = it))")
+>>> [(a.index, a.kind, [x.index for x in a.antecedents]) for a in anaphors(sdcs)]
+[(5, 'same', [3])]
 """
 
 from __future__ import annotations

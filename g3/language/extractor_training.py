@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,16 +13,22 @@ import numpy as np
 from g3.errors import CorpusError
 from g3.language.attachment_training import train_attachments
 from g3.language.extractor import Extractor
-from g3.language.lessons import written_trees
+from g3.language.lessons import written_text, written_trees
+from g3.language.mending import ALIASES, VOCABULARY
 from g3.language.pipeline import Analysis, analyse
-from g3.language.role_training import train_roles
+from g3.language.role_training import VECTOR_SCALE, train_roles
 from g3.language.roles import Reading, read_roles
-from g3.language.word_features import Features, features
+from g3.language.verb_classes import CLASSES
+from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES, Features, features
 from g3.sdc import SDC
 
-DEFAULT_L2 = 1.0
+DEFAULT_L2 = 1.2
 LEAST = 2
 """How often a feature must occur to have a weight."""
+_SCALES = {1: 1.4, 2: 1.0}
+_SMALLEST_SCALE = 0.7
+SCALES = tuple(_SCALES.get(len(template), _SMALLEST_SCALE) for template in TEMPLATES)
+"""Standard deviations of the priors of weights: what joins many attributes is trusted less."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +64,16 @@ def prepare(commands: Sequence[tuple[str, tuple[SDC, ...]]]) -> list[Lesson]:
     return lessons
 
 
+def recipe() -> str:
+    """What decides besides the corpus what is learned, as a digest.
+
+    A trained extractor has it in its card, so that one can tell whether it is out of date.
+    """
+    parts = [written_text(), CLASSES, ALIASES, VOCABULARY, TEMPLATES, MOVE_TEMPLATES]
+    content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST])
+    return f"sha256:{hashlib.sha256(content.encode()).hexdigest()}"
+
+
 @lru_cache(maxsize=1)
 def _written() -> tuple[Lesson, ...]:
     return tuple(prepare(written_trees()))
@@ -64,6 +82,7 @@ def _written() -> tuple[Lesson, ...]:
 def train_extractor(
     lessons: Sequence[Lesson],
     *,
+    others: Sequence[Lesson] = (),
     l2: float = DEFAULT_L2,
     card: Mapping[str, object] | None = None,
 ) -> Extractor:
@@ -73,6 +92,9 @@ def train_extractor(
     ----------
     lessons
         What to learn from.
+    others
+        What to learn from besides, as far as it agrees: annotators of another corpus have other
+        habits.
     l2
         Strength of the regularisation.
     card
@@ -83,19 +105,30 @@ def train_extractor(
     CorpusError
         If there is nothing to learn from.
     """
-    taught = [lesson for lesson in lessons if lesson.command.lower and lesson.sdcs]
-    if not taught:
+    own, besides = (
+        [lesson for lesson in part if lesson.command.lower and lesson.sdcs]
+        for part in (lessons, others)
+    )
+    if not own:
         raise CorpusError(
             "there are no commands with annotated SDC trees", fix="take a corpus with annotations"
         )
-    taught += _written()
+    taught = [*own, *_written(), *besides]
+    strange = np.arange(len(taught)) >= len(taught) - len(besides)
     found = Features(
         np.concatenate([lesson.features.roles for lesson in taught]),
         np.concatenate([lesson.features.moves for lesson in taught]),
         np.concatenate([lesson.features.vectors for lesson in taught]),
     )
-    roles = train_roles(found, [lesson.reading.roles for lesson in taught], l2=l2, least=LEAST)
+    roles = train_roles(
+        found,
+        [lesson.reading.roles for lesson in taught],
+        l2=l2,
+        least=LEAST,
+        scales=SCALES,
+        strange=np.repeat(strange, [len(lesson.command.lower) for lesson in taught]),
+    )
     attachments = train_attachments(
         [lesson.command for lesson in taught], [lesson.reading for lesson in taught], l2=l2
     )
-    return Extractor(roles, attachments, dict(card or {}))
+    return Extractor(roles, attachments, {**(card or {}), "recipe": recipe()})

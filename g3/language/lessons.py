@@ -14,11 +14,15 @@ from g3.sdc_notation import parse_brackets
 FILE = "lessons.txt"
 
 
+def written_text() -> str:
+    """The file of hand-written trees."""
+    return (resources.files("g3.language") / FILE).read_text("utf-8")
+
+
 def written_trees() -> list[tuple[str, tuple[SDC, ...]]]:
     """The commands with their top-level clauses."""
-    content = (resources.files("g3.language") / FILE).read_text("utf-8")
     found = []
-    for paragraph in content.split("\n\n"):
+    for paragraph in written_text().split("\n\n"):
         if not paragraph.startswith("#"):
             text, *notation = paragraph.strip().splitlines()
             found.append((text, parse_brackets("\n".join(notation), command=text)))

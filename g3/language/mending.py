@@ -7,7 +7,7 @@ from functools import lru_cache
 from rapidfuzz.distance import OSA
 from rapidfuzz.process import extractOne
 
-_ALIASES = {
+ALIASES = {
     "tailor": "trailer",
     "palette": "pallet",
     "palettes": "pallets",
@@ -27,7 +27,7 @@ _COMMON = (
     "pallet pallets trailer trailers forklift barrel forward backward behind between toward "
     "towards straight platform package packages receiving storage slowly directly"
 )
-_VOCABULARY = tuple(_COMMON.split())
+VOCABULARY = tuple(_COMMON.split())
 """Words of the domain that are often misspelt and look like few others."""
 
 SHORTEST = 6
@@ -41,9 +41,9 @@ def mend(word: str) -> str:
     >>> mend("palllet"), mend("tailor"), mend("barrels")
     ('pallet', 'trailer', 'barrels')
     """
-    if word in _ALIASES:
-        return _ALIASES[word]
-    if len(word) < SHORTEST or not word.isalpha() or word.removesuffix("s") in _VOCABULARY:
+    if word in ALIASES:
+        return ALIASES[word]
+    if len(word) < SHORTEST or not word.isalpha() or word.removesuffix("s") in VOCABULARY:
         return word
-    nearest = extractOne(word, _VOCABULARY, scorer=OSA.distance, score_cutoff=1)
+    nearest = extractOne(word, VOCABULARY, scorer=OSA.distance, score_cutoff=1)
     return word if nearest is None else str(nearest[0])

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from g3.errors import ModelError
 from g3.language.mending import mend
+from g3.language.spacy_import import import_spacy
 from g3.sdc import Span
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def language_model() -> Language:
         If spaCy or its model isn't installed.
     """
     try:
-        import spacy  # noqa: PLC0415 - takes a second, and only parsing needs it
+        spacy = import_spacy()
     except ImportError as error:
         raise ModelError(
             "parsing needs spaCy", fix="pip install 'corpus-tools-g3[language]'"

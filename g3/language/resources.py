@@ -6,6 +6,7 @@ installed when it is first needed; all other files are the business of ``corpus_
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import os
 from functools import cache
@@ -13,10 +14,12 @@ from pathlib import Path
 
 from g3.errors import ModelError
 from g3.language.cooccurrence import TagTable, count_list, table_from_bytes
+from g3.language.vectors import WordVectors, read_vectors
 from g3.language.wordnet import WordNet, read_wordnet
 
 WORDNET_VARIABLE = "CT_WORDNET"
 TAGS_VARIABLE = "CT_TAGS"
+VECTORS_VARIABLE = "CT_VECTORS"
 
 _WORDNET_FOLDERS = (
     "/usr/share/wordnet",
@@ -36,6 +39,7 @@ _INSTALL_WORDNET = (
 )
 
 _MEND_TAGS = f"set {TAGS_VARIABLE} to a file of 'ct similarity build', or to nothing"
+_MEND_VECTORS = f"set {VECTORS_VARIABLE} to a text file of vectors, such as GloVe's"
 
 
 def wordnet() -> WordNet:
@@ -80,6 +84,28 @@ def tag_table_identity() -> str:
         If the file can't be read.
     """
     return _tag_digest(_tag_file())
+
+
+def word_vectors() -> WordVectors:
+    """The vectors of words in the file named in CT_VECTORS, read once; none come along.
+
+    Raises
+    ------
+    ModelError
+        If no file is named, or it can't be read.
+    """
+    return _read_word_vectors(_vectors_file())
+
+
+def word_vectors_identity() -> str:
+    """What tells one file of vectors from another: its digest.
+
+    Raises
+    ------
+    ModelError
+        If no file is named, or it can't be read.
+    """
+    return _vectors_digest(_vectors_file())
 
 
 def _wordnet_folder() -> Path:
@@ -147,6 +173,42 @@ def _read_tag_table(file: Path) -> TagTable:
 @cache
 def _tag_digest(file: Path) -> str:
     return _digest(_tag_content(file))
+
+
+def _vectors_file() -> Path:
+    named = os.environ.get(VECTORS_VARIABLE, "")
+    if not named:
+        raise ModelError("there are no vectors of words", fix=_MEND_VECTORS)
+    return Path(named).expanduser()
+
+
+@cache
+def _read_word_vectors(file: Path) -> WordVectors:
+    opened = gzip.open if file.suffix == ".gz" else open
+    try:
+        with opened(file, "rt", encoding="utf-8", errors="replace", newline="\n") as lines:
+            return read_vectors(lines)
+    except (OSError, EOFError, ValueError) as error:
+        raise _unreadable_vectors(file, error) from error
+
+
+@cache
+def _vectors_digest(file: Path) -> str:
+    digest = hashlib.sha256()
+    try:
+        with file.open("rb") as content:
+            for part in iter(lambda: content.read(1 << 20), b""):
+                digest.update(part)
+    except OSError as error:
+        raise _unreadable_vectors(file, error) from error
+    return f"sha256:{digest.hexdigest()}"
+
+
+def _unreadable_vectors(file: Path, error: Exception) -> ModelError:
+    why = getattr(error, "strerror", None) or error
+    return ModelError(
+        f"the vectors of words can't be read: {why}", where=str(file), fix=_MEND_VECTORS
+    )
 
 
 def _digest(*contents: bytes) -> str:

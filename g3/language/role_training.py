@@ -14,9 +14,10 @@ from g3.language.role_model import POSSIBLE, Chains, RoleModel, Scores, buckets,
 from g3.language.roles import ROLES, Role
 from g3.language.word_features import Features, IdArray
 
-VECTOR_SCALE = 0.3
+VECTOR_SCALE = 0.45
 """Standard deviation of the prior of the vectors' weights, beside that of the others."""
 
+BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
 
@@ -27,8 +28,14 @@ def train_roles(
     l2: float,
     least: int = 1,
     max_iterations: int = 100,
+    scales: Sequence[float] | None = None,
+    strange: BoolArray | None = None,
 ) -> RoleModel:
     """Fit a model by maximum likelihood with L-BFGS.
+
+    Words of commands that were annotated by other conventions are explained by a second set of
+    weights, added to the model's own and forgotten after training, so that the model learns what
+    both conventions have in common (regularised multi-task learning, Evgeniou and Pontil, 2004).
 
     Parameters
     ----------
@@ -42,6 +49,11 @@ def train_roles(
         How often a feature must occur to have a weight.
     max_iterations
         Steps after which to stop.
+    scales
+        Standard deviations of the priors of the weights, beside each other, for each of the
+        columns of the roles' features; 1 if left out.
+    strange
+        Which words are of commands annotated by other conventions, shape (n,); none if left out.
     """
     chains = Chains([len(sequence) for sequence in roles])
     gold = np.array([ROLES.index(role) for sequence in roles for role in sequence], dtype=np.intp)
@@ -49,9 +61,11 @@ def train_roles(
     before[chains.words[0]] = len(ROLES)
     n, r = len(gold), len(ROLES)
     keys, named = _matrix(features.roles, least)
+    scale = _scale(features.roles, keys, scales)
     vectors = sparse.csr_array(VECTOR_SCALE * features.vectors.astype(float))
-    matrix = sparse.csr_array(sparse.hstack([named, vectors], format="csr"))
-    move_keys, move_matrix = _matrix(features.moves, least)
+    own = sparse.csr_array(sparse.hstack([named @ sparse.diags_array(scale), vectors]))
+    move_keys, own_moves = _matrix(features.moves, least)
+    matrix, move_matrix = _twofold(own, strange), _twofold(own_moves, strange)
     observed = np.zeros((n, r))
     observed[np.arange(n), gold] = 1
     moved = np.zeros((n, r + 1, r))
@@ -87,11 +101,31 @@ def train_roles(
             method="L-BFGS-B",
             options={"maxiter": max_iterations, "maxcor": 8, "ftol": 1e-7},
         ).x
+    weights = found[:size].reshape(-1, r)[: own.shape[1]]
     return RoleModel(
-        weigh(keys, found[:size].reshape(-1, r)[: len(keys)]),
-        weigh(move_keys, found[size:].reshape(-1, r + 1, r)),
-        (VECTOR_SCALE * found[:size].reshape(-1, r)[len(keys) :]).astype(np.float32),
+        weigh(keys, scale[:, None] * weights[: len(keys)]),
+        weigh(move_keys, found[size:].reshape(-1, r + 1, r)[: own_moves.shape[1]]),
+        (VECTOR_SCALE * weights[len(keys) :]).astype(np.float32),
     )
+
+
+def _twofold(matrix: sparse.csr_array, strange: BoolArray | None) -> sparse.csr_array:
+    """The columns of a matrix, and once more for strange rows."""
+    if strange is None or not strange.any():
+        return matrix
+    again = sparse.diags_array(strange.astype(float)) @ matrix
+    return sparse.csr_array(sparse.hstack([matrix, again]))
+
+
+def _scale(ids: IdArray, keys: IntArray, scales: Sequence[float] | None) -> FloatArray:
+    """The scale of each bucket: the largest of the columns that fall into it."""
+    if scales is None:
+        return np.ones(len(keys))
+    scale = np.zeros(len(keys))
+    for column, value in zip(buckets(ids).T, scales, strict=True):
+        places = np.flatnonzero(np.isin(keys, column))
+        scale[places] = np.maximum(scale[places], value)
+    return scale
 
 
 def _matrix(ids: IdArray, least: int) -> tuple[IntArray, sparse.csr_array]:

@@ -17,7 +17,7 @@ from rapidfuzz.process import cdist
 
 from g3.groundings import FloatArray
 from g3.language.concepts import concepts
-from g3.language.resources import tag_table, wordnet
+from g3.language.resources import tag_table, word_vectors, wordnet
 from g3.language.wordnet import Score, WordNet
 from g3.language.words import normalise
 
@@ -153,6 +153,12 @@ def tag_given(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """How often an image that has the word as a tag has the label too."""
     given: FloatArray = tag_table().conditional(labels, words).T
     return given
+
+
+@measure("vector")
+def vector(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
+    """Cosine of the vectors of words in a file that you have, negative as 0."""
+    return word_vectors().cosine(words, labels)
 
 
 def best_match(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-_CLASSES = {
+CLASSES = {
     "placing": "put place set drop deposit lay leave lower position stack stand park release "
     "unload dump rest store stow settle line arrange insert install mount hang",
     "taking": "pick take get grab lift raise remove fetch collect retrieve grasp hoist pull "
@@ -41,7 +41,7 @@ _CLASSES = {
 }
 
 _BY_WORD: dict[str, str] = {}
-for _name, _words in _CLASSES.items():
+for _name, _words in CLASSES.items():
     for _word in _words.split():
         _BY_WORD[_word] = f"{_BY_WORD[_word]}+{_name}" if _word in _BY_WORD else _name
 

@@ -11,7 +11,7 @@ import pytest
 from g3.errors import CorpusError, ModelError
 from g3.language.extractor import Extractor
 from g3.language.extractor_file import default_extractor, from_bytes, to_bytes
-from g3.language.extractor_training import prepare, train_extractor
+from g3.language.extractor_training import DEFAULT_L2, prepare, recipe, train_extractor
 from g3.language.parser import parse
 from g3.sdc_notation import parse_brackets
 
@@ -39,7 +39,7 @@ def test_bytes_and_back(extractor):
     content = to_bytes(extractor)
     again = from_bytes(content)
     assert to_bytes(again) == content
-    assert again.card == {"scenarios": ["a"]}
+    assert again.card == {"scenarios": ["a"], "recipe": recipe()}
     for text, tree in TAUGHT.items():
         one, other = parse(text, extractor=extractor), parse(text, extractor=again)
         assert one.sdcs == other.sdcs == parse_brackets(tree, command=text)
@@ -94,3 +94,9 @@ def test_a_card_is_any_json(extractor):
     changed_card = replace(extractor, card=card)
     assert isinstance(changed_card, Extractor)
     assert from_bytes(to_bytes(changed_card)).card == card
+
+
+def test_the_extractor_that_comes_along_is_up_to_date():
+    card = default_extractor().card
+    assert card["recipe"] == recipe(), "train it again: docs/language.md says how"
+    assert card["l2"] == DEFAULT_L2

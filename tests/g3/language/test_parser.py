@@ -165,7 +165,7 @@ def test_ten_thousand_random_texts():
     vocabulary = [*LIKELY.split(), "Don't", "the", "all", "of", "it"]
 
     def text(number):
-        kind, size = number % (len(ALPHABETS) + 2), int(rng.integers(0, 40))
+        kind, size = number % (len(ALPHABETS) + 2), min(int(rng.exponential(7)), 60)
         if kind < len(ALPHABETS):
             return "".join(rng.choice(list(ALPHABETS[kind]), 2 * size))
         if kind == len(ALPHABETS):

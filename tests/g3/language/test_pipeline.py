@@ -72,3 +72,16 @@ def test_a_model_that_is_not_there_is_told(monkeypatch):
 def test_importing_the_package_does_not_import_spacy():
     code = "import sys, g3, corpus_tools.cli; sys.exit('spacy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_spacy_comes_without_its_command_line_which_can_be_imported_later():
+    check = (
+        "import sys\n"
+        "from g3.language.spacy_import import import_spacy\n"
+        "spacy = import_spacy()\n"
+        "assert import_spacy() is spacy and 'spacy.cli' not in sys.modules\n"
+        "import spacy.cli\n"
+        "assert callable(spacy.cli.download)\n"
+        "assert spacy.info(silent=True)['spacy_version'] == spacy.__version__\n"
+    )
+    subprocess.run([sys.executable, "-c", check], check=True)

@@ -103,8 +103,9 @@ def test_the_gradient_is_that_of_the_objective(monkeypatch):
         return type("Result", (), {"x": point})
 
     monkeypatch.setattr(role_training.optimize, "minimize", minimise)
-    train_roles(ids, [ROLES[:1] * 2, ("event", "noun", "noun-on")], l2=0.5)
-    assert seen["size"] > 2 * R
+    roles = [ROLES[:1] * 2, ("event", "noun", "noun-on")]
+    train_roles(ids, roles, l2=0.5, scales=(2.0, 0.5), strange=np.array([1, 1, 0, 0, 0], bool))
+    assert seen["size"] > 4 * R
     assert seen["error"] < 1e-4 * np.sqrt(seen["size"])
 
 
@@ -119,3 +120,17 @@ def test_training_learns_what_is_plain():
     found = best_roles(score(model, ids), [3, 2])
     assert [roles for _, roles in found] == taught
     assert min(chance for chance, _ in found) > 0.9
+
+
+def test_what_other_annotators_do_is_learned_where_it_agrees():
+    ids = Features(
+        np.array([[1], [2], [1], [2], [1], [3]], dtype=np.uint64) << np.uint64(50),
+        np.zeros((6, 1), dtype=np.uint64),
+        np.zeros((6, VECTOR), dtype=np.float32),
+    )
+    roles = [("event", "path"), ("event", "place"), ("event", "noun")]
+    strange = np.array([0, 0, 1, 1, 1, 1], dtype=bool)
+    model = train_roles(ids, roles, l2=0.05, strange=strange)
+    found = best_roles(score(model, ids), [2, 2, 2])
+    assert [roles for _, roles in found] == [roles[0], roles[0], roles[2]]
+    assert len(model.roles.keys) == 3

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -29,9 +29,19 @@ every_measure = pytest.mark.parametrize(
 )
 
 
+@pytest.fixture(autouse=True, scope="module")
+def vectors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A file of vectors, which don't come along."""
+    file = tmp_path_factory.mktemp("vectors") / "vectors.txt"
+    file.write_text("tire 1 0\npallet 0 2\ntrailer 1 1\nforklift -1 1\nP 3 4\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CT_VECTORS", str(file))
+        yield
+
+
 def test_the_measures_there_are() -> None:
     named = ["exact", "lemma", "spelling", "domain", "path", "wup", "lin", "tag-npmi", "tag-given"]
-    assert list(MEASURES) == named
+    assert list(MEASURES) == [*named, "vector"]
 
 
 def test_exact_does_not_see_capitals() -> None:

@@ -1,0 +1,72 @@
+"""Vectors of words from a file that people have."""
+
+from __future__ import annotations
+
+import gzip
+import math
+from pathlib import Path
+
+import pytest
+from numpy.testing import assert_allclose
+
+from g3.errors import ModelError
+from g3.language.resources import word_vectors, word_vectors_identity
+from g3.language.similarity import MEASURES
+from g3.language.vectors import read_vectors
+
+LINES = ["skid 3 4", "pallet 4 3", "truck -4 3", "loading dock 0 1", "skid 9 9"]
+
+
+def test_cosines_worked_by_hand() -> None:
+    # (3 * 4 + 4 * 3) / 25 = 0.96; skid and truck are at right angles; pallet and truck -7 / 25.
+    vectors = read_vectors(LINES)
+    found = vectors.cosine(["skid", "Pallet", "ufo"], ["pallet", "truck", "skid"])
+    assert_allclose(found, [[0.96, 0, 1], [1, 0, 0.96], [0, 0, 0]], atol=1e-6)
+    assert_allclose(vectors.cosine(["loading dock"], ["skid"]), [[0.8]], atol=1e-6)
+
+
+def test_a_first_line_of_counts_is_skipped_and_only_so_many_words_are_read() -> None:
+    assert set(read_vectors(["5 2", *LINES]).rows) == {"skid", "pallet", "truck", "loading dock"}
+    assert list(read_vectors(LINES, most=1).rows) == ["skid"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([], "no vectors"),
+        (["4 2"], "no vectors"),
+        (["skid 1 2", "pallet 1"], "line 2"),
+        (["skid 1 2", "pallet 1 x"], "line 2"),
+        (["skid 1 nan"], "line 1"),
+    ],
+)
+def test_other_files_are_refused(lines: list[str], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        read_vectors(lines)
+
+
+@pytest.mark.parametrize("name", ["vectors.txt", "vectors.vec.gz"])
+def test_the_measure_reads_the_named_file(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content = "\n".join(LINES).encode()
+    file = tmp_path / name
+    file.write_bytes(gzip.compress(content, mtime=0) if name.endswith("gz") else content)
+    monkeypatch.setenv("CT_VECTORS", str(file))
+    assert word_vectors_identity().startswith("sha256:")
+    assert math.isclose(MEASURES["vector"](["skid"], ["pallet"])[0, 0], 0.96, abs_tol=1e-6)
+
+
+def test_without_a_file_the_measure_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CT_VECTORS", raising=False)
+    with pytest.raises(ModelError, match="CT_VECTORS"):
+        word_vectors()
+    for broken, content in (("none.txt", None), ("bad.txt", b"one\n"), ("cut.gz", b"\x1f\x8b\x08")):
+        file = tmp_path / broken
+        if content is not None:
+            file.write_bytes(content)
+        monkeypatch.setenv("CT_VECTORS", str(file))
+        with pytest.raises(ModelError, match="can't be read"):
+            word_vectors()
