@@ -191,21 +191,9 @@ def _tell(result: Result, state: State, grounder: Grounder, options: dict[str, A
 
 
 def _sentence(plan: Plan) -> str:
-    return "; ".join(_described(action) for action in plan.actions)
+    from corpus_tools.plan_words import described
 
-
-def _described(action: Any) -> str:
-    from g3.inference.grounder import object_ids
-
-    target = " and ".join(object_ids(action.target)) or ("a place" if action.target else "")
-    words = [action.kind, action.object_id, target]
-    if action.place is not None:
-        x, y = action.place.prism.xy.mean(axis=0)
-        name = action.place.name or f"({x:.1f}, {y:.1f})"
-        words.append(f"at {name}, {action.place.prism.z_min:.1f} m up")
-    if action.kind == "turn":
-        words.append(f"{57.29578 * action.amount:.0f} degrees")
-    return " ".join(word for word in words if word)
+    return "; ".join(described(action) for action in plan.actions)
 
 
 def _groundings(plan: Plan) -> list[str]:
@@ -220,6 +208,7 @@ def _groundings(plan: Plan) -> list[str]:
 
 
 def _record(result: Result) -> dict[str, object]:
+    from corpus_tools.plan_words import described
     from g3.inference.grounder import object_ids
     from g3.sdc_notation import to_json
 
@@ -230,7 +219,7 @@ def _record(result: Result) -> dict[str, object]:
         "plans": [
             {
                 "probability": round(plan.probability, 4),
-                "actions": [_described(action) for action in plan.actions],
+                "actions": [described(action) for action in plan.actions],
                 "groundings": [
                     {
                         "node": g.node,

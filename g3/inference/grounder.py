@@ -179,15 +179,16 @@ class Grounder:
         return Result(sdcs, plans, question=question_about(tree, found, start))
 
     def _unknown_verb(self, sdcs: Sequence[SDC]) -> str:
-        """The verb of a command that says nothing else, if the model doesn't know it."""
+        """The first verb of a command of whose verbs the model knows none; else empty."""
         if not isinstance(self.cost, Scorer):
             return ""
-        known = set(self.cost.model.space.words)
-        for sdc in sdcs:
-            words = field_words(sdc.relation)
-            if words and not any(f"relation:{word}" in known for word in words):
-                return " ".join(word.text for word in sdc.relation)
-        return ""
+        words = self.cost.model.space.words
+        known = {word for word in words if word.startswith("relation:")}
+        verbs = [sdc for sdc in sdcs if field_words(sdc.relation)]
+        for sdc in verbs:
+            if any(f"relation:{word}" in known for word in field_words(sdc.relation)):
+                return ""
+        return " ".join(word.text for word in verbs[0].relation) if verbs else ""
 
 
 def _clauses(command: str | Sequence[SDC]) -> tuple[SDC, ...]:

@@ -88,3 +88,14 @@ def test_things_are_told_apart_as_they_stand_before_anything_is_done(dock):
     yaw = float(thing.trajectory.yaw[0])
     moved = with_moved(state, {thing.id: moved_to(thing, np.array([*ahead, yaw]), 0.0)}, None)
     assert described(moved, "boxes-1") == "the one 5 m ahead of you"
+
+
+def test_one_verb_that_nobody_taught_does_not_spoil_the_others(grounder, dock):
+    lift = "EVENT(r = Pick up, l = OBJ(f = the boxes))"
+    found = grounder.follow(parse_brackets(f"EVENT(r = yodel);{lift}"), dock)
+    assert found.plan is not None, found.note
+    assert did(found)[-1] in [("pick up", "boxes-1"), ("pick up", "boxes-2")]
+
+    found = grounder.follow(parse_brackets("EVENT(r = yodel)"), dock)
+    assert found.plan is None
+    assert "'yodel'" in found.note
