@@ -10,18 +10,22 @@ DESCRIBED = {
     "curve": "--learning-curve",
     "errors": "--errors",
     "sdc": "--sdc",
+    "study_folder": "--end-to-end",
+    "validity": "--judge-validity",
+    "report": "--report",
     "power": "--power",
 }
 
 
-def read_mode(ctx: click.Context, table: int | None, curve: bool, errors: bool) -> str:
+def read_mode(ctx: click.Context) -> str:
     """What is to be made."""
     chosen = [name for name in DESCRIBED if is_given(ctx, name)]
     if len(chosen) != 1:
         raise click.UsageError(
-            "Give one of --table 1, --table 2, --table 3, --learning-curve, --errors, --sdc and "
-            "--power."
+            "Give one of --table 1, --table 2, --table 3, --learning-curve, --errors, --sdc, "
+            "--end-to-end, --judge-validity, --report and --power."
         )
+    table = ctx.params["table"]
     if table not in (None, 1, 2, 3):
         raise click.UsageError(f"The paper has no table {table}; give --table 1, 2 or 3.")
     return chosen[0]
@@ -33,7 +37,11 @@ def check_together(ctx: click.Context, mode: str, table: int | None) -> None:
         check_sdc_options(ctx)
     elif table == 3:
         check_plan_options(ctx)
-    elif mode == "power" or table == 2:
+    elif mode == "study_folder":
+        check_end_to_end_options(ctx)
+    elif mode == "report":
+        check_report_options(ctx)
+    elif mode in ("validity", "power") or table == 2:
         check_study_options(ctx, mode)
     else:
         check_sources(ctx)
@@ -80,27 +88,55 @@ def check_plan_options(ctx: click.Context) -> None:
 
 def check_study_options(ctx: click.Context, mode: str) -> None:
     """Refuse options that have nothing to do with ratings."""
-    if mode == "table" and not is_given(ctx, "corpus"):
-        raise click.UsageError("--table 2 needs a --corpus with ratings.")
+    what = "--table 2" if mode == "table" else DESCRIBED[mode]
+    if mode != "power" and not is_given(ctx, "corpus"):
+        raise click.UsageError(f"{what} needs a --corpus with ratings.")
     own = {
         "table": {"table", "draws", "study", "models"},
+        "validity": {"validity", "draws", "study"},
         "power": {"power", "half_width"},
     }[mode] | {"corpus", "seed", "form", "out"}
-    what = "--table 2" if mode == "table" else "--power"
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, f"doesn't go with {what}")
+    if mode == "validity" and ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--judge-validity has the formats table and json.")
+
+
+def check_end_to_end_options(ctx: click.Context) -> None:
+    """Refuse options that have nothing to do with a study of plans."""
+    if not (is_given(ctx, "train") and is_given(ctx, "test")):
+        raise click.UsageError("--end-to-end needs --train and --test, which may be the same.")
+    if ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--end-to-end has the formats table and json.")
+    own = {"study_folder", "most", "ratings", "train", "test", "l2", "draws", "seed", "form", "out"}
+    others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
+    _refuse(ctx, others, "doesn't go with --end-to-end")
+
+
+def check_report_options(ctx: click.Context) -> None:
+    """Refuse options that have nothing to do with reports."""
+    if not is_given(ctx, "corpus"):
+        raise click.UsageError("--report needs a --corpus; its scenarios are held out in turn.")
+    own = {"report", "corpus", "cv", "plans", "videos", "study", "negatives", "l2", "threshold"}
+    own |= {"seed", "draws", "top", "repeats"}
+    others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
+    _refuse(ctx, others, "doesn't go with --report")
 
 
 def check_options(ctx: click.Context, mode: str) -> None:
     """Refuse options of other modes."""
     _refuse(ctx, ("study", "models"), "is for --table 2")
     _refuse(ctx, ("judge",), "is for --table 3")
+    _refuse(ctx, ("plans", "videos"), "is for --report")
+    _refuse(ctx, ("most", "ratings"), "is for --end-to-end")
     _refuse(ctx, ("half_width",), "is for --power")
     of_mode = {"draws": "table", "repeats": "curve", "top": "errors"}
     for name, its_mode in of_mode.items():
         if mode != its_mode:
             _refuse(ctx, (name,), f"is for {DESCRIBED[its_mode]}")
     if mode == "curve":
+        if not ctx.params["repeats"]:
+            raise click.UsageError("--learning-curve needs --repeats of 1 or more.")
         _refuse(ctx, ("model",), "can't go with --learning-curve, which trains models")
         _refuse(ctx, ("form",), "can't go with --learning-curve, which writes a plot and a CSV")
     if mode == "errors" and ctx.params["form"] in ("csv", "latex"):
@@ -120,7 +156,7 @@ def check_sdc_options(ctx: click.Context) -> None:
     if given in ({"model", "test"}, {"test"}):
         _refuse(ctx, ("l2",), "is for training, and the model is trained already")
     others = ("split", "test_scenarios", "negatives", "test_negatives", "ablate", "plus")
-    of_studies = ("study", "models", "half_width", "judge")
+    of_studies = ("study", "models", "half_width", "judge", "plans", "videos", "most", "ratings")
     _refuse(
         ctx,
         (*others, *of_studies, "threshold", "draws", "repeats", "seed"),

@@ -6,7 +6,8 @@ every row says so.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,24 +93,18 @@ def run(
     """
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
-    annotations = [a for corpus in known for a in corpus.annotations]
-    data = training_data(annotations, select(), seed=seed, on_progress=on_progress)
+    cost_without = learner(known, l2=l2, seed=seed, on_progress=on_progress)
     chosen = annotated_commands(tested)
     trees = dict(zip(chosen, parse_many(a.command.text for a in chosen.values()), strict=True))
     names = sorted({a.command.scenario for a in chosen.values()})
     found: dict[str, list[Outcome]] = {name: [] for name in configurations}
-    costs: dict[bytes, Cost] = {}
     for number, name in enumerate(names):
         if on_progress:
             on_progress(f"following commands of {name}", number, len(names))
-        rows = np.flatnonzero(data.scenario != name)
-        key = rows.tobytes()
-        if key not in costs:
-            costs.clear()
-            costs[key] = Scorer(train_rows(data, rows, l2=l2))
+        learned = cost_without(name)
         for annotation in (a for a in chosen.values() if a.command.scenario == name):
             for which, outcomes in found.items():
-                cost = RandomCost(seed) if which == "random" else costs[key]
+                cost: Cost = RandomCost(seed) if which == "random" else learned
                 sdcs = trees[annotation.command.id].sdcs if which == "auto" else annotation.sdcs
                 outcomes.append(outcome(annotation, sdcs, Grounder(cost)))
     metadata = {
@@ -123,6 +118,28 @@ def run(
         "seed": seed,
     }
     return EndToEnd(found, metadata)
+
+
+def learner(
+    corpora: Sequence[Corpus],
+    *,
+    l2: float = 1.0,
+    seed: int = 0,
+    on_progress: OnProgress | None = None,
+) -> Callable[[str], Scorer]:
+    """What learns the costs from all scenarios but the one with a name.
+
+    The last costs are kept, for scenarios in a row.
+    """
+    annotations = [a for corpus in corpora for a in corpus.annotations]
+    data = training_data(annotations, select(), seed=seed, on_progress=on_progress)
+    known = set(data.scenario)
+
+    @functools.lru_cache(maxsize=1)
+    def learned(left_out: str) -> Scorer:
+        return Scorer(train_rows(data, np.flatnonzero(data.scenario != left_out), l2=l2))
+
+    return lambda scenario: learned(scenario if scenario in known else "")
 
 
 def annotated_commands(corpus: Corpus) -> dict[str, Annotation]:

@@ -1,0 +1,68 @@
+"""What a study of plans is made of, kept in its folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+
+from corpus_tools.atomic_file import write_bytes
+from corpus_tools.bundled import open_corpus
+from g3.errors import FormatError
+
+SETTINGS = "settings.json"
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """What a study is made of; a folder holds one study only.
+
+    Parameters
+    ----------
+    train
+        The corpora to learn from, with commas between, without the scenario that is tested.
+    test
+        The corpus whose commands are followed.
+    most
+        How many commands of each scenario; 0 for all.
+    seed
+        What is random is drawn with.
+    hashes
+        Of the corpora.
+    """
+
+    train: str
+    test: str
+    most: int
+    l2: float
+    seed: int
+    hashes: tuple[str, ...] = ()
+
+
+def settings_for(train: str, test: str, *, most: int, l2: float, seed: int) -> Settings:
+    """Settings with the hashes of the corpora."""
+    hashes = tuple(open_corpus(name).hash for name in (*train.split(","), test))
+    return Settings(train, test, most, l2, seed, hashes)
+
+
+def check_settings(folder: Path, settings: Settings) -> None:
+    """Begin a study's folder, or see that it is of the same study.
+
+    Raises
+    ------
+    FormatError
+        If it is of another one.
+    """
+    path = folder / SETTINGS
+    if not path.exists():
+        if folder.exists() and any(folder.iterdir()):
+            raise FormatError(
+                "the folder holds other things", where=str(folder), fix="choose another name"
+            )
+        folder.mkdir(exist_ok=True)
+        write_bytes(path, msgspec.json.format(msgspec.json.encode(settings)) + b"\n")
+    elif msgspec.json.decode(path.read_bytes(), type=Settings) != settings:
+        raise FormatError(
+            "the folder is of another study: corpora or options differ",
+            where=str(path),
+            fix="give the same ones, or choose another folder",
+        )

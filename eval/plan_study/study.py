@@ -1,0 +1,183 @@
+"""A study from end to end: plans, runs, videos, the study's file, and what came of it so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from rich.table import Table
+
+from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.progress import OnProgress
+from eval.end_to_end import Row
+from eval.formats import document, table_text
+from eval.plan_report import PAPER
+from eval.plan_study.filming import film_all
+from eval.plan_study.pairs import ANSWERS, Pair, pairs, write_study
+from eval.plan_study.planning import PlanRecord, chosen_commands, plan_all
+from eval.plan_study.results import RatedRow, by_judge, by_people
+from eval.plan_study.settings import Settings, check_settings
+from eval.statistics import Estimate
+from eval.studies.judge_report import in_a_line, summary
+from eval.studies.judge_validity import Validity, known_validity
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A study as far as it has come.
+
+    Parameters
+    ----------
+    file
+        What ``ct annotate`` serves.
+    people
+        Rows of Table 3 by people; empty without ratings.
+    automatic
+        The same by the automatic judge.
+    """
+
+    settings: Settings
+    file: Path
+    pairs: Sequence[Pair]
+    records: Sequence[PlanRecord]
+    people: Sequence[RatedRow]
+    automatic: Sequence[Row]
+    validity: Validity | None
+
+
+def go_on(
+    folder: Path,
+    settings: Settings,
+    *,
+    ratings: Path | None = None,
+    draws: int = 2000,
+    on_progress: OnProgress | None = None,
+) -> Study:
+    """Do what hasn't been done yet, and read the ratings that there are.
+
+    Raises
+    ------
+    CorpusError
+        If the folder is of another study, or the ratings are.
+    """
+    check_settings(folder, settings)
+    corpora: dict[str, Corpus] = {
+        name: open_corpus(name) for name in (settings.test, *settings.train.split(","))
+    }
+    records = plan_all(folder, settings, _half(on_progress, 0))
+    found = pairs(records, chosen_commands(settings), settings.seed)
+    film_all(folder, settings.test, found, _half(on_progress, 1))
+    file = write_study(folder, found, settings.seed)
+    judgments = load_corpus(ratings).judgments if ratings else ()
+    options = {"seed": settings.seed, "draws": draws}
+    return Study(
+        settings,
+        file,
+        found,
+        records,
+        by_people(found, records, judgments, **options) if judgments else (),
+        by_judge(records, **options),
+        known_validity(corpora.values(), **options),
+    )
+
+
+def _half(on_progress: OnProgress | None, which: int) -> OnProgress | None:
+    """One bar for plans and videos, of which each fills a half."""
+    if on_progress is None:
+        return None
+    return lambda step, done, total: on_progress(step, which * total + done, 2 * total)
+
+
+def render(study: Study, form: Literal["table", "json"], *, terminal: bool = False) -> str:
+    """People's rows and the judge's, in tables of their own."""
+    about = {"table": 3, "train": study.settings.train, "test": study.settings.test}
+    about |= {"seed": study.settings.seed}
+    if form == "json":
+        validity = None if study.validity is None else summary(study.validity)
+        people = [_flat(row) for row in study.people] or None
+        content = {
+            "study": str(study.file),
+            "pairs": len(study.pairs),
+            "people": people,
+            "automatic": {"rows": study.automatic, "judge_validity": validity},
+            "failures": [{"run": r.run, "failure": r.failure} for r in study.records if r.failure],
+        }
+        return document(content, about)
+    tables = {"People's judgments": _people(study.people)} if study.people else {}
+    tables["The automatic judge (a program, not people)"] = _automatic(study.automatic)
+    return table_text(tables, _notes(study), about, terminal=terminal)
+
+
+def _notes(study: Study) -> list[str]:
+    failed = sum(bool(r.failure) for r in study.records)
+    found = [
+        in_a_line(study.validity),
+        f"{failed} of {len(study.records)} plans were stopped in physics; their videos end there",
+        f"{len(study.pairs)} pairs of commands and videos to rate by {ANSWERS} people each: "
+        f"ct annotate {study.file}",
+    ]
+    if study.people:
+        found.append(
+            "95%: percentile intervals with whole scenarios resampled; scenarios, raters: both"
+        )
+    else:
+        found.append(
+            "nobody's ratings were given: ct annotate export RATINGS --study plans, "
+            "then --ratings RATINGS"
+        )
+    return found
+
+
+def _people(rows: Sequence[RatedRow]) -> Table:
+    table = Table()
+    table.add_column("Configuration")
+    for heading in ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        paper = PAPER.get(row.configuration)
+        table.add_row(
+            row.configuration if row.configuration in PAPER else f"known {row.configuration}",
+            f"{row.share.value:.2f}",
+            _interval(row.share),
+            _interval(row.two_way),
+            f"{row.majority:.2f}",
+            "" if paper is None else f"{paper:.2f}",
+            str(row.judgments),
+            f"{row.rated} of {row.n}",
+        )
+    return table
+
+
+def _automatic(rows: Sequence[Row]) -> Table:
+    table = Table()
+    table.add_column("Configuration")
+    for heading in ("Right", "95%", "n"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        bounds = f"{row['low']:.2f} to {row['high']:.2f}"
+        table.add_row(str(row["configuration"]), f"{row['precision']:.2f}", bounds, str(row["n"]))
+    return table
+
+
+def _flat(row: RatedRow) -> dict[str, object]:
+    return {
+        "configuration": row.configuration,
+        "judge": "people",
+        "precision": row.share.value,
+        "low": row.share.low,
+        "high": row.share.high,
+        "two_way": {"low": row.two_way.low, "high": row.two_way.high},
+        "majority": row.majority,
+        "n": row.judgments,
+        "rated": row.rated,
+        "pairs": row.n,
+        "paper": PAPER.get(row.configuration),
+    }
+
+
+def _interval(estimate: Estimate) -> str:
+    return f"{estimate.low:.2f} to {estimate.high:.2f}"

@@ -1,0 +1,131 @@
+"""Table 3 as ``ct eval`` has written it: by the automatic judge, and of a study by people too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from eval.report.reliability import Bin
+from g3.errors import FormatError
+
+MADE_BY = "make one with `ct eval --table 3` or `--end-to-end`, and --format json --out FILE"
+
+
+class PlanRow(msgspec.Struct, frozen=True):
+    """A configuration's row."""
+
+    configuration: str
+    precision: float
+    low: float | None
+    high: float | None
+    n: int
+    judge: str = "automatic"
+
+
+class JudgedPlan(msgspec.Struct, frozen=True):
+    """What became of a command."""
+
+    command: str
+    probability: float
+    correct: int
+    reason: str
+
+
+class PlanBin(msgspec.Struct, frozen=True):
+    """A bin of the reliability diagram."""
+
+    stated: float
+    correct: float
+    n: int
+
+
+class AutomaticRows(msgspec.Struct, frozen=True):
+    """The rows of a study by the automatic judge."""
+
+    rows: list[PlanRow]
+    judge_validity: dict[str, Any] | None = None
+
+
+class PlanFile(msgspec.Struct, frozen=True):
+    """The file of ``--table 3`` has rows, that of ``--end-to-end`` has them by who judged.
+
+    What else it has is provenance.
+    """
+
+    rows: list[PlanRow] = []
+    automatic: AutomaticRows | None = None
+    people: list[PlanRow] | None = None
+    judge_validity: dict[str, Any] | None = None
+    commands: dict[str, list[JudgedPlan]] = {}
+    reliability: list[PlanBin] = []
+    expected_calibration_error: float | None = None
+    object_grounding_top1: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Plans:
+    """Table 3, its plans, and how they were made.
+
+    Parameters
+    ----------
+    rows
+        A row for each configuration, by the automatic judge.
+    people
+        The same by people, with known right and wrong pairs; empty if nobody has rated.
+    commands
+        By configuration, the verdict on each command's plan.
+    reliability
+        Of the plans' probabilities.
+    validity
+        How well the automatic judge agrees with people, as the file has it; None if unknown.
+    provenance
+        What else the file says.
+    """
+
+    rows: Sequence[PlanRow]
+    people: Sequence[PlanRow]
+    commands: Mapping[str, Sequence[JudgedPlan]]
+    reliability: Sequence[Bin]
+    calibration_error: float | None
+    grounded: float | None
+    validity: Mapping[str, Any] | None
+    provenance: Mapping[str, Any]
+    document: Mapping[str, Any]
+
+
+def read_plans(path: Path) -> Plans:
+    """Read what ``ct eval --table 3 --format json`` has written.
+
+    Raises
+    ------
+    FormatError
+        If the file can't be read or holds something else.
+    """
+    try:
+        text = path.read_bytes()
+        found = msgspec.json.decode(text, type=PlanFile)
+        document: dict[str, Any] = json.loads(text)
+    except OSError as error:
+        raise FormatError(f"it can't be read: {error.strerror}", where=str(path)) from error
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise FormatError(f"this is no Table 3: {error}", where=str(path), fix=MADE_BY) from error
+    automatic = found.automatic or AutomaticRows(found.rows, found.judge_validity)
+    if not automatic.rows:
+        raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
+    nan = float("nan")
+    return Plans(
+        automatic.rows,
+        found.people or (),
+        found.commands,
+        [Bin(b.stated, b.correct, nan, nan, b.n) for b in found.reliability],
+        found.expected_calibration_error,
+        found.object_grounding_top1,
+        automatic.judge_validity,
+        {k: v for k, v in document.items() if k not in PlanFile.__struct_fields__},
+        document,
+    )

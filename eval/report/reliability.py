@@ -1,0 +1,57 @@
+"""Whether what is said to be so probable is right so often."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.correspondence import Predictions
+from eval.studies.intervals import bootstrap
+from eval.studies.ratings import codes
+
+BINS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Examples of which about the same probability was stated.
+
+    Parameters
+    ----------
+    stated
+        Their mean probability.
+    true
+        The part of them that is right.
+    low, high
+        Its 95% interval with whole commands resampled; NaN if unknown.
+    n
+        How many they are.
+    """
+
+    stated: float
+    true: float
+    low: float
+    high: float
+    n: int
+
+
+def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
+    """The reliability diagram of predicted correspondences, in bins of equal width."""
+    rng = np.random.default_rng(seed)
+    place = np.minimum((predictions.probability * BINS).astype(int), BINS - 1)
+    found = []
+    for i in np.unique(place):
+        own = place == i
+        commands = codes(predictions.command[own].tolist())
+        share = bootstrap(predictions.label[own], commands, rng=rng, draws=draws)
+        stated = float(predictions.probability[own].mean())
+        found.append(Bin(stated, share.value, share.low, share.high, int(own.sum())))
+    return tuple(found)
+
+
+def calibration_error(found: Sequence[Bin]) -> float:
+    """Expected calibration error: the mean gap between what is stated and what is true."""
+    n = sum(b.n for b in found)
+    return sum(b.n * abs(b.stated - b.true) for b in found) / n if n else float("nan")

@@ -1,0 +1,117 @@
+"""A report's files: the page, and the same as JSON, CSV and LaTeX."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from corpus_tools.corpus.atomic import check_target, write_folder
+from eval.formats import delimited, document, render
+from eval.plan_report import PAPER
+from eval.report.contents import Contents
+from eval.report.page import check_installed, page
+from eval.report.plans import PlanRow
+from eval.studies import judge_report
+from eval.studies import table_2 as rated
+
+MARKER = "report.json"
+PLAN_COLUMNS = ("configuration", "judge", "precision", "low", "high", "n", "paper")
+
+
+def check_writable(folder: Path) -> None:
+    """Refuse a folder that a report can't be written to; an old report is replaced.
+
+    Raises
+    ------
+    CorpusError
+        If it holds other things, or something that reports need isn't installed.
+    """
+    check_installed()
+    check_target(folder, force=True, marker=MARKER)
+
+
+def write_report(contents: Contents, folder: Path) -> list[str]:
+    """Write all files, or none, and tell their names."""
+    made = {name: f"{text}\n".encode() for name, text in _files(contents).items()}
+    write_folder(folder, made, force=True, marker=MARKER)
+    return sorted(made)
+
+
+def _files(contents: Contents) -> dict[str, str]:
+    about = contents.metadata
+    found = {
+        "report.html": page(contents),
+        MARKER: _document(contents),
+        "table-1.csv": render(contents.table_1, "csv", about),
+        "table-1.tex": render(contents.table_1, "latex", about),
+    }
+    if contents.curve:
+        points = [asdict(p) for p in contents.curve]
+        columns = ("type", "sdcs", "error", "low", "high")
+        found["learning-curve.csv"] = delimited(points, {}, columns=columns)
+        found["learning-curve.svg"] = contents.curve_svg
+    if contents.table_2:
+        ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
+        for suffix, form in (("csv", "csv"), ("tex", "latex")):
+            text = rated.render(contents.table_2, "csv" if form == "csv" else "latex", ratings)
+            found[f"table-2.{suffix}"] = text
+    if contents.plans:
+        found["table-3.csv"] = delimited(
+            _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS
+        )
+        found["table-3.tex"] = _latex(contents.plans.rows)
+    return found
+
+
+def _document(contents: Contents) -> str:
+    made: dict[str, Any] = {
+        "provenance": contents.provenance,
+        "commands": list(contents.commands),
+        "table_1": json.loads(render(contents.table_1, "json", contents.metadata)),
+        "reliability": [asdict(b) for b in contents.reliability],
+        "learning_curve": [asdict(p) for p in contents.curve],
+        "errors": [asdict(one) for one in contents.errors],
+        "table_2": None,
+        "judge_validity": None,
+        "table_3": contents.plans.document if contents.plans else None,
+        "examples": [{"video": e.name, "command": e.command} for e in contents.shown],
+    }
+    if contents.table_2:
+        made["table_2"] = json.loads(rated.render(contents.table_2, "json", {}))
+    if contents.validity:
+        made["judge_validity"] = judge_report.summary(contents.validity)
+    return document(made, {})
+
+
+def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
+    return [
+        {
+            "configuration": row.configuration,
+            "judge": row.judge,
+            "precision": row.precision,
+            "low": row.low,
+            "high": row.high,
+            "n": row.n,
+            "paper": PAPER.get(row.configuration),
+        }
+        for row in rows
+    ]
+
+
+def _latex(rows: Sequence[PlanRow]) -> str:
+    lines = [
+        "% Judged by a program; the paper's figures are people's judgments.",
+        r"\begin{tabular}{lrrr}",
+        r"\toprule",
+        r"Configuration & Right & Paper & $n$ \\",
+        r"\midrule",
+    ]
+    for row in rows:
+        bounds = "" if row.low is None else rf" {{\scriptsize [{row.low:.2f}, {row.high:.2f}]}}"
+        paper = PAPER.get(row.configuration)
+        shown = "--" if paper is None else f"{paper:.2f}"
+        lines.append(rf"{row.configuration} & {row.precision:.2f}{bounds} & {shown} & {row.n} \\")
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])

@@ -1,0 +1,213 @@
+"""``ct eval --report`` on a tiny corpus with ratings, plans and a video."""
+
+import csv
+import io
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.video.encode import encode
+from eval.commands import evaluate
+from eval.correspondence import Predictions
+from eval.end_to_end import EndToEnd, Outcome
+from eval.plan_report import render
+from eval.report.charts import Bar, intervals
+from eval.report.plans import read_plans
+from eval.report.reliability import bins, calibration_error
+from eval.studies.judge_report import with_validity
+from g3.annotation import Judgment
+from g3.errors import FormatError
+from tests.tiny_corpus import tiny_corpus
+
+CHROMIUM = shutil.which("chromium")
+ODD = "Go <script>alert(1)</script> & there"
+
+
+@pytest.fixture(scope="module")
+def corpus():
+    tiny = tiny_corpus()
+    command = next(iter(tiny.commands.values()))
+    judgments = [
+        Judgment(f"{shown}-{rater}", ODD, command.video, shown, rating, f"r{rater}", "s")
+        for shown in (command.video, "another")
+        for rater, rating in enumerate(("A", "SA", "D") if shown == command.video else ["D", "D"])
+    ]
+    made = make_corpus(
+        "tiny <b>",
+        contexts=list(tiny.contexts.values()),
+        commands=list(tiny.commands.values()),
+        annotations=tiny.annotations,
+        judgments=judgments,
+        source=tiny.source,
+    )
+    return replace(made, judgments=tuple(judgments))
+
+
+@pytest.fixture(scope="module")
+def plans(tmp_path_factory):
+    outcomes = [
+        Outcome(f"c{i}", f"s{i % 3}", "Go.", i / 9, i > 4, "" if i > 4 else "it stands still")
+        for i in range(10)
+    ]
+    whole = EndToEnd({"random": outcomes, "gold": outcomes}, {"table": 3, "judge": "automatic"})
+    path = tmp_path_factory.mktemp("plans") / "table-3.json"
+    path.write_text(with_validity(render(whole, "json", draws=20), None))
+    return path
+
+
+@pytest.fixture(scope="module")
+def videos(corpus, tmp_path_factory):
+    """A folder as ``ct render-videos`` makes them, of grey pictures."""
+    folder = tmp_path_factory.mktemp("videos")
+    (own := folder / "first").mkdir()
+    frames = np.full((6, 48, 64, 3), 128, dtype=np.uint8)
+    encode(frames, own / "video.mp4", size=(64, 48), fps=6, quality="draft")
+    cv2.imwrite(str(own / "poster.png"), frames[0])
+    name = next(iter(corpus.contexts))
+    (own / "manifest.json").write_text(json.dumps({"id": name, "title": "It drives."}))
+    square = [[10, 10], [30, 10], [30, 30], [10, 30]]
+    things = [{"id": key, "polygons": [square]} for key in ("pallet", "truck")]
+    seen = {"width": 64, "height": 48, "objects": things}
+    (own / "segmentation.json").write_text(json.dumps(seen))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(corpus, plans, videos, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reports")
+    write_corpus(corpus, folder / "tiny")
+    arguments = ["--report", str(folder / "out"), "--corpus", str(folder / "tiny")]
+    arguments += ["--plans", str(plans), "--videos", str(videos), "--repeats", "1"]
+    done = CliRunner().invoke(evaluate, [*arguments, "--draws", "20"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert "report.html" in done.stdout
+    return folder / "out"
+
+
+def test_the_page_has_all_parts_and_needs_nothing_else(report):
+    page = (report / "report.html").read_text()
+    for part in ("table-1", "learning", "table-2", "table-3", "judge", "examples", "errors"):
+        assert f'<section id="{part}">' in page
+    assert "<script" not in page
+    assert "&lt;script&gt;" not in page or ODD not in page
+    assert "https://" not in page
+    assert "tiny &lt;b&gt;" in page
+
+
+def test_the_other_files_say_the_same(report, plans):
+    found = json.loads((report / "report.json").read_text())
+    rows = {row["type"]: row for row in found["table_1"]["rows"]}
+    shown = csv.DictReader(io.StringIO((report / "table-1.csv").read_text()))
+    for row in shown:
+        f = rows[row["type"]]["f"]
+        assert row["f"] == ("" if f is None else str(f))
+    assert found["table_3"]["rows"] == json.loads(plans.read_text())["rows"]
+    assert found["table_2"]["rows"][0]["precision"] == pytest.approx(2 / 3)
+    assert found["judge_validity"]["n"] == 1
+    assert found["provenance"]["corpus_hash"].startswith("sha256:")
+    assert any(line.startswith("ct eval --table 1") for line in found["commands"])
+    for number in (1, 2, 3):
+        assert r"\begin{tabular}" in (report / f"table-{number}.tex").read_text()
+        assert (report / f"table-{number}.csv").is_file()
+
+
+def test_a_report_is_replaced_and_nothing_else_is(report, tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    arguments = ["--report", str(tmp_path), "--corpus", "warehouse"]
+    done = CliRunner().invoke(evaluate, arguments)
+    assert done.exit_code == 1
+    assert isinstance(done.exception, FormatError)
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--train", "warehouse"], ["--format", "json"], ["--out", "x"], ["--models"]]
+)
+def test_what_does_not_go_with_it_is_refused(wrong, tmp_path):
+    arguments = ["--report", str(tmp_path / "out"), "--corpus", "warehouse", *wrong]
+    assert CliRunner().invoke(evaluate, arguments).exit_code == 2
+    assert CliRunner().invoke(evaluate, ["--report", str(tmp_path / "out")]).exit_code == 2
+
+
+def test_other_files_are_no_plans(tmp_path):
+    for text in ('{"rows": 3}', "{}", "no JSON"):
+        (tmp_path / "x.json").write_text(text)
+        with pytest.raises(FormatError, match="no Table 3"):
+            read_plans(tmp_path / "x.json")
+
+
+def test_people_and_the_judge_are_read_apart(tmp_path):
+    row = {"configuration": "gold-all", "precision": 0.5, "low": 0.4, "high": 0.6, "n": 9}
+    study = {
+        "table": 3,
+        "people": [{**row, "judge": "people", "n": 45}],
+        "automatic": {"rows": [{**row, "judge": "automatic"}], "judge_validity": None},
+    }
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    found = read_plans(tmp_path / "study.json")
+    assert [(r.judge, r.n) for r in found.rows] == [("automatic", 9)]
+    assert [(r.judge, r.n) for r in found.people] == [("people", 45)]
+    assert found.provenance == {"table": 3}
+
+
+def test_bins_by_hand():
+    n = 4
+    said = Predictions(
+        np.array(["OBJECT"] * n),
+        np.array([True, False, True, True]),
+        np.array([0.61, 0.69, 1.0, 0.05]),
+        np.array(list("abcd")),
+        np.array(list("stuv")),
+    )
+    low, middle, high = bins(said, seed=0, draws=50)
+    assert (low.stated, low.true, low.n) == (0.05, 1.0, 1)
+    assert (middle.stated, middle.true, middle.n) == (pytest.approx(0.65), 0.5, 2)
+    assert (high.stated, high.true) == (1.0, 1.0)
+    assert calibration_error((low, middle, high)) == pytest.approx((0.95 + 2 * 0.15 + 0.0) / 4)
+
+
+def test_charts_show_text_as_text():
+    nan = float("nan")
+    drawn = intervals([Bar("<b>", 0.5, 0.4, 0.6, 0.9), Bar("none", nan, nan, nan)], "a & b")
+    assert "&lt;b&gt;" in drawn
+    assert "a &amp; b" in drawn
+    assert "undefined" in drawn
+    assert "nan" not in drawn
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_browser_shows_it_whole_narrow_and_wide(report, tmp_path: Path):
+    playwright = pytest.importorskip("playwright.sync_api")
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    flags = ["--no-sandbox", "--headless", "--disable-gpu", "--no-first-run"]
+    address = (report / "report.html").as_uri()
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=flags)
+        problems: list[str] = []
+        asked: list[str] = []
+        for width in (360, 1200):
+            page = browser.new_page(viewport={"width": width, "height": 800})
+            page.on("console", lambda m: problems.append(m.text) if m.type == "error" else None)
+            page.on("request", lambda r: asked.append(r.url.split(",")[0]))
+            page.goto(address)
+            page.wait_for_function("document.querySelector('video').readyState >= 1")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            page.screenshot(path=tmp_path / f"report-{width}.png", full_page=True)
+        # axe's own script is what the page's policy refuses, so it is looked at without.
+        context = browser.new_context(bypass_csp=True)
+        page = context.new_page()
+        page.goto(address)
+        found = axe.Axe().run(page).response["violations"]
+        assert [v["id"] for v in found if v["impact"] in ("serious", "critical")] == []
+        assert problems == []
+        assert all(url == address or url.startswith("data:") for url in asked)
+        browser.close()

@@ -1,0 +1,51 @@
+"""``ct demo``: its steps are commands that exist, and what is there isn't made again."""
+
+import shlex
+
+from click.testing import CliRunner
+
+from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.follow_commands import follow
+from corpus_tools.render_commands import render_videos
+from eval.commands import evaluate
+from eval.demo import LEARNED_LAYOUTS, TESTED, steps, write_few
+from eval.demo_commands import demo
+
+COMMANDS = {"eval": evaluate, "follow": follow, "render-videos": render_videos}
+
+
+def test_each_step_is_a_command_with_options_that_it_has(tmp_path):
+    plan = steps(tmp_path)
+    for step in plan:  # options may want what earlier steps have made
+        folder = not step.made.suffix
+        step.made.mkdir() if folder else step.made.parent.mkdir(parents=True, exist_ok=True)
+        if not folder:
+            step.made.touch()
+    lines = [shlex.split(step.line) for step in plan if step.line.startswith("ct ")]
+    assert [line[1] for line in lines] == ["render-videos", "eval", "follow", "eval", "eval"]
+    for line in lines:
+        COMMANDS[line[1]].make_context("ct", line[2:])
+
+
+def test_what_is_there_is_not_made_again(tmp_path):
+    for step in steps(tmp_path):
+        step.made.parent.mkdir(parents=True, exist_ok=True)
+        step.made.touch()
+    done = CliRunner().invoke(demo, ["--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert done.output.count("it is there") == len(steps(tmp_path))
+    assert "report.html" in done.output
+
+
+def test_its_commands_are_of_scenarios_that_are_learned_from(tmp_path):
+    write_few(tmp_path / "tested", TESTED)
+    tested = load_corpus(tmp_path / "tested")
+    assert len(tested.commands) == sum(TESTED.values())
+    assert {a.command.scenario for a in tested.annotations} == set(TESTED)
+    assert all(name.startswith(LEARNED_LAYOUTS) for name in TESTED)
+
+
+def test_it_needs_a_folder_to_be_in(tmp_path):
+    done = CliRunner().invoke(demo, ["--out", str(tmp_path / "no" / "demo")])
+    assert done.exit_code == 1
+    assert "no such folder" in str(done.exception)
