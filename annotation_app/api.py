@@ -16,15 +16,15 @@ from annotation_app.answers import check_json, read_answer, shown_again
 from annotation_app.assignment import Lease, extend, skip
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation, now
-from annotation_app.limits import limiter, submissions
+from annotation_app.limits import limited, submissions
 from annotation_app.models import TASKS, Answer, Item, Person, Record, Study, Task
 from annotation_app.openapi import description
 from annotation_app.payloads import page_data
 from annotation_app.people import current_person, keep_practice, required_person
-from annotation_app.problems import Refusal
+from annotation_app.problems import TO_SIGN_IN, Refusal
 from annotation_app.study import restored
 from annotation_app.submissions import add_event, save_draft, submit, was_received
-from annotation_app.work import EXPLANATIONS, find_study, item_of, lease_s, take_work
+from annotation_app.work import EXPLANATIONS, item_of, lease_s, take_work, visit
 
 blueprint = Blueprint("api", __name__, url_prefix="/api")
 
@@ -83,40 +83,40 @@ def session_() -> Response:
 
 
 @blueprint.post("/studies/<study_name>/tasks/<task_name>/lease")
-@limiter.limit(submissions)
+@limited(submissions)
 def lease(study_name: str, task_name: str) -> Response:
     """Take an item, or keep the one that this person has."""
     task = read_task(task_name)
     # What only reads is done beside whoever writes.
     engine = installation().engine
     with reading(engine) as session:
-        person = required_person(session)
-        study = find_study(session, study_name)
+        person, study = visit(session, study_name)
+    if person is None:
+        raise Refusal(401, TO_SIGN_IN)
     with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):
         return _answer({"reason": taken, "error": EXPLANATIONS[taken]}, 409)
     with reading(engine) as session:
-        return _answer(page_data(session, taken.item, person, installation().salt))
+        return _answer(page_data(session, taken.item_id, person, installation().salt))
 
 
 @blueprint.get("/items/<item_id>")
 def item(item_id: str) -> Response:
     """An item that is or was this person's, with their draft."""
     with reading(installation().engine) as session:
-        person = required_person(session)
-        found, _ = item_of(session, item_id, person)
-        return _answer(page_data(session, found, person, installation().salt))
+        person, _, _ = item_of(session, item_id)
+        return _answer(page_data(session, item_id, person, installation().salt))
 
 
 @blueprint.put("/items/<item_id>/draft")
-@limiter.limit(submissions)
+@limited(submissions)
 def draft(item_id: str) -> Response:
     """Keep what somebody has done so far, and the item for them."""
     request = read_request(DraftRequest)
     engine = installation().engine
     with reading(engine) as session:
-        person, found, study = _theirs(session, item_id)
+        person, found, study = item_of(session, item_id)
     with transaction(engine) as session:
         kept = save_draft(
             session, found, person, revision=request.revision, body=request.body, now=now()
@@ -132,13 +132,13 @@ def draft(item_id: str) -> Response:
 
 
 @blueprint.post("/items/<item_id>/answer")
-@limiter.limit(submissions)
+@limited(submissions)
 def answer(item_id: str) -> Response:
     """Keep an answer. The reply comes after it is safe on the disk."""
     request = read_request(AnswerRequest)
     engine = installation().engine
     with reading(engine) as session:
-        person, found, study = _theirs(session, item_id)
+        person, found, study = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
     with transaction(engine) as session:
         receipt = submit(
@@ -150,24 +150,24 @@ def answer(item_id: str) -> Response:
 
 
 @blueprint.post("/items/<item_id>/skip")
-@limiter.limit(submissions)
+@limited(submissions)
 def skip_(item_id: str) -> Response:
     """Give an item back, not to get it again."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
-        person, found, study = _theirs(session, item_id)
+        person, found, study = item_of(session, item_id)
         skip(session, found.id, person, now=now())
         _note(session, found, person, "skip", request)
     return _answer({"next": f"/s/{study.name}/{found.task}"})
 
 
 @blueprint.post("/items/<item_id>/flag")
-@limiter.limit(submissions)
+@limited(submissions)
 def flag(item_id: str) -> Response:
     """Tell the people who run the study that something is wrong with an item."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
-        person, found, _ = _theirs(session, item_id)
+        person, found, _ = item_of(session, item_id)
         _note(session, found, person, "flag", request)
     return _answer({"kept": True})
 
@@ -191,11 +191,11 @@ def answers(item_id: str) -> Response:
             }
             for a in given
         ]
-        return _answer({**page_data(session, found, person, salt), "answers": listed})
+        return _answer({**page_data(session, item_id, person, salt), "answers": listed})
 
 
 @blueprint.post("/items/<item_id>/adjudicate")
-@limiter.limit(submissions)
+@limited(submissions)
 def adjudicate(item_id: str) -> Response:
     """Keep an adjudicator's answer to any item, and go on with it."""
     request = read_request(AnswerRequest)
@@ -220,7 +220,7 @@ def adjudicate(item_id: str) -> Response:
 
 
 @blueprint.post("/practice/<task_name>")
-@limiter.limit(submissions)
+@limited(submissions)
 def practice(task_name: str) -> Response:
     """Keep that this person has done a practice example."""
     task = read_task(task_name)
@@ -270,11 +270,6 @@ def any_item(session: Session, item_id: str) -> Item:
     if found is None:
         raise Refusal(404, "There is no such item.")
     return found
-
-
-def _theirs(session: Session, item_id: str) -> tuple[Person, Item, Study]:
-    person = required_person(session)
-    return person, *item_of(session, item_id, person)
 
 
 def _note(session: Session, item: Item, person: Person, name: Any, request: NoteRequest) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from sqlalchemy import (
     BindParameter,
     ColumnElement,
-    Select,
+    Executable,
     bindparam,
     exists,
     func,
@@ -18,9 +18,10 @@ from sqlalchemy import (
     select,
     update,
 )
-from sqlalchemy.orm import Session, aliased
+from sqlalchemy.orm import Session
+from sqlalchemy.sql.dml import ReturningUpdate
 
-from annotation_app.database import changed_rows
+from annotation_app.database import changed_rows, core, dialect_of, inserting
 from annotation_app.models import Answer, Handout, Item, Person, Slot, Study, Task
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
@@ -28,25 +29,29 @@ Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
 part, others are at work on what is left, or there is nothing (left) in the study."""
 
 
+ANSWER, HANDOUT, ITEM, PERSON, SLOT = map(core, (Answer, Handout, Item, Person, Slot))
+
 # Statements are built once: that takes several times as long as to run them.
 _STUDY: BindParameter[str] = bindparam("of_study")
 _TASK: BindParameter[str] = bindparam("of_task")
 _WHO: BindParameter[str] = bindparam("who")
+_ITEM_ID: BindParameter[str] = bindparam("item")
 _NOW: BindParameter[float] = bindparam("at_present")
+_UNTIL: BindParameter[float] = bindparam("until")
 
 
 @dataclass(frozen=True, slots=True)
 class Lease:
     """An item that is somebody's until a time."""
 
-    item: Item
+    item_id: str
     expires_at: float
 
 
 def lock_person(session: Session, person_id: str) -> None:
     """Let no other transaction do anything for a person until this one ends."""
-    if session.get_bind().dialect.name != "sqlite":  # there is one writer at a time
-        session.execute(select(Person.id).where(Person.id == person_id).with_for_update())
+    if dialect_of(session) != "sqlite":  # there is one writer at a time
+        session.execute(_LOCK, {"who": person_id})
 
 
 def take(
@@ -62,9 +67,8 @@ def take(
     """Give a person an item to work on, the one that they already have if there is one.
 
     A slot is free if it is neither answered nor leased. Nobody gets an item whose subject
-    they have answered, which they have skipped, or of which they are the author. The
-    statement that takes a slot checks again that it is free, so that of two at once only
-    one gets it and the other tries the next.
+    they have answered, which they have skipped, or of which they are the author. One
+    statement finds a slot and takes it, passing by those that others are taking.
 
     Parameters
     ----------
@@ -75,183 +79,152 @@ def take(
     if person.blocked_at is not None:
         return "blocked"
     about = {"of_study": study_id, "of_task": task, "who": person.id}
-    held = _held(session, study_id, task, person, now=now, lease_s=lease_s)
-    if held is not None:
-        return held
-    if _wants_attention(session, study_id, task, person, attention_share):
-        lease = _attention(session, study_id, task, person, now=now, lease_s=lease_s)
-        if lease is not None:
-            return lease
-    while True:
-        slot_id = session.scalar(_free_slot(task == "rate"), {**about, "at_present": now})
-        if slot_id is None:
-            return _reason(session, about)
-        taken = changed_rows(
-            session,
-            update(Slot)
-            .where(Slot.id == slot_id, *is_free(now))
-            .values(person_id=person.id, expires_at=now + lease_s),
-        )
-        if taken == 1:
-            item = session.scalars(select(Item).join(Slot).where(Slot.id == slot_id)).one()
-            return _handed_out(session, item, person, now=now, lease_s=lease_s)
+    times = {"at_present": now, "until": now + lease_s}
+    held = session.scalar(_HELD, about)
+    if held is not None and extend(session, held, person, now=now, lease_s=lease_s):
+        return Lease(held, now + lease_s)
+    if _wants_attention(session, about, attention_share):
+        item_id = session.scalar(_ATTENTION, about)
+        if item_id is not None:  # with a slot of the person's own
+            session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
+            return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
+    taken = session.scalar(_TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
+    if taken is None:
+        return _reason(session, about)
+    return _handed_out(session, taken, person, now=now, lease_s=lease_s)
 
 
 def skip(session: Session, item_id: str, person: Person, *, now: float) -> None:
     """Give an item back that the person has and hasn't answered, and won't get again."""
-    session.execute(
-        update(Slot).where(*_is_held(item_id, person)).values(person_id=None, expires_at=None)
-    )
-    session.execute(
-        update(Handout)
-        .where(Handout.item_id == item_id, Handout.person_id == person.id)
-        .values(skipped_at=now)
-    )
+    about = {"item": item_id, "who": person.id, "at_present": now}
+    session.execute(_GIVE_BACK, about)
+    session.execute(_SKIP, about)
 
 
 def extend(session: Session, item_id: str, person: Person, *, now: float, lease_s: float) -> bool:
     """Lease an item on to the person who has it; whether they still have it."""
-    extended = changed_rows(
-        session,
-        update(Slot).where(*_is_held(item_id, person)).values(expires_at=now + lease_s),
-    )
-    return extended == 1
+    about = {"item": item_id, "who": person.id, "until": now + lease_s}
+    return changed_rows(session, _EXTEND, about) == 1
 
 
-def was_handed_out(session: Session, item_id: str, person_id: str) -> bool:
-    """Whether an item is or was the person's, so that they may answer it."""
-    return session.get(Handout, (item_id, person_id)) is not None
+def handed_out(session: Session, item_id: str, who: str) -> tuple[Person, Item, Study] | None:
+    """A person, an item that is or was theirs, and its study."""
+    row = session.execute(_HANDED_OUT, {"item": item_id, "who": who}).first()
+    return None if row is None else (row[0], row[1], row[2])
 
 
-def handed_out(session: Session, item_id: str, person_id: str) -> tuple[Item, Study] | None:
-    """An item that is or was the person's, and its study."""
-    row = session.execute(_HANDED_OUT, {"item": item_id, "who": person_id}).first()
-    return None if row is None else (row[0], row[1])
-
-
-def is_free(now: float | BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
+def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
     """What is true of slots that are neither answered nor leased."""
-    return Slot.answered.is_(False), or_(Slot.person_id.is_(None), Slot.expires_at < now)
-
-
-def _is_held(item_id: str, person: Person) -> tuple[ColumnElement[bool], ...]:
-    return Slot.item_id == item_id, Slot.person_id == person.id, Slot.answered.is_(False)
+    return SLOT.c.answered.is_(False), or_(SLOT.c.person_id.is_(None), SLOT.c.expires_at < now)
 
 
 def _handed_out(
-    session: Session, item: Item, person: Person, *, now: float, lease_s: float
+    session: Session, item_id: str, person: Person, *, now: float, lease_s: float
 ) -> Lease:
-    if not was_handed_out(session, item.id, person.id):
-        session.add(Handout(item_id=item.id, person_id=person.id, at=now))
-        session.flush()
-    return Lease(item, now + lease_s)
+    given = {"item_id": item_id, "person_id": person.id, "at": now}
+    session.execute(_hand_out(dialect_of(session)), given)
+    return Lease(item_id, now + lease_s)
 
 
-def _held(
-    session: Session, study_id: str, task: Task, person: Person, *, now: float, lease_s: float
-) -> Lease | None:
-    """The item that the person has, even past its time if nobody else has taken it."""
-    about = {"of_study": study_id, "of_task": task, "who": person.id}
-    item = session.scalars(_HELD, about).first()
-    if item is None or not extend(session, item.id, person, now=now, lease_s=lease_s):
-        return None
-    return Lease(item, now + lease_s)
-
-
-def _wants_attention(
-    session: Session, study_id: str, task: Task, person: Person, share: float
-) -> bool:
+def _wants_attention(session: Session, about: Mapping[str, str], share: float) -> bool:
     """Whether the person has had fewer attention checks than the share of what they did."""
     if not share:
         return False
-    done, checks = session.execute(
-        select(func.count(), func.count().filter(Item.attention))
-        .select_from(Answer)
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id, Item.task == task, Answer.person_id == person.id)
-    ).one()
+    done, checks = session.execute(_DONE, about).one()
     return bool(checks < int((done + 1) * share))
-
-
-def _attention(
-    session: Session, study_id: str, task: Task, person: Person, *, now: float, lease_s: float
-) -> Lease | None:
-    """An item whose right answer is known, with a slot of the person's own."""
-    about = {"of_study": study_id, "of_task": task, "who": person.id}
-    item = session.scalars(_ATTENTION, about).first()
-    if item is None:
-        return None
-    session.add(Slot(item_id=item.id, person_id=person.id, expires_at=now + lease_s))
-    return _handed_out(session, item, person, now=now, lease_s=lease_s)
 
 
 def _is_new() -> tuple[ColumnElement[bool], ...]:
     """What is true of items that a person may get, if there is a free slot."""
-    other = aliased(Slot)
+    other = SLOT.alias()
     return (
-        or_(Item.author_id.is_(None), Item.author_id != _WHO),
-        ~exists().where(other.item_id == Item.id, other.person_id == _WHO),
+        or_(ITEM.c.author_id.is_(None), ITEM.c.author_id != _WHO),
+        ~exists().where(other.c.item_id == ITEM.c.id, other.c.person_id == _WHO),
         ~exists().where(
-            Handout.item_id == Item.id,
-            Handout.person_id == _WHO,
-            Handout.skipped_at.is_not(None),
+            HANDOUT.c.item_id == ITEM.c.id,
+            HANDOUT.c.person_id == _WHO,
+            HANDOUT.c.skipped_at.is_not(None),
         ),
         ~exists().where(
-            Answer.person_id == _WHO,
-            Answer.task == Item.task,
-            Answer.subject == Item.subject,
+            ANSWER.c.person_id == _WHO,
+            ANSWER.c.task == ITEM.c.task,
+            ANSWER.c.subject == ITEM.c.subject,
         ),
     )
 
 
-def _of_task() -> tuple[ColumnElement[bool], ...]:
-    return Item.study_id == _STUDY, Item.task == _TASK, Item.attention.is_(False)
+_OF_TASK = (ITEM.c.study_id == _STUDY, ITEM.c.task == _TASK)
+_OWN = (SLOT.c.item_id == _ITEM_ID, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
 
 
-@functools.cache
-def _free_slot(shuffled: bool) -> Select[int]:
-    order = (func.random(),) if shuffled else (Item.rank, Item.id, Slot.id)
-    return (
-        select(Slot.id)
-        .join(Item)
-        .where(*_of_task(), *is_free(_NOW), *_is_new())
+def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
+    """Take the first free slot."""
+    free = (
+        select(SLOT.c.id)
+        .join(ITEM)
+        .where(*_OF_TASK, ITEM.c.attention.is_(False), *is_free(_NOW), *_is_new())
         .order_by(*order)
         .limit(1)
-        .with_for_update(of=Slot, skip_locked=True)
+        .with_for_update(of=SLOT, skip_locked=True)
+    )
+    return (
+        update(SLOT)
+        .where(SLOT.c.id == free.scalar_subquery(), *is_free(_NOW))
+        .values(person_id=_WHO, expires_at=_UNTIL)
+        .returning(SLOT.c.item_id)
     )
 
 
-_ATTENTION = (
-    select(Item)
-    .where(Item.study_id == _STUDY, Item.task == _TASK, Item.attention, *_is_new())
-    .order_by(func.random())
+_TAKE = _take(ITEM.c.rank, ITEM.c.id, SLOT.c.id)
+_TAKE_ANY = _take(func.random())
+_LOCK = select(PERSON.c.id).where(PERSON.c.id == _WHO).with_for_update()
+_EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL)
+_GIVE_BACK = update(SLOT).where(*_OWN).values(person_id=None, expires_at=None)
+_SKIP = (
+    update(HANDOUT)
+    .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
+    .values(skipped_at=_NOW)
 )
-_UNANSWERED = select(Slot.id).join(Item).where(*_of_task(), Slot.answered.is_(False)).limit(1)
-_UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
-_ANSWERED = (
-    select(Answer.id)
-    .join(Item)
-    .where(Item.study_id == _STUDY, Item.task == _TASK, Answer.person_id == _WHO)
+_DONE = (
+    select(func.count(), func.count().filter(ITEM.c.attention))
+    .select_from(ANSWER)
+    .join(ITEM)
+    .where(*_OF_TASK, ANSWER.c.person_id == _WHO)
+)
+_ATTENTION = (
+    select(ITEM.c.id)
+    .where(*_OF_TASK, ITEM.c.attention, *_is_new())
+    .order_by(func.random())
     .limit(1)
 )
+_UNANSWERED = (
+    select(SLOT.c.id)
+    .join(ITEM)
+    .where(*_OF_TASK, ITEM.c.attention.is_(False), SLOT.c.answered.is_(False))
+    .limit(1)
+)
+_UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
+_ANSWERED = select(ANSWER.c.id).join(ITEM).where(*_OF_TASK, ANSWER.c.person_id == _WHO).limit(1)
 _HELD = (
-    select(Item)
-    .join(Slot)
-    .where(
-        Item.study_id == _STUDY,
-        Item.task == _TASK,
-        Slot.person_id == _WHO,
-        Slot.answered.is_(False),
-    )
-    .order_by(Item.rank, Item.id)
+    select(ITEM.c.id)
+    .join(SLOT)
+    .where(*_OF_TASK, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
+    .order_by(ITEM.c.rank, ITEM.c.id)
     .limit(1)
 )
 _HANDED_OUT = (
-    select(Item, Study)
-    .join(Handout, Handout.item_id == Item.id)
+    select(Person, Item, Study)
+    .join(Handout, Handout.person_id == Person.id)
+    .join(Item, Item.id == Handout.item_id)
     .join(Study, Study.id == Item.study_id)
-    .where(Item.id == bindparam("item"), Handout.person_id == _WHO)
+    .where(Item.id == _ITEM_ID, Person.id == _WHO)
 )
+
+
+@functools.cache
+def _hand_out(dialect: str) -> Executable:
+    statement: Executable = inserting(dialect, Handout).on_conflict_do_nothing()
+    return statement
 
 
 def _reason(session: Session, about: Mapping[str, str]) -> Reason:

@@ -53,9 +53,7 @@ def back_up(config: Config, archive: Path) -> int:
             )
         head = {"version": VERSION, "key": config.secret_key.decode()}
         file.write(encoder.encode(head) + b"\n")
-        with reading(engine) as session:
-            if engine.dialect.name == "postgresql":
-                session.connection(execution_options={"isolation_level": "REPEATABLE READ"})
+        with reading(engine, one_state=True) as session:
             for table in Base.metadata.sorted_tables:
                 for row in session.execute(select(table)).mappings():
                     file.write(encoder.encode([str(table.name), _plain(row)]) + b"\n")

@@ -96,6 +96,16 @@ def annotate() -> None:
     metavar="URL",
     help="Where several processes count requests together.",
 )
+@click.option(
+    "--open-trying",
+    is_flag=True,
+    help="Let anybody try commands, as in the demo, not only people with a login.",
+)
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="The model that follows them; left out, one trained on the bundled corpus.",
+)
 def serve(
     *,
     study_files: tuple[Path, ...],
@@ -110,6 +120,8 @@ def serve(
     proxies: int,
     frame_ancestors: tuple[str, ...],
     limits_storage: str,
+    open_trying: bool,
+    model: Path | None,
 ) -> None:
     """Serve studies; new ones are set up first, known ones brought up to date.
 
@@ -138,10 +150,12 @@ def serve(
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
         limits_storage=limits_storage,
+        open_trying=open_trying or demo,
+        model=model,
     )
     serving.prepare(config)
     if demo:
-        _put(config, *_demo(folder, videos))
+        _demo(config, videos)
     for file in study_files:
         _put(config, *_read(file, videos))
     name = "localhost" if host in ("127.0.0.1", "::1") else host
@@ -259,7 +273,10 @@ def export(
 
     if form == "corpus":
         check_writable(out, force=force)
-    with opened(open_instance(instance, database).database) as engine, reading(engine) as session:
+    with (
+        opened(open_instance(instance, database).database) as engine,
+        reading(engine, one_state=True) as session,
+    ):
         if not is_current(engine):
             raise FormatError(
                 "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
@@ -342,15 +359,23 @@ def _demo_instance() -> Path:
     return cache_folder() / "annotate-demo"
 
 
-def _demo(folder: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
-    from annotation_app.demo import demo_study, render_demo
+def _demo(config: Config, videos: Path | None) -> None:
+    """Set the demo up, or bring it up to date; the rest of its videos come later."""
+    from annotation_app.demo import demo_study, ready, render_first, render_rest
     from annotation_app.setup import rendered_videos
 
-    if videos is None:
-        videos = folder / "videos"
-        render_demo(videos)
-    found = rendered_videos(videos)
-    return demo_study(found), found
+    def put(found: list[Rendered]) -> None:
+        _put(config, demo_study(found), found)
+
+    if videos is not None:
+        put(rendered_videos(videos))
+        return
+    folder = config.instance / "videos"
+    render_first(folder)
+    put(ready(folder))
+    others = render_rest(folder, put)
+    if others:
+        click.echo(f"{others} more videos are made meanwhile, and come to the demo one by one")
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:

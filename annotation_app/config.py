@@ -38,8 +38,13 @@ class Config:
     rate_limits
         Whether requests are limited.
     limits_storage
-        Where limits are counted: a URL as Flask-Limiter takes it. By default each process
+        Where limits are counted: a URL as the package ``limits`` takes it. By default each process
         counts its own.
+    open_trying
+        Whether anybody may try commands, not only people with a login.
+    model
+        File of the model that follows commands which are tried; by default the one that
+        comes along.
     max_body_bytes
         Largest request that is read.
     """
@@ -53,6 +58,8 @@ class Config:
     form_targets: tuple[str, ...] = ()
     rate_limits: bool = True
     limits_storage: str = "process://"
+    open_trying: bool = False
+    model: Path | None = None
     max_body_bytes: int = MEGABYTE
 
     def __repr__(self) -> str:

@@ -1,6 +1,6 @@
 """Counting requests in a process of many threads, for the limits on how often people do things.
 
-The storage that comes with Flask-Limiter starts a thread to forget what is old, and two
+The storage that comes with ``limits`` starts a thread to forget what is old, and two
 requests at once may start the same one, which fails.
 """
 

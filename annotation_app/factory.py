@@ -23,6 +23,8 @@ from annotation_app.limits import limiter
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.problems import Refusal
 from annotation_app.schema import installation_salt
+from annotation_app.trying import pages as trying
+from annotation_app.trying.queue import Attempts
 
 log = logging.getLogger(__name__)
 
@@ -52,17 +54,13 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         WTF_CSRF_TIME_LIMIT=None,
         # There is no Referer to look at: pages are sent with "no-referrer".
         WTF_CSRF_SSL_STRICT=False,
-        RATELIMIT_ENABLED=config.rate_limits,
-        RATELIMIT_STORAGE_URI=config.limits_storage,
-        RATELIMIT_HEADERS_ENABLED=True,
-        # Where the counting fails, people's work goes on.
-        RATELIMIT_SWALLOW_ERRORS=True,
     )
     engine = engine or open_database(config.database)
-    install(app, Installation(config, engine, installation_salt(engine)))
+    counter = limiter(config.limits_storage) if config.rate_limits else None
+    attempts = Attempts(config.instance, config.model)
+    install(app, Installation(config, engine, installation_salt(engine), counter, attempts))
     CSRFProtect(app)
-    limiter.init_app(app)
-    own = (module.blueprint for module in (api, media, crowds, dashboard, interface))
+    own = (module.blueprint for module in (api, media, crowds, dashboard, interface, trying))
     for blueprint in (*own, *BLUEPRINTS):
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)

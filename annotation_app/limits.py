@@ -2,22 +2,69 @@
 
 from __future__ import annotations
 
+import functools
+import logging
+import math
+import time
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
 import flask
-from flask_limiter import Limiter
-from flask_limiter.util import get_remote_address
+from limits import RateLimitItem, parse_many
+from limits.errors import StorageError
+from limits.storage import storage_from_string
+from limits.strategies import MovingWindowRateLimiter
+from werkzeug.exceptions import TooManyRequests
 
 from annotation_app import counting  # noqa: F401 - makes process:// known
+from annotation_app.installation import installation
 
+log = logging.getLogger(__name__)
+P = ParamSpec("P")
+R = TypeVar("R")
 
-def whose() -> str:
-    """Whom a request is counted for."""
-    person_id = flask.session.get("person")
-    return f"person {person_id}" if isinstance(person_id, str) else get_remote_address()
-
-
-limiter = Limiter(whose, strategy="moving-window")
 submissions = "240/minute"
 arrivals = "120/minute"
 """New people who come by an open link, by address: a class may sit behind one."""
+tries = "10/minute"
 sign_ins = "10/minute;60/hour"
 """Passwords tried, by address."""
+
+
+def limiter(storage: str) -> MovingWindowRateLimiter:
+    """What counts requests at a URL, as the package ``limits`` takes it."""
+    return MovingWindowRateLimiter(storage_from_string(storage, wrap_exceptions=True))
+
+
+def limited(often: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Refuse what somebody does more often, telling when to come again."""
+    limits = parse_many(often)
+
+    def decorate(view: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(view)
+        def counted(*args: P.args, **kwargs: P.kwargs) -> R:
+            counter = installation().limiter
+            if counter is not None:
+                for limit in limits:
+                    _count(counter, limit, (view.__name__, _whose()))
+            return view(*args, **kwargs)
+
+        return counted
+
+    return decorate
+
+
+def _count(counter: MovingWindowRateLimiter, limit: RateLimitItem, what: tuple[str, str]) -> None:
+    try:
+        if counter.hit(limit, *what):
+            return
+        again_s = counter.get_window_stats(limit, *what).reset_time - time.time()
+    except StorageError:  # where the counting fails, people's work goes on
+        log.exception("requests can't be counted")
+        return
+    raise TooManyRequests(retry_after=max(1, math.ceil(again_s)))
+
+
+def _whose() -> str:
+    person_id = flask.session.get("person")
+    return f"person {person_id}" if isinstance(person_id, str) else str(flask.request.remote_addr)

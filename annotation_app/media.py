@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from flask import Blueprint, Response, send_file
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from annotation_app.database import reading
@@ -38,20 +40,34 @@ def media(media_id: str) -> Response:
     return response
 
 
-def media_ids(session: Session, study_id: str, video: str) -> dict[str, str]:
-    """The public names of a video's files by their roles."""
-    rows = session.execute(
-        select(Media.role, Media.id).where(Media.study_id == study_id, Media.video == video)
-    )
-    return {role: media_id for role, media_id in rows if role in TYPES}
+@dataclass(frozen=True, slots=True)
+class Files:
+    """A video's files by their roles.
+
+    Parameters
+    ----------
+    public
+        The names under which people may see some of them.
+    paths
+        Where they are.
+    """
+
+    public: Mapping[str, str]
+    paths: Mapping[str, Path]
 
 
-def media_paths(session: Session, study_id: str, video: str) -> dict[str, Path]:
-    """Where a video's files are, by their roles."""
-    rows = session.execute(
-        select(Media.role, Media.path).where(Media.study_id == study_id, Media.video == video)
+_FILES = select(Media.role, Media.id, Media.path).where(
+    Media.study_id == bindparam("study"), Media.video == bindparam("video")
+)
+
+
+def media_files(session: Session, study_id: str, video: str) -> Files:
+    """The files of a video."""
+    rows = session.execute(_FILES, {"study": study_id, "video": video}).all()
+    return Files(
+        {row.role: row.id for row in rows if row.role in TYPES},
+        {row.role: Path(row.path) for row in rows},
     )
-    return {role: Path(path) for role, path in rows}
 
 
 def media_path(session: Session, study_id: str, video: str, role: str) -> Path | None:

@@ -16,11 +16,13 @@ def description() -> dict[str, Any]:
     """The whole description, version 3.1."""
     from annotation_app.api import REQUESTS  # noqa: PLC0415 - the interface serves this
     from annotation_app.dashboard import interface  # noqa: PLC0415 - as above
+    from annotation_app.trying.pages import TryRequest  # noqa: PLC0415 - as above
 
+    requests = {**REQUESTS, "try": TryRequest}
     schemas = msgspec.json.schema_components(
-        REQUESTS.values(), ref_template="#/components/schemas/{name}"
+        requests.values(), ref_template="#/components/schemas/{name}"
     )
-    bodies = dict(zip(REQUESTS, schemas[0], strict=True))
+    bodies = dict(zip(requests, schemas[0], strict=True))
     return {
         "openapi": "3.1.0",
         "info": {"title": "Annotation app", "version": __version__},
@@ -67,6 +69,11 @@ def description() -> dict[str, Any]:
             "/api/practice/{task}": {
                 "parameters": [_parameter("task", TASKS)],
                 "post": _operation("practice", "Practice is done", refusals=(401, 404)),
+            },
+            "/api/try": {"post": _operation("try", "Try a command", bodies["try"])},
+            "/api/try/{name}": {
+                "parameters": [_parameter("name")],
+                "get": _operation("tried", "How far an attempt is", refusals=(401, 403, 404)),
             },
             **interface.paths(),
         },

@@ -22,9 +22,10 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from sqlalchemy import and_, bindparam, select
 from sqlalchemy.orm import Session
 
-from annotation_app.media import media_ids, media_paths
+from annotation_app.media import Files, media_files
 from annotation_app.models import Draft, Item, Person, Record
 from annotation_app.scenes import Aliases, Scene, aliases, read_scene, scene_payload
 from annotation_app.suggestions import suggest
@@ -34,7 +35,14 @@ from g3.sdc_notation import from_json
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
 
 
-def page_data(session: Session, item: Item, person: Person, salt: bytes) -> Record:
+_ITEM = (
+    select(Item, Draft)
+    .outerjoin(Draft, and_(Draft.item_id == Item.id, Draft.person_id == bindparam("who")))
+    .where(Item.id == bindparam("item"))
+)
+
+
+def page_data(session: Session, item_id: str, person: Person, salt: bytes) -> Record:
     """What an item's page gets: ``item``, ``task``, ``draft`` and ``payload``.
 
     Payloads by task: describe ``video, poster, duration_s``; segment ``command, words,
@@ -44,7 +52,7 @@ def page_data(session: Session, item: Item, person: Person, salt: bytes) -> Reco
     that is grounded to what happens has neither objects nor places: the scene's video is
     it); rate ``command, video, poster, duration_s``.
     """
-    draft = session.get(Draft, (item.id, person.id))
+    item, draft = session.execute(_ITEM, {"item": item_id, "who": person.id}).one()
     return {
         "item": item.id,
         "task": item.task,
@@ -55,8 +63,11 @@ def page_data(session: Session, item: Item, person: Person, salt: bytes) -> Reco
 
 def scene_of(session: Session, study_id: str, video: str) -> Scene:
     """The world of a video."""
-    paths = media_paths(session, study_id, video)
-    return read_scene(paths["manifest"].parent, paths.get("corpus"), video)
+    return _shown(media_files(session, study_id, video), video)
+
+
+def _shown(files: Files, video: str) -> Scene:
+    return read_scene(files.paths["manifest"].parent, files.paths.get("corpus"), video)
 
 
 def words_of(text: str) -> Iterator[dict[str, Any]]:
@@ -81,11 +92,11 @@ def aliases_of(session: Session, item: Item, video: str, salt: bytes) -> tuple[S
 
 def _watched(session: Session, item: Item, _salt: bytes) -> Record:
     video = item.payload["video"]
-    media = media_ids(session, item.study_id, video)
+    files = media_files(session, item.study_id, video)
     return {
-        "video": media.get("video"),
-        "poster": media.get("poster"),
-        "duration_s": scene_of(session, item.study_id, video).duration_s,
+        "video": files.public.get("video"),
+        "poster": files.public.get("poster"),
+        "duration_s": _shown(files, video).duration_s,
     }
 
 
@@ -110,7 +121,7 @@ def _grounded(session: Session, item: Item, salt: bytes) -> Record:
         "command": item.payload["text"],
         "sdcs": item.payload["sdcs"],
         "clauses": clauses_of(sdcs),
-        **scene_payload(scene, names, media_ids(session, item.study_id, video)),
+        **scene_payload(scene, names, media_files(session, item.study_id, video).public),
     }
 
 
@@ -137,7 +148,7 @@ def _checked(session: Session, item: Item, salt: bytes) -> Record:
         "sdcs": item.payload["sdcs"],
         "clauses": clauses,
         "scenes": [
-            scene_payload(*worlds[video], media_ids(session, item.study_id, video))
+            scene_payload(*worlds[video], media_files(session, item.study_id, video).public)
             for video in videos
         ],
     }

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import delete, func, select
+from sqlalchemy import bindparam, delete, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.models import Answer, Item, Media, Person, Record, Slot, Study, Task
@@ -36,6 +36,14 @@ class NewItem:
     payload: Record
     author_id: str | None = None
     attention: bool = False
+
+
+_VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
+_KNOWN = select(Item.id).where(
+    Item.study_id == bindparam("study"),
+    Item.task == bindparam("of_task"),
+    Item.subject == bindparam("of_subject"),
+)
 
 
 def answered(session: Session, study: Study, item: Item, answer: Answer) -> None:
@@ -120,10 +128,8 @@ def adjudicate(
 
 def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) -> Item | None:
     """Add an item with its slots; None if there is one about its subject."""
-    known = select(Item.id).where(
-        Item.study_id == study.id, Item.task == new.task, Item.subject == new.subject
-    )
-    if session.scalar(known) is not None:
+    about = {"study": study.id, "of_task": new.task, "of_subject": new.subject}
+    if session.scalar(_KNOWN, about) is not None:
         return None
     item = Item(
         id=new_id(),
@@ -143,8 +149,7 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
 
 def videos_of(session: Session, study_id: str) -> list[str]:
     """The names of a study's videos."""
-    rows = select(Media.video).where(Media.study_id == study_id, Media.role == "manifest")
-    return sorted(session.scalars(rows))
+    return sorted(session.scalars(_VIDEOS, {"study": study_id}))
 
 
 def _withdraw(session: Session, study: Study, answers: Sequence[Answer]) -> None:

@@ -14,6 +14,7 @@ from annotation_app.factory import create_app
 from annotation_app.models import Study
 from annotation_app.people import new_admin_token
 from annotation_app.schema import migrate
+from annotation_app.suggestions import warm_up
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
@@ -33,6 +34,13 @@ def addresses(config: Config, base: str) -> list[tuple[str, str]]:
     return found
 
 
+def _segments(config: Config) -> bool:
+    """Whether people segment commands in some study."""
+    with opened(config.database) as engine, reading(engine) as session:
+        studies = session.scalars(select(Study).where(Study.closed_at.is_(None)))
+        return any("segment" in study.config["tasks"] for study in studies)
+
+
 def prepare(config: Config) -> None:
     """Bring the database up to date."""
     with opened(config.database) as engine:
@@ -47,6 +55,8 @@ def serve(config: Config, *, host: str, port: int, threads: int) -> None:
     OSError
         If the address can't be had.
     """
+    if _segments(config):
+        warm_up()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     waitress.serve(
         create_app(config),

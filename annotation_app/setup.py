@@ -73,9 +73,11 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     Raises
     ------
     FormatError
-        If an attention check names a video that isn't there.
+        If an attention check or a pair names a video that isn't there.
     """
-    _check_known_commands(config, {item.video for item in videos})
+    names = {item.video for item in videos}
+    _check_known_commands(config, names)
+    _check_pairs(config, names)
     study = session.scalars(select(Study).where(Study.name == config.name)).first()
     if study is None:
         study = Study(id=new_id(), name=config.name, config=stored(config), created_at=now())
@@ -84,7 +86,7 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     session.flush()
     for item in videos:
         add_video(session, study.id, item)
-    for new in (*_described(session, study, videos), *_checks(config)):
+    for new in (*_described(session, study, videos), *_checks(config), *_pairs(config)):
         if new.task in config.tasks:
             add_item(session, study, config, new)
     _add_slots(session, study, config)
@@ -150,6 +152,31 @@ def _checks(config: StudyConfig) -> Iterator[NewItem]:
                     "right": video == known.video,
                 },
                 attention=True,
+            )
+
+
+def _pairs(config: StudyConfig) -> Iterator[NewItem]:
+    for pair in config.pairs:
+        yield NewItem(
+            "rate",
+            f"pair {pair.own_video} {pair.text[:200]} video {pair.video}",
+            {
+                "text": pair.text,
+                "command": None,
+                "own_video": pair.own_video,
+                "video": pair.video,
+                "right": None,
+            },
+        )
+
+
+def _check_pairs(config: StudyConfig, videos: set[str]) -> None:
+    for number, pair in enumerate(config.pairs, start=1):
+        if pair.video not in videos:
+            raise FormatError(
+                f"pair {number} names the video {pair.video!r}, which isn't there",
+                where=f"study {config.name}",
+                fix="make the video with `ct render-videos`, or correct the name",
             )
 
 

@@ -70,6 +70,14 @@ class KnownCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     wrong_video: str
 
 
+class RatedPair(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A command to be rated with a video, and the video that it was typed for."""
+
+    text: Line
+    video: str
+    own_video: str
+
+
 class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A study as it is written.
 
@@ -93,6 +101,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Part of a rater's items that has a known answer.
     known_commands
         What attention checks are made of.
+    pairs
+        Commands with videos to be rated, besides those that people type.
     seed
         What random videos and negatives are drawn with.
     """
@@ -109,6 +119,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     payment: Payment | None = None
     attention_checks: Share = 0.0
     known_commands: tuple[KnownCommand, ...] = ()
+    pairs: tuple[RatedPair, ...] = ()
     seed: int = 0
 
 
@@ -175,6 +186,8 @@ def _problem(study: StudyConfig) -> Problem | None:
         return Problem(
             ("attention_checks",), "there are no known commands to check with", "add known_commands"
         )
+    if study.pairs and "rate" not in study.tasks:
+        return Problem(("pairs",), "the study has no task to rate them in", "add the task rate")
     ids = [question.id for question in study.questions]
     for i, name in enumerate(ids):
         if name in ids[:i]:

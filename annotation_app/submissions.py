@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
-from sqlalchemy import bindparam, select, update
+from sqlalchemy import (
+    JSON,
+    BindParameter,
+    Executable,
+    Float,
+    Integer,
+    String,
+    bindparam,
+    select,
+    update,
+)
 from sqlalchemy.orm import Session
 
 from annotation_app.assignment import is_free, lock_person
-from annotation_app.database import changed_rows
+from annotation_app.database import changed_rows, core, dialect_of, inserting
 from annotation_app.models import Answer, Draft, Event, Handout, Item, Person, Record, Slot
 
 
@@ -59,14 +70,14 @@ def submit(
         What is to be kept of it: it has been validated.
     """
     lock_person(session, person.id)
-    known = session.scalars(_KNOWN, {"who": person.id, "uuid": uuid}).first()
+    known = session.scalar(_KNOWN, {"who": person.id, "uuid": uuid})
     if known is not None:
         return _receipt(session, known)
     event = add_event(session, item, person, name="submit", uuid=uuid, body=sent, now=now)
     if _is_answered(session, item, person):
         return Receipt("repeated", event.id)
     surplus = not _fill_slot(session, item, person, now)
-    handout = session.get(Handout, (item.id, person.id))
+    handed_out_at = session.scalar(_HANDED_OUT_AT, {"item": item.id, "who": person.id})
     answer = Answer(
         item_id=item.id,
         person_id=person.id,
@@ -75,7 +86,7 @@ def submit(
         event_id=event.id,
         body=body,
         surplus=surplus,
-        seconds=0.0 if handout is None else now - handout.at,
+        seconds=0.0 if handed_out_at is None else now - handed_out_at,
         at=now,
     )
     session.add(answer)
@@ -117,26 +128,67 @@ def save_draft(
         Whether it was kept.
     """
     lock_person(session, person.id)
-    if _is_answered(session, item, person):
-        return False
-    draft = session.get(Draft, (item.id, person.id))
-    if draft is None:
-        session.add(
-            Draft(item_id=item.id, person_id=person.id, revision=revision, body=body, at=now)
-        )
-        return True
-    if draft.revision >= revision:
-        return False
-    draft.revision, draft.body, draft.at = revision, body, now
-    return True
+    values = {
+        "item": item.id,
+        "who": person.id,
+        "of_task": item.task,
+        "of_subject": item.subject,
+        "sent_revision": revision,
+        "sent_body": body,
+        "at_present": now,
+    }
+    return session.scalar(_keep_draft(dialect_of(session)), values) is not None
 
 
-_KNOWN = select(Event).where(Event.person_id == bindparam("who"), Event.uuid == bindparam("uuid"))
-_ANSWERED = select(Answer.id).where(
-    Answer.person_id == bindparam("who"),
-    Answer.task == bindparam("of_task"),
-    Answer.subject == bindparam("of_subject"),
+ANSWER, EVENT, HANDOUT, SLOT = map(core, (Answer, Event, Handout, Slot))
+_ITEM: BindParameter[str] = bindparam("item", type_=String)
+_WHO: BindParameter[str] = bindparam("who", type_=String)
+_NOW: BindParameter[float] = bindparam("at_present", type_=Float)
+_KNOWN = select(EVENT.c.id).where(EVENT.c.person_id == _WHO, EVENT.c.uuid == bindparam("uuid"))
+_SURPLUS = select(ANSWER.c.surplus).where(ANSWER.c.event_id == bindparam("event"))
+_ANSWERED = select(ANSWER.c.id).where(
+    ANSWER.c.person_id == _WHO,
+    ANSWER.c.task == bindparam("of_task"),
+    ANSWER.c.subject == bindparam("of_subject"),
 )
+_HANDED_OUT_AT = select(HANDOUT.c.at).where(HANDOUT.c.item_id == _ITEM, HANDOUT.c.person_id == _WHO)
+_FILL_OWN = (
+    update(SLOT)
+    .where(SLOT.c.item_id == _ITEM, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
+    .values(answered=True)
+)
+_FREE = (
+    select(SLOT.c.id)
+    .where(SLOT.c.item_id == _ITEM, *is_free(_NOW))
+    .limit(1)
+    .with_for_update(skip_locked=True)
+)
+_FILL_FREE = (
+    update(SLOT)
+    .where(SLOT.c.id == _FREE.scalar_subquery(), *is_free(_NOW))
+    .values(answered=True, person_id=_WHO, expires_at=_NOW)
+)
+
+
+@functools.cache
+def _keep_draft(dialect: str) -> Executable:
+    sent: dict[str, BindParameter[Any]] = {
+        "item_id": _ITEM,
+        "person_id": _WHO,
+        "revision": bindparam("sent_revision", type_=Integer),
+        "body": bindparam("sent_body", type_=JSON),
+        "at": _NOW,
+    }
+    draft = inserting(dialect, Draft).from_select(
+        list(sent), select(*sent.values()).where(~_ANSWERED.exists())
+    )
+    changed = {name: draft.excluded[name] for name in ("revision", "body", "at")}
+    statement: Executable = draft.on_conflict_do_update(
+        index_elements=["item_id", "person_id"],
+        set_=changed,
+        where=core(Draft).c.revision < draft.excluded.revision,
+    ).returning(core(Draft).c.revision)
+    return statement
 
 
 def _is_answered(session: Session, item: Item, person: Person) -> bool:
@@ -146,34 +198,15 @@ def _is_answered(session: Session, item: Item, person: Person) -> bool:
 
 def _fill_slot(session: Session, item: Item, person: Person, now: float) -> bool:
     """Give the answer the person's slot of the item, else a free one; whether there is one."""
-    own = changed_rows(
-        session,
-        update(Slot)
-        .where(Slot.item_id == item.id, Slot.person_id == person.id, Slot.answered.is_(False))
-        .values(answered=True),
-    )
+    about = {"item": item.id, "who": person.id}
+    own = changed_rows(session, _FILL_OWN, about)
     if own or item.attention:
         return own == 1
-    free = session.scalar(
-        select(Slot.id)
-        .where(Slot.item_id == item.id, *is_free(now))
-        .limit(1)
-        .with_for_update(skip_locked=True)
-    )
-    return (
-        free is not None
-        and changed_rows(
-            session,
-            update(Slot)
-            .where(Slot.id == free, *is_free(now))
-            .values(answered=True, person_id=person.id, expires_at=now),
-        )
-        == 1
-    )
+    return changed_rows(session, _FILL_FREE, {**about, "at_present": now}) == 1
 
 
-def _receipt(session: Session, event: Event) -> Receipt:
-    answer = session.scalars(select(Answer).where(Answer.event_id == event.id)).one_or_none()
-    if answer is None:
-        return Receipt("repeated", event.id)
-    return Receipt("surplus" if answer.surplus else "accepted", event.id)
+def _receipt(session: Session, event_id: int) -> Receipt:
+    surplus = session.scalar(_SURPLUS, {"event": event_id})
+    if surplus is None:
+        return Receipt("repeated", event_id)
+    return Receipt("surplus" if surplus else "accepted", event_id)

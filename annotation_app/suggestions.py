@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import threading
 
 from annotation_app.models import Record
 from g3.errors import CorpusError
 from g3.sdc_notation import to_json
+
+_ONE_AT_A_TIME = threading.Lock()
+"""So that the extractor isn't read twice, which takes seconds."""
+
+
+def warm_up() -> None:
+    """Read the extractor before somebody waits for it, beside whatever else is done."""
+    threading.Thread(target=suggest, args=("Go.",), daemon=True).start()
 
 
 @functools.lru_cache(maxsize=1000)
@@ -19,7 +28,8 @@ def suggest(text: str) -> list[Record] | None:
     from g3.language.extractor_file import default_extractor  # noqa: PLC0415
 
     try:
-        parse = next(iter(extract(default_extractor(), [text])))
+        with _ONE_AT_A_TIME:
+            parse = next(iter(extract(default_extractor(), [text])))
     except CorpusError:  # the parser's English isn't installed
         return None
     return to_json(parse.sdcs) or None

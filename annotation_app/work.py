@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from annotation_app import assignment
 from annotation_app.assignment import Lease
 from annotation_app.models import Item, Person, Study, Task
-from annotation_app.people import OPEN, RANKS, has_consented, has_practised
+from annotation_app.people import (
+    OPEN,
+    RANKS,
+    current_id,
+    has_consented,
+    has_practised,
+    required_person,
+)
 from annotation_app.problems import Refusal
 from annotation_app.study import StudyConfig, TaskConfig, restored
 
@@ -36,6 +43,22 @@ EXPLANATIONS: dict[Reason, str] = {
 """What people are told when they get no item."""
 
 
+_STUDY = select(Study).where(Study.name == bindparam("study"))
+_VISIT = _STUDY.add_columns(Person).join(Person, Person.id == bindparam("who"))
+
+
+def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
+    """Whose request this is, and the study that it is about.
+
+    Raises
+    ------
+    Refusal
+        If there is no such study.
+    """
+    row = session.execute(_VISIT, {"who": current_id(), "study": study_name}).first()
+    return (None, find_study(session, study_name)) if row is None else (row[1], row[0])
+
+
 def find_study(session: Session, name: str) -> Study:
     """A study by its name.
 
@@ -44,7 +67,7 @@ def find_study(session: Session, name: str) -> Study:
     Refusal
         If there is none.
     """
-    study = session.scalars(select(Study).where(Study.name == name)).first()
+    study = session.scalars(_STUDY, {"study": name}).first()
     if study is None:
         raise Refusal(404, "There is no such study.")
     return study
@@ -55,9 +78,8 @@ def task_config(config: StudyConfig, task: Task) -> TaskConfig:
     return config.tasks.get(task, TaskConfig())
 
 
-def obstacle(study: Study, task: Task, person: Person) -> Reason | None:
+def obstacle(study: Study, config: StudyConfig, task: Task, person: Person) -> Reason | None:
     """Why somebody may not do a task of a study, whatever items there are."""
-    config = restored(study.config)
     task_of = config.tasks.get(task)
     is_staff = RANKS[person.role] > RANKS["worker"]
     checks: tuple[tuple[bool, Reason], ...] = (
@@ -79,10 +101,10 @@ def take_work(
     session: Session, study: Study, task: Task, person: Person, *, now: float
 ) -> Lease | Reason:
     """Give somebody an item of a task, or tell why not."""
-    reason = obstacle(study, task, person)
+    config = restored(study.config)
+    reason = obstacle(study, config, task, person)
     if reason is not None:
         return reason
-    config = restored(study.config)
     return assignment.take(
         session,
         study.id,
@@ -99,15 +121,16 @@ def lease_s(config: StudyConfig, task: Task) -> float:
     return 60 * task_config(config, task).lease_minutes
 
 
-def item_of(session: Session, item_id: str, person: Person) -> tuple[Item, Study]:
-    """An item that is or was somebody's, and its study.
+def item_of(session: Session, item_id: str) -> tuple[Person, Item, Study]:
+    """Whose request this is, an item that is or was theirs, and its study.
 
     Raises
     ------
     Refusal
         If it never was, whether there is such an item or not.
     """
-    found = assignment.handed_out(session, item_id, person.id)
+    found = assignment.handed_out(session, item_id, current_id() or "")
     if found is None:
+        required_person(session)
         raise Refusal(404, "You don't have such an item. Open the study again.")
     return found

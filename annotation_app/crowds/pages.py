@@ -20,7 +20,7 @@ from annotation_app.crowds.platform import Arrival
 from annotation_app.crowds.registry import Provider, find_provider
 from annotation_app.database import transaction
 from annotation_app.installation import installation, now
-from annotation_app.limits import arrivals, limiter
+from annotation_app.limits import arrivals, limited
 from annotation_app.models import Participation, Person, Study
 from annotation_app.people import add_anonymous, current_person, find_or_add, sign_in
 from annotation_app.problems import Refusal
@@ -35,7 +35,7 @@ blueprint = Blueprint("crowds", __name__, url_prefix="/crowd", template_folder="
 
 
 @blueprint.get("/<provider_name>/<token>")
-@limiter.limit(arrivals)
+@limited(arrivals)
 def enter(provider_name: str, token: str) -> ResponseReturnValue:
     """Somebody comes in."""
     provider = find_provider(provider_name)

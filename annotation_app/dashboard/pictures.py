@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from sqlalchemy.orm import Session
 
-from annotation_app.media import media_ids
+from annotation_app.media import media_files
 from annotation_app.models import Item, Record
 from annotation_app.payloads import scene_of
 from annotation_app.scenes import Scene
@@ -76,7 +76,7 @@ def draw(session: Session, item: Item, groundings: Sequence[Record]) -> Picture:
     scene = scene_of(session, item.study_id, name)
     letters = lettered(groundings)
     size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
-    video = media_ids(session, item.study_id, name).get("video") if all(size) else None
+    video = media_files(session, item.study_id, name).public.get("video") if all(size) else None
     mapped = (*_things(scene, letters), *_places(scene, groundings), *_areas(groundings))
     return Picture(video, size, tuple(_seen(scene, letters)), _view(scene), mapped)
 

@@ -8,7 +8,7 @@ from flask.typing import ResponseReturnValue
 
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation
-from annotation_app.limits import limiter, sign_ins
+from annotation_app.limits import limited, sign_ins
 from annotation_app.people import find_login, sign_in, sign_out, use_admin_token
 from annotation_app.problems import Refusal
 
@@ -22,7 +22,7 @@ def login() -> str:
 
 
 @blueprint.post("/login")
-@limiter.limit(sign_ins)
+@limited(sign_ins)
 def sign_in_() -> ResponseReturnValue:
     """Sign in, and go back to where somebody wanted to go."""
     form = flask.request.form
@@ -53,7 +53,7 @@ def setup(token: str) -> str:
 
 
 @blueprint.post("/setup/<token>")
-@limiter.limit(sign_ins)
+@limited(sign_ins)
 def make_admin(token: str) -> ResponseReturnValue:
     """Make the first admin, once."""
     form = flask.request.form

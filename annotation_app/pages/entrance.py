@@ -9,7 +9,7 @@ from sqlalchemy import select
 
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation
-from annotation_app.limits import arrivals, limiter
+from annotation_app.limits import arrivals, limited
 from annotation_app.models import Person, Record, Study
 from annotation_app.pages.progress import progress
 from annotation_app.people import (
@@ -41,7 +41,8 @@ def home() -> str:
             for study in session.scalars(select(Study).order_by(Study.created_at))
             if study.closed_at is None and _may_enter(study, person)
         ]
-    return flask.render_template("home.html", studies=studies, person=person)
+    tries = may_try(person)
+    return flask.render_template("home.html", studies=studies, person=person, tries=tries)
 
 
 @blueprint.get("/s/<study_name>")
@@ -60,7 +61,7 @@ def study_page(study_name: str) -> ResponseReturnValue:
 
 
 @blueprint.get("/s/<study_name>/invitation/<token>")
-@limiter.limit(arrivals)
+@limited(arrivals)
 def invited(study_name: str, token: str) -> ResponseReturnValue:
     """Somebody comes by a link of their own."""
     with transaction(installation().engine) as session:
@@ -86,7 +87,7 @@ def welcome(study_name: str) -> ResponseReturnValue:
 
 
 @blueprint.post("/s/<study_name>/welcome")
-@limiter.limit(arrivals)
+@limited(arrivals)
 def agree(study_name: str) -> ResponseReturnValue:
     """Keep that somebody agrees; whoever is new here becomes a person now."""
     form = flask.request.form
@@ -113,6 +114,13 @@ def agree(study_name: str) -> ResponseReturnValue:
 def wants_welcome(study: Study, person: Person) -> bool:
     """Whether somebody must read what a study is about first."""
     return not has_consented(person, study.id) and RANKS[person.role] == RANKS["worker"]
+
+
+def may_try(person: Person | None) -> bool:
+    """Whether somebody may try commands: people with a login, in a demo everybody."""
+    if installation().config.open_trying:
+        return True
+    return person is not None and RANKS[person.role] > RANKS["worker"] and not person.blocked_at
 
 
 def sign_in_page() -> ResponseReturnValue:

@@ -15,9 +15,8 @@ from annotation_app.pages.entrance import sign_in_page, wants_welcome
 from annotation_app.pages.progress import TaskProgress, progress
 from annotation_app.pages.words import KEYS, LIKERT, STATEMENT, TASK_WORDS
 from annotation_app.payloads import page_data
-from annotation_app.people import current_person
 from annotation_app.study import restored
-from annotation_app.work import EXPLANATIONS, Reason, find_study, take_work
+from annotation_app.work import EXPLANATIONS, Reason, take_work, visit
 
 blueprint = Blueprint("tasks", __name__)
 
@@ -31,8 +30,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     # What only reads is done beside whoever writes; a suggestion may take seconds.
     engine = installation().engine
     with reading(engine) as session:
-        study = find_study(session, study_name)
-        person = current_person(session)
+        person, study = visit(session, study_name)
     if person is None or wants_welcome(study, person):
         return flask.redirect(f"/s/{study.name}/welcome?task={task}")
     with transaction(engine) as session:
@@ -41,7 +39,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
         tasks = progress(session, study, person)
         if not isinstance(taken, Lease):
             return _why(study, task, person, taken, tasks)
-        data = page_data(session, taken.item, person, installation().salt)
+        data = page_data(session, taken.item_id, person, installation().salt)
     data["who"] = person.id[:WHO_CHARACTERS]
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)

@@ -255,7 +255,7 @@ def test_two_people_never_get_the_same_slot(app: Flask, people: int) -> None:
             if not isinstance(lease, Lease):
                 return done
             with transaction(engine) as session:
-                item = session.get_one(Item, lease.item.id)
+                item = session.get_one(Item, lease.item_id)
                 receipt = submit(
                     session, item, person, uuid=str(uuid.uuid4()), sent={}, body={}, now=now()
                 )
@@ -280,7 +280,7 @@ def test_one_person_in_many_tabs_at_once(app: Flask) -> None:
         with transaction(engine) as session:
             lease = take(session, study.id, "describe", person, now=now(), lease_s=60)
             assert isinstance(lease, Lease)
-            return lease.item.id
+            return lease.item_id
 
     with ThreadPoolExecutor(8) as pool:
         assert len(set(pool.map(tab, range(16)))) == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -11,11 +12,12 @@ import sys
 import time
 import urllib.request
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from annotation_app.demo import DATASET, demo_scenarios, demo_study
+from annotation_app.demo import DATASET, add_as_they_come, demo_scenarios, demo_study
 from annotation_app.models import TASKS
 from annotation_app.setup import rendered_videos
 from corpus_tools.bundled import CACHE
@@ -44,6 +46,22 @@ def test_the_demo_is_about_all_layouts_and_tasks(cache: Path) -> None:
     assert tuple(study.tasks) == TASKS
     assert study.known_commands
     assert all(of[known.video] != of[known.wrong_video] for known in study.known_commands)
+
+
+def test_videos_come_to_the_demo_one_by_one(cache: Path, tmp_path: Path) -> None:
+    made = cache / CACHE / "annotate-demo" / "videos"
+    first, second, third = demo_scenarios()[:3]
+    shutil.copytree(made / first, tmp_path / first)
+    copy = "import shutil, sys; [shutil.copytree(*sys.argv[i : i + 2]) for i in (1, 3)]"
+    names = [str(part / name) for name in (second, third) for part in (made, tmp_path)]
+    seen: list[list[str]] = []
+    add_as_they_come(
+        [sys.executable, "-c", copy, *names],
+        tmp_path,
+        lambda found: seen.append([item.video for item in found]),
+    )
+    assert seen[-1] == [first, second, third]
+    assert all(before < after for before, after in pairwise(map(len, seen)))
 
 
 @pytest.fixture

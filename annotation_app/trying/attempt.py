@@ -1,0 +1,319 @@
+"""What is done with one command, in a process of its own that gives way to the server's.
+
+An attempt is a folder. ``state.json`` tells what there is so far, as :class:`Shown` has it;
+``tree.svg``, ``picture.png`` and ``video.mp4`` come one after the other.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import msgspec
+
+from corpus_tools.atomic_file import write_bytes
+from g3.errors import CorpusError
+from g3.groundings import Grounding, Place
+
+if TYPE_CHECKING:
+    from corpus_tools.video.frames import Frames
+    from corpus_tools.world.execute import Execution
+    from corpus_tools.world.recording import Recording
+    from g3.inference.grounder import Grounder, Result
+    from g3.inference.state import State
+
+log = logging.getLogger(__name__)
+
+STATE, TREE, PICTURE, VIDEO = "state.json", "tree.svg", "picture.png", "video.mp4"
+PLANS = 10
+"""How many plans are compared for what else a clause may mean."""
+FPS = 10
+TELL_S = 0.3
+"""How often progress is told at most."""
+
+Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
+
+
+class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is tried.
+
+    Parameters
+    ----------
+    answers
+        Ids of the objects that clauses mean, by node: answers to questions.
+    """
+
+    scenario: str
+    text: str
+    answers: dict[int, str] = {}
+
+
+class Candidate(msgspec.Struct, frozen=True):
+    """What a clause may mean; `things` are keys of :attr:`Picture.outlines`."""
+
+    things: list[str]
+    words: str
+    probability: float
+
+
+class Clause(msgspec.Struct, frozen=True):
+    """A clause, and what it may mean, the likeliest first."""
+
+    node: int
+    type: str
+    text: str
+    candidates: list[Candidate]
+
+
+class Plan(msgspec.Struct, frozen=True):
+    """What was found; without steps if there is nothing to do, and then `note` tells why."""
+
+    note: str
+    steps: list[str]
+    probability: float
+    clauses: list[Clause]
+    question: str = ""
+    node: int = 0
+    options: list[tuple[str, str]] = []
+
+
+class Picture(msgspec.Struct, frozen=True):
+    """The first picture: its size, and the corners of things in its pixels."""
+
+    width: int
+    height: int
+    outlines: dict[str, list[list[tuple[float, float]]]]
+
+
+class Shown(msgspec.Struct, frozen=True):
+    """How far an attempt is.
+
+    Parameters
+    ----------
+    done, total
+        Of the phase.
+    problem
+        What went wrong; the attempt ends there.
+    """
+
+    asked: Asked
+    phase: Phase = "waiting"
+    done: int = 0
+    total: int = 0
+    problem: str = ""
+    plan: Plan | None = None
+    picture: Picture | None = None
+
+
+def read_state(folder: Path) -> Shown | None:
+    """How far an attempt is; None if there is no such attempt."""
+    try:
+        return msgspec.json.decode((folder / STATE).read_bytes(), type=Shown)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def write_state(folder: Path, shown: Shown) -> None:
+    """Tell how far an attempt is."""
+    write_bytes(folder / STATE, msgspec.json.encode(shown))
+
+
+def attempt(folder: Path, model: Path | None) -> None:
+    """Follow the command of an attempt's folder, and film what the robot does."""
+    shown = read_state(folder)
+    if shown is None:
+        return
+    try:
+        for state in _states(folder, shown, model):
+            shown = state
+            write_state(folder, shown)
+    except CorpusError as error:
+        write_state(folder, msgspec.structs.replace(shown, problem=str(error)))
+    except Exception:
+        log.exception("an attempt failed")
+        problem = "Something went wrong here. Try another command."
+        write_state(folder, msgspec.structs.replace(shown, problem=problem))
+
+
+def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
+    from g3.sdc_drawing import to_svg  # noqa: PLC0415 - only the process that tries has all this
+
+    then = msgspec.structs.replace
+    yield (shown := then(shown, phase="learning"))
+    grounder = _grounder(model, _Teller(folder, shown))
+    yield (shown := then(shown, phase="reading"))
+    start = _start(shown.asked.scenario)
+    result = grounder.follow(shown.asked.text, start, top=PLANS, answers=shown.asked.answers)
+    write_bytes(folder / TREE, to_svg(result.sdcs).encode())
+    places: list[Place] = []
+    shown = then(shown, plan=_plan(result, places))
+    if result.plan is None:
+        yield then(shown, phase="done")
+        return
+    yield (shown := then(shown, phase="moving"))
+    done = _carry_out(start, result)
+    if done.failure is not None:
+        shown = then(shown, problem=f"The plan couldn't be carried out to its end: {done.failure}")
+    yield from _filmed(folder, then(shown, phase="drawing"), done.recording, places)
+
+
+class _Teller:
+    """Tells of progress, not too often; it is called as training and filming go on."""
+
+    def __init__(self, folder: Path, shown: Shown) -> None:
+        self.folder, self.shown, self.told_at = folder, shown, 0.0
+
+    def __call__(self, _what: str, done: int, total: int) -> None:
+        if time.monotonic() - self.told_at > TELL_S:
+            self.told_at = time.monotonic()
+            write_state(self.folder, msgspec.structs.replace(self.shown, done=done, total=total))
+
+
+_grounders: dict[Path | None, Grounder] = {}
+
+
+def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
+    """A model's grounder, which is kept; without a model, of the one that comes along."""
+    from corpus_tools.following import default_model  # noqa: PLC0415 - as above
+    from corpus_tools.model_file import load_model  # noqa: PLC0415
+    from g3.inference.grounder import Grounder  # noqa: PLC0415
+
+    if model not in _grounders:
+        found = default_model(on_progress) if model is None else load_model(model)
+        _grounders[model] = Grounder.load(found)
+    return _grounders[model]
+
+
+def scenarios() -> dict[str, Path]:
+    """The files of the scenarios that can be chosen, by name."""
+    from corpus_tools.world.scenarios.library import (  # noqa: PLC0415 - as above
+        dataset_folder,
+        scenario_files,
+    )
+
+    return dict(scenario_files(dataset_folder("warehouse")))
+
+
+@functools.lru_cache(maxsize=100)
+def _start(scenario: str) -> State:
+    from corpus_tools.world.scenarios.contexts import scenario_context  # noqa: PLC0415 - as above
+    from corpus_tools.world.scenarios.reading import read_scenario  # noqa: PLC0415
+    from g3.inference.state import start_state  # noqa: PLC0415
+
+    return start_state(scenario_context(read_scenario(scenarios()[scenario])))
+
+
+def _plan(result: Result, places: list[Place]) -> Plan:
+    """What is shown of a result; places that are named are added to `places`."""
+    from corpus_tools.plan_words import described  # noqa: PLC0415 - as above
+
+    question = result.question
+    return Plan(
+        note=result.note,
+        steps=[described(action) for action in result.plan.actions] if result.plan else [],
+        probability=result.plan.probability if result.plan else 0.0,
+        clauses=list(_clauses(result, places)),
+        question=question.text if question else "",
+        node=question.node if question else 0,
+        options=list(question.options) if question else [],
+    )
+
+
+def _clauses(result: Result, places: list[Place]) -> Iterator[Clause]:
+    """What OBJECTs and PLACEs mean in the best plans, each with its highest probability."""
+    found: dict[int, dict[tuple[str, ...], Candidate]] = {}
+    clauses = {}
+    for plan in result.plans:
+        for grounded in plan.groundings:
+            if grounded.sdc.type not in ("OBJECT", "PLACE") or not grounded.text:
+                continue
+            clauses[grounded.node] = grounded
+            things = tuple(_key(thing, places) for thing in grounded.group)
+            known = found.setdefault(grounded.node, {}).get(things)
+            if known is None or known.probability < grounded.probability:
+                words = " and ".join(_name(thing) for thing in grounded.group)
+                candidate = Candidate(list(things), words, round(grounded.probability, 4))
+                found[grounded.node][things] = candidate
+    for node in sorted(found):
+        likeliest = sorted(found[node].values(), key=lambda c: (-c.probability, c.words))
+        yield Clause(node, clauses[node].sdc.type, clauses[node].text, likeliest)
+
+
+def _key(thing: Grounding, places: list[Place]) -> str:
+    if not isinstance(thing, Place):
+        return f"object {getattr(thing, 'id', '')}"
+    same = (i for i, place in enumerate(places) if place is thing)
+    index = next(same, len(places))
+    if index == len(places):
+        places.append(thing)
+    return f"place {index}"
+
+
+def _name(thing: Grounding) -> str:
+    if isinstance(thing, Place):
+        x, y = thing.prism.xy.mean(axis=0)
+        return thing.name or f"a place at {x:.1f}, {y:.1f} m"
+    return str(getattr(thing, "id", "what the robot does"))
+
+
+def _carry_out(start: State, result: Result) -> Execution:
+    from corpus_tools.video.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
+
+    choose_back_end()
+    from corpus_tools.following import to_script  # noqa: PLC0415 - as above
+    from corpus_tools.world.execute import execute  # noqa: PLC0415
+
+    assert result.plan is not None  # noqa: S101 - the caller has looked
+    told = to_script(start, result.plan.actions)
+    return execute(start.context, told.script, places=told.places)
+
+
+def _filmed(
+    folder: Path, shown: Shown, recording: Recording, places: Sequence[Place]
+) -> Iterator[Shown]:
+    """The first picture with its outlines, and then the video."""
+    import cv2  # noqa: PLC0415 - as above
+
+    from corpus_tools.video.encode import encode  # noqa: PLC0415
+    from corpus_tools.video.frames import open_frames  # noqa: PLC0415
+    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
+    from corpus_tools.video.moments import sampled  # noqa: PLC0415
+    from corpus_tools.video.segmentation import describe  # noqa: PLC0415
+    from corpus_tools.world.build import build_world  # noqa: PLC0415
+
+    how = Settings(fps=FPS, quality="draft")
+    moments = sampled(recording, how.fps)
+    world = build_world(recording.start)
+    with open_frames(world, moments, how.camera, how.size, how.quality) as frames:
+        _, content = cv2.imencode(".png", frames.frame(0)[..., ::-1])
+        write_bytes(folder / PICTURE, content.tobytes())
+        start = replace(recording.start, places=tuple(places))
+        outlines = describe(frames.objects, start, frames.cameras[0])
+        shown = msgspec.structs.replace(shown, picture=_picture(outlines))
+        yield shown
+        scratch = folder / f"new-{VIDEO}"
+        pictures = _pictures(frames, len(moments.t_ns), _Teller(folder, shown))
+        encode(pictures, scratch, size=how.size, fps=how.fps, quality=how.quality)
+    scratch.replace(folder / VIDEO)
+    yield msgspec.structs.replace(shown, phase="done")
+
+
+def _picture(outlines: dict[str, Any]) -> Picture:
+    things = {f"object {thing['id']}": thing["polygons"] for thing in outlines["objects"]}
+    areas = {
+        f"place {place['index']}": [place["polygon"]]
+        for place in outlines["places"]
+        if place["polygon"]
+    }
+    return Picture(outlines["width"], outlines["height"], {**things, **areas})
+
+
+def _pictures(frames: Frames, count: int, on_progress: _Teller) -> Iterator[Any]:
+    for k in range(count):
+        on_progress("drawing", k, count)
+        yield frames.frame(k)

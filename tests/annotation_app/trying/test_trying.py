@@ -1,0 +1,122 @@
+"""Trying commands: who may, what is refused, and what comes of a process that dies."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flask import Flask
+
+from annotation_app.factory import create_app
+from annotation_app.trying import queue
+from annotation_app.trying.attempt import Asked, Shown, write_state
+from annotation_app.trying.queue import FOLDER, Attempts
+from tests.annotation_app.browser import Browser, engine_of, installation_of
+
+SCENARIO = "dock_pick_up_tires"
+COMMAND = {"scenario": SCENARIO, "text": "Pick up the tires."}
+
+
+@pytest.fixture
+def open_app(app: Flask) -> Flask:
+    """An app in which anybody may try commands."""
+    config = replace(installation_of(app).config, open_trying=True)
+    return create_app(config, engine_of(app))
+
+
+@pytest.fixture
+def attempts(tmp_path: Path) -> Iterator[Attempts]:
+    made = Attempts(tmp_path, None)
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("role", "status"), [("worker", 403), ("annotator", 422), ("adjudicator", 422)]
+)
+def test_people_with_a_login_may_try_commands(app: Flask, role: Any, status: int) -> None:
+    person = Browser(app, role)
+    assert person.client.get("/try").status_code == (302 if status == 403 else 200)
+    assert ("/try" in person.client.get("/").text) == (status != 403)
+    empty = {**COMMAND, "text": " . "}
+    assert person.send("POST", "/api/try", empty).status_code == status
+
+
+def test_strangers_are_asked_to_sign_in_but_not_in_the_demo(app: Flask, open_app: Flask) -> None:
+    stranger = app.test_client()
+    assert stranger.get("/try").location == "/login?next=/try"
+    assert stranger.get("/api/try/0").status_code == 401
+    page = open_app.test_client().get("/try")
+    assert page.status_code == 200
+    assert SCENARIO in page.text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"text": "\u200f!"}, "Type what the robot is to do"),
+        ({"scenario": "../../etc/passwd"}, "no such scenario"),
+        ({"text": "go " * 1000}, "can't be read"),
+        ({"answers": {"x": "boxes-1"}}, "can't be read"),
+    ],
+)
+def test_what_cannot_be_tried_is_refused(open_app: Flask, wrong: dict[str, Any], told: str) -> None:
+    response = Browser(open_app).send("POST", "/api/try", {**COMMAND, **wrong})
+    assert response.status_code in (400, 422)
+    assert told in response.json["error"]
+
+
+@pytest.mark.parametrize("name", ["0" * 24, "..", "x", "ü" * 24, "0" * 5000])
+def test_nobody_sees_what_is_no_attempt(open_app: Flask, name: str) -> None:
+    client = open_app.test_client()
+    assert client.get(f"/api/try/{name}").status_code == 404
+    assert client.get(f"/try/{name}/state.json").status_code == 404
+
+
+def test_only_pictures_of_an_attempt_are_sent(open_app: Flask) -> None:
+    folder = installation_of(open_app).config.instance / FOLDER / ("a" * 24)
+    folder.mkdir(parents=True)
+    write_state(folder, Shown(Asked(SCENARIO, "<b>Go</b>")))
+    (folder / "tree.svg").write_text("<svg/>")
+    client = open_app.test_client()
+    assert client.get(f"/api/try/{folder.name}").json["asked"]["text"] == "<b>Go</b>"
+    with client.get(f"/try/{folder.name}/tree.svg") as picture:
+        assert picture.mimetype == "image/svg+xml"
+    for name in ("state.json", "video.mp4"):
+        assert client.get(f"/try/{folder.name}/{name}").status_code == 404
+
+
+def test_few_wait_at_a_time(open_app: Flask, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(queue, "LONGEST_QUEUE", 0)
+    response = Browser(open_app).send("POST", "/api/try", COMMAND)
+    assert response.status_code == 429
+    assert "Others are trying" in response.json["error"]
+
+
+def test_a_process_that_dies_is_told_of_and_replaced(attempts: Attempts) -> None:
+    for _ in range(2):
+        before = set(multiprocessing.active_children())
+        name = attempts.submit(Asked(SCENARIO, "Pick up the tires."))
+        for process in set(multiprocessing.active_children()) - before:
+            process.kill()
+        end = time.monotonic() + 60
+        while not (shown := attempts.state(name)) or not shown.problem:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        assert shown.phase == "done"
+        assert "Try again" in shown.problem
+
+
+def test_attempts_are_forgotten_after_a_day(
+    attempts: Attempts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = attempts.folder / ("b" * 24)
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(queue, "KEPT_S", -1.0)
+    attempts._forget()
+    assert not folder.exists()

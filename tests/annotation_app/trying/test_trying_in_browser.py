@@ -1,0 +1,97 @@
+"""A command typed in a real browser, followed by a real model in real physics, and filmed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from flask import Flask
+from playwright.sync_api import BrowserContext, Page, expect
+from werkzeug.serving import make_server
+
+from annotation_app.factory import create_app
+from corpus_tools.bundled import open_corpus
+from corpus_tools.model_file import save_model
+from g3.features.registry import select
+from g3.inference.training import train_rows, training_data
+from tests.annotation_app.browser import engine_of, installation_of
+
+pytestmark = pytest.mark.slow
+
+PATIENCE_MS = 180_000
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small model."""
+    annotations = open_corpus("warehouse").annotations
+    known = [a for a in annotations if a.command.scenario == "hall_pick_up_boxes"]
+    data = training_data(known, select())
+    path = tmp_path_factory.mktemp("model") / "small.npz"
+    save_model(train_rows(data, np.arange(len(data.correct))), path)
+    return path
+
+
+@pytest.fixture
+def address(app: Flask, model: Path) -> Iterator[str]:
+    config = replace(installation_of(app).config, open_trying=True, model=model)
+    open_app = create_app(config, engine_of(app))
+    server = make_server("127.0.0.1", 0, open_app, threaded=True)
+    thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
+    thread.start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+    installation_of(open_app).attempts.close()
+
+
+def serious(page: Page) -> list[str]:
+    found = Axe().run(page).response["violations"]
+    return [f"{v['id']}: {v['nodes'][0]['html'][:200]}" for v in found if v["impact"] != "minor"]
+
+
+def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext) -> None:
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    page.emulate_media(reduced_motion="reduce")  # colours on their way have little contrast
+    page.goto(f"{address}/try")
+    page.get_by_label("Command").fill("fly")
+    page.get_by_role("button", name="Try it").click()
+    expect(page.get_by_text("Nothing: ")).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.locator("#go")).to_be_enabled()
+    page.get_by_label("Scenario").select_option("dock_pick_up_tires")
+    page.get_by_label("Command").fill('Pick up the boxes <img src=x onerror="throw 1">')
+    page.keyboard.press("Enter")
+    expect(page.locator("#phase")).not_to_be_empty()
+    video = page.get_by_label("The robot carries the plan out")
+    expect(video).to_be_visible(timeout=PATIENCE_MS)
+    assert (
+        video.evaluate(
+            "v => new Promise(done => v.readyState > 1 ? done(v.videoWidth) : "
+            "v.addEventListener('loadeddata', () => done(v.videoWidth)))"
+        )
+        == 640
+    )
+    expect(page.get_by_role("listitem").filter(has_text="pick up").first).to_be_visible()
+    clause = page.locator("[data-node]").first
+    clause.press("Enter")
+    expect(clause).to_have_attribute("aria-pressed", "true")
+    expect(clause).to_be_focused()
+    expect(page.locator(".outlines .chosen .shape").first).to_be_visible()
+    expect(page.locator(".outlines .chosen text").first).to_contain_text("%")
+    assert page.get_by_alt_text("Among them").evaluate("i => i.complete && i.naturalWidth > 0")
+    found = serious(page)
+    page.emulate_media(color_scheme="dark")
+    found += serious(page)
+    page.set_viewport_size({"width": 360, "height": 740})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    assert found == []
+    assert errors == []
