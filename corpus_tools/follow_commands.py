@@ -57,6 +57,13 @@ FAILED = 3
     show_default=True,
     help="How many plans to show.",
 )
+@click.option(
+    "--parses",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many SDC trees of the command to try.",
+)
 @click.option("--explain", is_flag=True, help="Tell what each clause is grounded in, and why.")
 @click.option(
     "--confirm-below",
@@ -83,6 +90,7 @@ def follow(
     interactive: bool,
     plan_only: bool,
     top: int,
+    parses: int,
     explain: bool,
     confirm_below: float,
     form: str,
@@ -97,13 +105,13 @@ def follow(
     )
     state = _start(scenario, context_name)
     grounder = _grounder(model)
-    options = {"top": top, "explain": explain, "form": form}
+    options = {"top": top, "parses": parses, "explain": explain, "form": form}
     if interactive:
         _loop(grounder, state, plan_only, confirm_below, options)
         return
     if text is None or not text.strip():
         raise CorpusError("the command is empty", fix="say what the robot is to do")
-    result = grounder.follow(text, state, top=top, explain=explain)
+    result = grounder.follow(text, state, top=top, parses=parses, explain=explain)
     if not _tell(result, state, grounder, options):
         sys.exit(NOTHING)
     if not plan_only and _confirmed(result, confirm_below):
@@ -296,15 +304,21 @@ def _loop(
         text = click.prompt("command", default="", show_default=False, err=True)
         if not text.strip():
             return
-        result = grounder.follow(text, state, top=options["top"], explain=options["explain"])
+        result = grounder.follow(
+            text,
+            state,
+            top=options["top"],
+            parses=options["parses"],
+            explain=options["explain"],
+        )
         if result.question is not None:
-            result = _asked(grounder, text, state, result, options["top"])
+            result = _asked(grounder, state, result, options["top"])
         if not _tell(result, state, grounder, options) or not _confirmed(result, confirm_below):
             continue
         state = _after(state, result, plan_only, options["form"])
 
 
-def _asked(grounder: Grounder, text: str, state: State, result: Result, top: int) -> Result:
+def _asked(grounder: Grounder, state: State, result: Result, top: int) -> Result:
     question = result.question
     assert question is not None  # noqa: S101 - the caller has looked
     click.echo(question.text, err=True)
@@ -312,7 +326,7 @@ def _asked(grounder: Grounder, text: str, state: State, result: Result, top: int
         click.echo(f"  {number}. {words}", err=True)
     chosen = click.prompt("which", type=click.IntRange(1, len(question.options)), err=True)
     return grounder.follow(
-        text, state, top=top, answers={question.node: question.options[chosen - 1][0]}
+        result.sdcs, state, top=top, answers={question.node: question.options[chosen - 1][0]}
     )
 
 

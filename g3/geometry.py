@@ -35,10 +35,16 @@ def wrap(angle: FloatArray) -> FloatArray:
     return wrapped
 
 
+def following(corners: FloatArray) -> FloatArray:
+    """For each corner (n, k, ...) the next one, and after the last the first."""
+    # np.roll does the same in three times the time.
+    return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
+
+
 def area(polygons: FloatArray) -> FloatArray:
     """Areas in square metres, shape (n,)."""
     local = polygons - polygons[:, :1]
-    total: FloatArray = 0.5 * cross(local, np.roll(local, -1, axis=1)).sum(axis=1)
+    total: FloatArray = 0.5 * cross(local, following(local)).sum(axis=1)
     return total
 
 
@@ -47,10 +53,10 @@ def centroid(polygons: FloatArray) -> FloatArray:
     low, high = polygons.min(axis=1), polygons.max(axis=1)
     middle = (low + high) / 2
     local = polygons - middle[:, None]
-    following = np.roll(local, -1, axis=1)
-    weight = cross(local, following)
+    ahead = following(local)
+    weight = cross(local, ahead)
     total = weight.sum(axis=1)
-    moment = ((local + following) * weight[..., None]).sum(axis=1)
+    moment = ((local + ahead) * weight[..., None]).sum(axis=1)
     flat = np.abs(total) <= 1e-12 * ((high - low) ** 2).sum(axis=1)
     offset: FloatArray = moment / (3 * np.where(flat, 1.0, total))[:, None]
     centre: FloatArray = middle + np.where(flat[:, None], 0.0, offset)
@@ -59,7 +65,7 @@ def centroid(polygons: FloatArray) -> FloatArray:
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
     """Whether each polygon holds its point (n, 2), borders included."""
-    edges = np.roll(polygons, -1, axis=1) - polygons
+    edges = following(polygons) - polygons
     inside = (cross(edges, points[:, None] - polygons) >= -1e-9).all(axis=1)
     low, high = polygons.min(axis=1) - 1e-9, polygons.max(axis=1) + 1e-9
     within: BoolArray = inside & ((low <= points) & (points <= high)).all(axis=1)
@@ -84,7 +90,7 @@ def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
     if len(near) == 0:
         return shared
     corners, clip = a[near], b[near]
-    edges = np.roll(clip, -1, axis=1) - clip
+    edges = following(clip) - clip
     for i in range(clip.shape[1]):
         corners = _clip(corners, clip[:, i], edges[:, i])
     shared[near] = np.maximum(area(corners), 0.0)
@@ -95,11 +101,11 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
     """Keep what lies to the left of a line; dropped corners move onto their neighbours."""
     n, k, _ = corners.shape
     side = cross(edge[:, None], corners - origin[:, None])
-    following, next_side = np.roll(corners, -1, axis=1), np.roll(side, -1, axis=1)
+    ahead, next_side = following(corners), following(side)
     inside = side >= 0
     crossing = inside != (next_side >= 0)
     ratio = side / np.where(crossing, side - next_side, 1.0)
-    meeting = corners + ratio[..., None] * (following - corners)
+    meeting = corners + ratio[..., None] * (ahead - corners)
     candidates = np.stack((corners, meeting), axis=2).reshape(n, 2 * k, 2)
     kept = np.stack((inside, crossing), axis=2).reshape(n, 2 * k)
     # A convex polygon gains at most one corner from one cut: order the kept ones first.
@@ -125,7 +131,7 @@ def _sides(points: FloatArray, polygons: FloatArray) -> FloatArray:
 
     Edges without a length have everything far inwards of them.
     """
-    edges = np.roll(polygons, -1, axis=1) - polygons
+    edges = following(polygons) - polygons
     length = np.linalg.norm(edges, axis=2)
     solid = length > 1e-9
     x, y = (edges / np.where(solid, length, 1.0)[..., None]).transpose(2, 0, 1)[:, :, None]
@@ -147,7 +153,7 @@ def _separated(a: FloatArray, b: FloatArray) -> BoolArray:
 
 def _to_border(points: FloatArray, polygons: FloatArray) -> FloatArray:
     """Distances in metres from points (n, m, 2) to the nearest edges; (n, m)."""
-    edges = np.roll(polygons, -1, axis=1) - polygons
+    edges = following(polygons) - polygons
     length = (edges**2).sum(axis=2)[:, None]
     x, y = edges.transpose(2, 0, 1)[:, :, None]
     dx, dy = (_offset(points, polygons, axis) for axis in range(2))

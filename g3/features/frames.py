@@ -8,7 +8,7 @@ import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import centroid, cross, rotate
+from g3.geometry import centroid, cross, following, rotate
 from g3.groundings import FloatArray
 
 DIRECTIONS = ("front", "left", "back", "right")
@@ -108,7 +108,7 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     low, high = side.min(axis=1), side.max(axis=1)
     inset = CORNER_INSET * (high - low)
     target = np.clip((points * across).sum(axis=1), low + inset, high - inset)[:, None]
-    next_side, next_ahead = np.roll(side, -1, axis=1), np.roll(ahead, -1, axis=1)
+    next_side, next_ahead = following(side), following(ahead)
     span = next_side - side
     flat = np.abs(span) < 1e-9
     ratio = (target - side) / np.where(flat, 1.0, span)
@@ -127,7 +127,7 @@ def _grid(landmarks: FloatArray) -> _Grid:
     """
     n = len(landmarks)
     centre = centroid(landmarks)
-    arm, edge = landmarks - centre[:, None], np.roll(landmarks, -1, axis=1) - landmarks
+    arm, edge = landmarks - centre[:, None], following(landmarks) - landmarks
     border = arm[:, None] + GRID[:, None, None] * edge[:, None]
     x, y = (
         (GRID[:, None] * border[..., axis].reshape(n, 1, -1)).reshape(n, -1) for axis in range(2)
@@ -164,7 +164,7 @@ def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
     how the agent meets them. Of sides as long as each other, as a square's, the one more
     along the agent's heading counts, not the one that the noise of its corners makes longer.
     """
-    edges = np.roll(landmarks, -1, axis=1) - landmarks
+    edges = following(landmarks) - landmarks
     length = np.linalg.norm(edges, axis=2)
     long = length >= 0.999 * length.max(axis=1, keepdims=True)
     yaw = np.arctan2(edges[..., 1], edges[..., 0])

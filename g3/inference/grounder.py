@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -137,6 +138,7 @@ class Grounder:
         answers: Mapping[int, str] | None = None,
         explain: bool = False,
         least: float = LIKELY_NOTHING,
+        parses: int = 1,
     ) -> Result:
         """Find what to do.
 
@@ -156,8 +158,33 @@ class Grounder:
             Whether to give reasons.
         least
             A best plan that is less probable than this is no answer.
+        parses
+            How many trees of a text are tried: the plan counts whose probability times that of
+            its tree is greatest. Answers are for the clauses of one tree; give that.
         """
-        sdcs = _clauses(command)
+        follow = partial(
+            self._follow,
+            context=context,
+            top=top,
+            width=width,
+            answers=answers,
+            explain=explain,
+            least=least,
+        )
+        results = [(probability, follow(sdcs)) for probability, sdcs in _parses(command, parses)]
+        return max(results, key=lambda r: r[0] * (r[1].plan.probability if r[1].plan else 0.0))[1]
+
+    def _follow(
+        self,
+        sdcs: tuple[SDC, ...],
+        *,
+        context: Context | State,
+        top: int,
+        width: int,
+        answers: Mapping[int, str] | None,
+        explain: bool,
+        least: float,
+    ) -> Result:
         if not sdcs:
             return Result((), (), "there is no clause to follow in the text")
         unknown = self._unknown_verb(sdcs)
@@ -191,12 +218,14 @@ class Grounder:
         return " ".join(word.text for word in verbs[0].relation) if verbs else ""
 
 
-def _clauses(command: str | Sequence[SDC]) -> tuple[SDC, ...]:
+def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple[SDC, ...]]]:
+    """The trees of a command with their probabilities, the best first; an empty one if none."""
     if not isinstance(command, str):
-        return tuple(command)
+        return [(1.0, tuple(command))]
     from g3.language.parser import parse  # noqa: PLC0415 - brings the language pipeline
 
-    return tuple(parse(command).sdcs) if command.strip() else ()
+    trees = parse(command, n_best=count).trees if command.strip() else ()
+    return [(tree.probability, tree.sdcs) for tree in trees] or [(1.0, ())]
 
 
 def _does(hypothesis: Hypothesis) -> bool:

@@ -25,7 +25,6 @@ from g3.inference.scene import Group
 from g3.inference.stage import PathFactor, Trial, event_batch
 from g3.inference.state import State
 from g3.inference.things import (
-    NO_REFERENT,
     Candidate,
     Surroundings,
     Tree,
@@ -33,8 +32,11 @@ from g3.inference.things import (
     is_pronoun,
     names_other,
 )
+from g3.language.anaphora import anaphors
 from g3.language.negation import negated
 
+SPOKEN_OF = float(np.log(0.01))
+"""What it costs that "the other truck" is one that was meant before."""
 WIDTH = 5
 """How many hypotheses go on from one top-level clause to the next."""
 
@@ -140,7 +142,7 @@ def other_scores(
         under = _support(before.state, theme)
         for n in nodes:
             if n in meant and {_id(x) for x in meant[n][0]} & (spoken | under):
-                total[i] += NO_REFERENT
+                total[i] += SPOKEN_OF
     return total
 
 
@@ -180,18 +182,29 @@ def search(
 ) -> list[Hypothesis]:
     """The best plans for a command, the best first."""
     beam = [Hypothesis(0.0, start)]
+    known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
     for root, sdc in enumerate(tree.sdcs):
         if sdc.type in ("OBJECT", "PLACE"):
             beam = _mentioned(tree, root, beam, about)[:width]
             continue
-        refers = any(is_pronoun(tree.nodes[n]) for n in tree.all_below(root))
-        grounded: dict[tuple[Group, ...], Arguments] = {}
+        pronouns = [n for n in tree.all_below(root) if is_pronoun(tree.nodes[n])]
+        grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []
         for before in beam:
-            spoken = before.referents if refers else ()
-            if spoken not in grounded:
-                grounded[spoken] = arguments(tree, root, replace(about, referents=spoken))
-            grown += islice(extend(tree, root, before, grounded[spoken], about.cost), width)
+            spoken = before.referents if pronouns else ()
+            meant = {
+                n: tuple(
+                    (before.nodes[x.index][0], x.probability)
+                    for x in known.get(n, ())
+                    if x.index in before.nodes
+                )
+                for n in pronouns
+            }
+            key = (spoken, *meant.values())
+            if key not in grounded:
+                around = replace(about, referents=spoken, antecedents=meant)
+                grounded[key] = arguments(tree, root, around)
+            grown += islice(extend(tree, root, before, grounded[key], about.cost), width)
         beam = sorted(grown, key=lambda h: -h.score)[:width]
     return beam
 

@@ -34,12 +34,11 @@ COMMON = 2
 """Places that are not about a landmark are tried with so many of them."""
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
 OTHERS = frozenset({"other", "another"})
-REFERENT = float(np.log(0.9))
-"""What a pronoun's most recent antecedent scores; each one before it a tenth."""
 MISCOUNTED = float(np.log(0.1))
 ONE_FOR_MANY = float(np.log(0.4))
 """A plural often names one thing that holds many: "the tires"."""
-NO_REFERENT = float(np.log(0.01))
+UNSPOKEN = 0.01
+"""Probability that a pronoun stands for a thing that was not spoken of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +117,10 @@ class Surroundings:
     cost
         Scores of factors.
     referents
-        What was spoken of before, the most recent last.
+        What was acted on or spoken of before, the most recent last.
+    antecedents
+        What pronouns may stand for by :mod:`g3.language.anaphora`, with probabilities: the
+        groundings of OBJECTs of earlier clauses, by the pronoun's clause.
     width
         Width of the beams.
     landmarks
@@ -131,6 +133,7 @@ class Surroundings:
     scene: Scene
     cost: Cost
     referents: tuple[Group, ...] = ()
+    antecedents: Mapping[int, tuple[tuple[Group, float], ...]] = field(default_factory=dict)
     width: int = WIDTH
     landmarks: int = LANDMARKS
     answers: Mapping[int, str] = field(default_factory=dict)
@@ -179,12 +182,16 @@ def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
 
 
 def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
-    recent = list(dict.fromkeys(reversed(about.referents)))
-    scores = {_ids(group): REFERENT + i * float(np.log(0.1)) for i, group in enumerate(recent)}
-    groups = [*recent, *(g for g in about.scene.groups if _ids(g) not in scores)]
+    """What a pronoun may stand for: by its antecedents, or if it has none by what came last."""
+    likely = about.antecedents.get(node) or [
+        (group, 0.9 * 0.1**i) for i, group in enumerate(dict.fromkeys(reversed(about.referents)))
+    ]
+    groups = {_ids(group): group for group, _ in likely}
+    groups |= {_ids(group): group for group in about.scene.groups if _ids(group) not in groups}
     found = []
-    for group in groups:
-        score = scores.get(_ids(group), NO_REFERENT)
+    for ids, group in groups.items():
+        mass = sum(p for other, p in likely if _ids(other) == ids)
+        score = float(np.log(max(mass, UNSPOKEN)))
         found.append(Candidate(group, score, {node: (group, score)}))
     return sorted(found, key=lambda c: -c.score)[: about.width]
 

@@ -112,11 +112,11 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     box.hidden = false;
     box.dataset.good = good;
     box.replaceChildren(h("p", {}, h("strong", {}, good ? "Well done. " : "Not quite. "), text));
-    if (good) {
-      box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, "Go on")));
-      if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
-    }
     box.focus();
+    if (!good) return;
+    // Kept before one can go on, and the focus stays where it is by then.
+    if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
+    box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, "Go on")));
   }
 
   async function note(name) {

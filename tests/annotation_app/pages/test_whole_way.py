@@ -78,6 +78,7 @@ def rate(page: Page) -> None:
     watch(page)
     page.keyboard.press("5")
     page.keyboard.press("Control+Enter")
+    expect(page.locator("#feedback a")).to_be_visible()
     tab_to(page, "#feedback a")
     with page.expect_navigation():
         page.keyboard.press("Enter")

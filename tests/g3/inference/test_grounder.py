@@ -6,6 +6,7 @@ import pytest
 from g3.inference.clarification import described
 from g3.inference.grounder import Grounder, object_ids
 from g3.inference.state import moved_to, start_state, with_moved
+from g3.language.parser import parse
 from g3.sdc_notation import parse_brackets
 
 
@@ -99,3 +100,27 @@ def test_one_verb_that_nobody_taught_does_not_spoil_the_others(grounder, dock):
     found = grounder.follow(parse_brackets("EVENT(r = yodel)"), dock)
     assert found.plan is None
     assert "'yodel'" in found.note
+
+
+def test_several_parses_are_weighed_with_their_plans(grounder, dock):
+    text = "Put the boxes on the trailer next to the crate"
+    trees = parse(text, n_best=3).trees
+    assert len(trees) > 1
+    worth = [
+        tree.probability * (plan.probability if plan else 0.0)
+        for tree in trees
+        for plan in [grounder.follow(tree.sdcs, dock, least=0.0).plan]
+    ]
+    found = grounder.follow(text, dock, parses=3, least=0.0)
+    assert found.sdcs == trees[worth.index(max(worth))].sdcs
+
+
+def test_a_pronoun_means_what_its_words_say_rather_than_what_came_last(grounder, dock):
+    sdcs = parse_brackets(
+        "EVENT(r = Pick up, l = OBJ(f = the boxes));"
+        "EVENT(r = go, l = PATH(r = to, l = OBJ(f = the trailer)));"
+        "EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
+    )
+    plan = grounder.follow(sdcs, dock).plan
+    by_text = {g.text: object_ids(g.group) for g in plan.groundings}
+    assert by_text["it"] == by_text["the boxes"]
