@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import click
 
+from corpus_tools.format_option import FORMAT
+
 
 @click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --format json")
 @click.argument("names", metavar="[CHECK]...", nargs=-1)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
+@FORMAT
 @click.pass_context
 def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     """Check what this machine has of what the toolkit needs; say how to get what is missing.

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from corpus_tools.format_option import FORMAT
+
 
 @click.group()
 def log() -> None:
@@ -19,14 +21,7 @@ def log() -> None:
 
 @log.command()
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
+@FORMAT
 def show(path: Path, form: str) -> None:
     """Show what a log holds: its scenario, objects and steps.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.format_option import FORMAT
 from corpus_tools.model_options import training_options
 from g3.errors import FormatError, SDCError
 
@@ -102,14 +103,7 @@ def features() -> None:
 
 
 @features.command("list")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
+@FORMAT
 def list_features(form: str) -> None:
     """List the feature sets, which --ablate leaves out and --with adds.
 

@@ -7,19 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from corpus_tools.format_option import FORMAT
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from corpus_tools.world.scenarios.model import Scenario
 
-FORMAT = click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
 DATASET = click.option(
     "--dataset",
     default="warehouse",

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from corpus_tools.format_option import FORMAT
 from corpus_tools.progress import progress_bar
 
 
@@ -64,14 +65,7 @@ def build(source: Path, out: Path, limit: int) -> None:
 @click.option(
     "--label", "labels", multiple=True, required=True, help="A label of the map (repeatable)."
 )
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
+@FORMAT
 def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
     """Show each measure's similarity of words and labels, from 0 to 1."""
     import json

@@ -6,14 +6,8 @@ from pathlib import Path
 
 import click
 
-FORMAT = click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="For people or for programs.",
-)
+from corpus_tools.format_option import FORMAT
+
 CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
 
 

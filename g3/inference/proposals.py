@@ -63,18 +63,18 @@ def propose_driving(state: State, focus: Focus) -> list[Action]:
 @action_kind("drive past", trajectories.drive_past)
 def propose_passing(state: State, focus: Focus) -> list[Action]:
     """Drive past a thing and on beyond it."""
-    return [
-        Action("drive past", target=group, goal=i)
-        for i, group in _targets(state, focus)
-        if isinstance(group[0], PhysicalObject)
-    ]
+    return _about_things("drive past", state, focus)
 
 
 @action_kind("drive around", trajectories.drive_past)
 def propose_driving_around(state: State, focus: Focus) -> list[Action]:
     """Drive around a thing to its other side."""
+    return _about_things("drive around", state, focus)
+
+
+def _about_things(kind: str, state: State, focus: Focus) -> list[Action]:
     return [
-        Action("drive around", target=group, goal=i)
+        Action(kind, target=group, goal=i)
         for i, group in _targets(state, focus)
         if isinstance(group[0], PhysicalObject)
     ]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +10,6 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 
 import pytest
 from flask import Flask
-from werkzeug.serving import make_server
 
 from annotation_app.config import Config
 from annotation_app.crowds.mturk import NOT_AVAILABLE, SITES
@@ -21,15 +18,7 @@ from annotation_app.factory import create_app
 from tests.annotation_app.browser import described
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
-
-CHROMIUM = shutil.which("chromium")
-FLAGS = [
-    "--no-sandbox",
-    "--headless",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--no-first-run",
-]
+from tests.annotation_app.in_browser import CHROMIUM, FLAGS, serving
 
 playwright = pytest.importorskip("playwright.sync_api")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
@@ -49,13 +38,8 @@ def framed(app: Flask, config: Config) -> Iterator[Flask]:
 
 @pytest.fixture
 def address(framed: Flask) -> Iterator[str]:
-    server = make_server("127.0.0.1", 0, framed, threaded=True)
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(framed) as found:
+        yield found
 
 
 def test_from_the_preview_to_the_platform(

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from flask import Flask
-from werkzeug.serving import make_server
 
 from annotation_app.crowds.participation import Offer, sign_offer
 from annotation_app.database import reading
 from annotation_app.work import find_study
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 from tests.annotation_app.dashboard.test_pages import BASE, dispute, grounding_dispute, rate
+from tests.annotation_app.in_browser import CHROMIUM, FLAGS, serving
 
-CHROMIUM = shutil.which("chromium")
-FLAGS = [
-    "--no-sandbox",
-    "--headless",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--no-first-run",
-]
 WIDTHS = (360, 1200)
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -37,13 +27,8 @@ pytestmark = [
 
 @pytest.fixture
 def address(app: Flask) -> Iterator[str]:
-    server = make_server("127.0.0.1", 0, app, threaded=True)
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(app) as found:
+        yield found
 
 
 def preview_path(app: Flask) -> str:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -11,7 +10,6 @@ import pytest
 from flask import Flask
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 from sqlalchemy import Engine, select
-from werkzeug.serving import make_server
 
 from annotation_app.config import open_instance
 from annotation_app.database import open_database, transaction
@@ -24,11 +22,10 @@ from annotation_app.study import Question, StudyConfig, TaskConfig
 from annotation_app.work import find_study
 from g3.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser as Known
+from tests.annotation_app.in_browser import CHROMIUM, FLAGS, serving
 from tests.annotation_app.pages.films import film
 from tests.annotation_app.rendered import VIDEOS
 
-CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 PATIENCE_MS = 30_000
 COMMAND = "Go to the red crate."
 NOTATION = "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the red crate)))"
@@ -87,8 +84,8 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")  # while Playwright runs, asyncio can't be used by other tests
 def chromium() -> Iterator[Browser]:
-    if not CHROMIUM.exists():
-        pytest.skip(f"there is no {CHROMIUM}")
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed")
     expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
@@ -114,13 +111,8 @@ def served(study: StudyConfig, instance: Path, films: Path) -> Iterator[Site]:
     with transaction(engine) as session:
         put_study(session, study, rendered_videos(films))
     app = create_app(config, engine)
-    server = make_server("127.0.0.1", 0, app, threaded=True)
-    thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
-    thread.start()
-    yield Site(f"http://127.0.0.1:{server.server_port}", app, engine, study)
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(app) as address:
+        yield Site(address, app, engine, study)
     engine.dispose()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
 from playwright.sync_api import BrowserContext, Page, expect
-from werkzeug.serving import make_server
 
 from annotation_app.factory import create_app
 from corpus_tools.bundled import open_corpus
@@ -20,6 +18,7 @@ from corpus_tools.model_file import save_model
 from g3.features.registry import select
 from g3.inference.training import train_rows, training_data
 from tests.annotation_app.browser import engine_of, installation_of
+from tests.annotation_app.in_browser import serving
 
 pytestmark = pytest.mark.slow
 
@@ -41,13 +40,8 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def address(app: Flask, model: Path) -> Iterator[str]:
     config = replace(installation_of(app).config, open_trying=True, model=model)
     open_app = create_app(config, engine_of(app))
-    server = make_server("127.0.0.1", 0, open_app, threaded=True)
-    thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(open_app) as found:
+        yield found
     installation_of(open_app).attempts.close()
 
 
