@@ -13,9 +13,12 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from g3.errors import CorpusError
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -153,9 +156,26 @@ def _on_cluster(
             "there is no Dask scheduler", where=address, fix="start one with: dask scheduler"
         ) from error
     with client:
-        # What dies is begun anew elsewhere by Dask itself.
-        futures = {client.submit(function, item, pure=False): item for item in items}
-        for future in distributed.as_completed(list(futures), loop=client.loop):
-            done = _done(futures.pop(future), future.result)
-            died = isinstance(done.error, distributed.scheduler.KilledWorker)
-            yield Done(done.item, error=WorkerDiedError()) if died else done
+        killed = []
+        for done in _submitted(client, function, items):
+            if isinstance(done.error, distributed.scheduler.KilledWorker):
+                killed.append(done.item)
+            else:
+                yield done
+        # Dask blames whatever a process that died had before it: alone, only the culprit
+        # dies again.
+        for item in killed:
+            for done in _submitted(client, function, [item]):
+                died = isinstance(done.error, distributed.scheduler.KilledWorker)
+                yield Done(item, error=WorkerDiedError()) if died else done
+
+
+def _submitted(
+    client: Client, function: Callable[[Item], Result], items: Iterable[Item]
+) -> Iterator[Done[Item, Result]]:
+    """What dies is begun anew elsewhere by Dask itself."""
+    from distributed import as_completed  # noqa: PLC0415 - comes with the extra "cluster"
+
+    futures = {client.submit(function, item, pure=False): item for item in items}
+    for future in as_completed(list(futures), loop=client.loop):
+        yield _done(futures.pop(future), future.result)
