@@ -7,11 +7,13 @@ it is asked for, and again after its files or the program have changed.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
 import secrets
 import shutil
+import time
 from pathlib import Path
 
 from corpus_tools import __version__
@@ -32,6 +34,11 @@ from corpus_tools.shipped import DATASET, bundled
 from g3.errors import FormatError
 
 CACHE = "corpus-tools-g3"
+KEPT_DAYS = 30
+"""How long what an older program built is kept: another checkout may still use it."""
+
+DIGITS = 16
+"""Of the digest in the name of what is built."""
 
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
@@ -118,6 +125,15 @@ def _build(source: Path, target: Path) -> None:
             ) from error
     finally:
         shutil.rmtree(new, ignore_errors=True)
+    _forget_old(source, target)
+
+
+def _forget_old(source: Path, target: Path) -> None:
+    oldest = time.time() - KEPT_DAYS * 24 * 3600
+    for other in target.parent.glob(f"{source.resolve().name}-{'?' * DIGITS}"):
+        with contextlib.suppress(FileNotFoundError):  # another process may be at it
+            if other != target and other.stat().st_mtime < oldest:
+                shutil.rmtree(other, ignore_errors=True)
 
 
 def _digest(source: Path) -> str:
@@ -126,7 +142,7 @@ def _digest(source: Path) -> str:
     for path in sorted(p for kind in ("yaml", "mcap") for p in source.rglob(f"*.{kind}")):
         digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()[:DIGITS]
 
 
 @functools.cache

@@ -92,6 +92,10 @@ def content_hash(tables: Tables) -> str:
     return f"sha256:{digest.hexdigest()}"
 
 
+_Homes = dict[str, dict[str, PhysicalObject]]
+"""Objects by id and by the context that they are in."""
+
+
 class _Trajectories:
     """Gives each different trajectory a number, in the order of first use."""
 
@@ -110,10 +114,10 @@ class _Trajectories:
 def encode(corpus: Corpus) -> Tables:
     """The records that stand for a corpus."""
     trajectories = _Trajectories()
-    homes: dict[str, list[tuple[str, PhysicalObject]]] = defaultdict(list)
+    homes: _Homes = defaultdict(dict)
     for context in corpus.contexts.values():
         for item in context.objects:
-            homes[item.id].append((context.id, item))
+            homes[item.id][context.id] = item
     return Tables(
         contexts=[_context(context, trajectories) for context in corpus.contexts.values()],
         commands=[
@@ -145,7 +149,7 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
 
 def _annotation(
     annotation: Annotation,
-    homes: dict[str, list[tuple[str, PhysicalObject]]],
+    homes: _Homes,
     trajectories: _Trajectories,
 ) -> AnnotationRecord:
     here = annotation.context.id
@@ -166,18 +170,19 @@ def _annotation(
 def _grounding(
     grounding: Grounding,
     here: str,
-    homes: dict[str, list[tuple[str, PhysicalObject]]],
+    homes: _Homes,
     trajectories: _Trajectories,
 ) -> GroundingRecord:
     if isinstance(grounding, Place):
         return PlaceGrounding(_prism(grounding.prism), grounding.name)
     if not isinstance(grounding, PhysicalObject):
         return PathGrounding(trajectories.number(grounding.trajectory))
-    found = [c for c, item in homes[grounding.id] if item is grounding or item == grounding]
-    if here in found:
+    known = homes[grounding.id]
+    if here in known and (known[here] is grounding or known[here] == grounding):
         return ObjectReference(grounding.id)
-    if found:
-        return ObjectReference(grounding.id, found[0])
+    for context, item in known.items():
+        if item == grounding:
+            return ObjectReference(grounding.id, context)
     return ObjectGrounding(
         grounding.id,
         grounding.labels,

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 import zipfile
 from pathlib import Path
 
@@ -81,6 +82,16 @@ def test_a_cached_corpus_with_a_missing_file_is_built_anew(quick):
     (path / "annotations.jsonl").unlink()
     assert bundled.resolve("warehouse") == path
     assert load_corpus(path).annotations
+
+
+def test_what_older_programs_built_is_kept_for_a_month(cache, quick):
+    days = {"0" * 16: 40, "1" * 16: 20}
+    for digest, age in days.items():
+        (cache / f"warehouse-{digest}").mkdir(parents=True)
+        ago = time.time() - age * 24 * 3600
+        os.utime(cache / f"warehouse-{digest}", (ago, ago))
+    built = bundled.resolve("warehouse")
+    assert set(cache.iterdir()) == {built, cache / f"warehouse-{'1' * 16}"}
 
 
 def test_builds_at_the_same_time_agree(cache, quick):
