@@ -7,6 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import av
@@ -14,6 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
+from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.logs.reading import read_log
 from corpus_tools.video.moments import sampled
@@ -32,15 +36,17 @@ NAMES = ["put_on_truck-world", "to_pallet-world", "to_truck-world"]
 FAST = ("--size", "160x120", "--fps", "4", "--quality", "draft")
 
 
-def render(*args, **options) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [CT, "render-videos", *map(str, args)],
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        **options,
-    )
+@dataclass(frozen=True)
+class Run:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def render(*args) -> Run:
+    with redirect_stdout(StringIO()) as stdout, redirect_stderr(StringIO()) as stderr:
+        code = run(["render-videos", *map(str, args)])
+    return Run(code, stdout.getvalue(), stderr.getvalue())
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -221,8 +227,9 @@ def test_one_that_fails_does_not_stop_the_others(corpus, tmp_path):
         (["one", "--corpus", "two", "--out", "out"], "either"),
     ],
 )
-def test_wrong_input_is_told_in_a_line(args, told, tmp_path):
-    result = render(*args, cwd=tmp_path)
+def test_wrong_input_is_told_in_a_line(args, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = render(*args)
     assert result.returncode == 2
     assert told in result.stderr
     assert "Traceback" not in result.stderr
