@@ -1,7 +1,33 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
+
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.importers.report import ImportReport
+
+PUBLISHED = Path(__file__).parents[2] / "shared" / "data" / "slu_core" / "data"
 
 # The machine may be busy: how long one example takes says nothing.
 # The checks try the same examples every time; `pytest --hypothesis-profile explore` tries others.
 settings.register_profile("checks", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("checks")
+
+
+@pytest.fixture(scope="session")
+def published_files() -> Path:
+    """The authors' release, where it is at hand."""
+    if not PUBLISHED.is_dir():
+        pytest.skip(f"the published corpus is not at {PUBLISHED}")
+    return PUBLISHED
+
+
+@pytest.fixture(scope="session")
+def published(published_files: Path) -> tuple[Corpus, ImportReport]:
+    """The authors' release, imported."""
+    from corpus_tools.importers.slu_core.assembly import import_slu_core  # noqa: PLC0415
+
+    return import_slu_core(published_files, salt="salt")

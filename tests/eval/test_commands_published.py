@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.importers.slu_core.assembly import import_slu_core
 from eval.correspondence import ROW_TYPES
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "slu_core" / "data"
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not DATA.is_dir(), reason=f"the published corpus is not at {DATA}"),
-]
+pytestmark = pytest.mark.slow
 
 
-def test_table_1(tmp_path, capsys):
-    corpus, _ = import_slu_core(DATA, salt="salt")
+def test_table_1(published, tmp_path, capsys):
+    corpus, _ = published
     write_corpus(corpus, tmp_path / "aaai11")
     arguments = ["--corpus", str(tmp_path / "aaai11"), "--cv", "scenario", "--format", "json"]
     assert run(["eval", "--table", "1", *arguments]) == 0

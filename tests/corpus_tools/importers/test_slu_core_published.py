@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,26 +12,15 @@ from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.statistics import statistics
 from corpus_tools.corpus.validation import validate
 from corpus_tools.corpus.writing import corpus_files, write_corpus
-from corpus_tools.importers.slu_core.assembly import import_slu_core
 from g3.groundings import PhysicalObject
 from g3.sdc import SDC, breadth_first
 
-DATA = Path(__file__).parents[4] / "shared" / "data" / "slu_core" / "data"
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not DATA.is_dir(), reason=f"the published corpus is not at {DATA}"),
-]
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def imported():
-    return import_slu_core(DATA, salt="salt")
-
-
-@pytest.fixture(scope="module")
-def corpus(imported):
-    return imported[0]
+def corpus(published):
+    return published[0]
 
 
 def objects(corpus, *sources):
@@ -44,8 +32,8 @@ def objects(corpus, *sources):
                         yield annotation, grounding
 
 
-def test_counts(imported):
-    corpus, report = imported
+def test_counts(published):
+    corpus, report = published
     counted = statistics(corpus)
     assert counted.annotations == {"positive": 200, "random": 200, "easy": 336}
     assert len(counted.scenarios) == counted.videos == len(corpus.contexts) == 15
@@ -78,9 +66,9 @@ def test_it_is_sound_and_read_back(corpus, tmp_path):
     assert load_corpus(tmp_path / "corpus") == corpus
 
 
-def test_no_worker_id_is_stored(imported):
-    corpus, report = imported
-    source = b"".join(path.read_bytes() for path in sorted(DATA.glob("*/*/*.yaml")))
+def test_no_worker_id_is_stored(published, published_files):
+    corpus, report = published
+    source = b"".join(path.read_bytes() for path in sorted(published_files.glob("*/*/*.yaml")))
     workers = set(re.findall(rb"workerId: *['\"]?([^\s,'\"}]+)", source))
     assert len(workers) > 50
     stored = b"".join([*corpus_files(corpus).values(), report.to_bytes()])

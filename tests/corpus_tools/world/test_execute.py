@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("mujoco")
 
-from corpus_tools.importers.slu_core.assembly import import_slu_core
+from corpus_tools.corpus.model import Corpus
+from corpus_tools.importers.report import ImportReport
 from corpus_tools.world.dimensions import ENTRY_HEIGHT
 from corpus_tools.world.execute import Execution, execute, reached
 from corpus_tools.world.pacing import EMPTY
@@ -20,8 +20,6 @@ from g3.errors import CorpusError
 from g3.geometry import wrap
 from g3.groundings import Context
 from tests.physics_scenes import place, thing, yard
-
-PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "slu_core" / "data"
 
 
 def run(context: Context, *steps: tuple[str, str | float]) -> Execution:
@@ -187,10 +185,11 @@ def test_a_script_with_mistakes_is_refused(step: tuple[str, str]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason=f"the published corpus is not at {PUBLISHED}")
 @pytest.mark.parametrize("name", ["put_box_pallet_on_trailer", "go_to_receiving_loaded"])
-def test_what_the_published_logs_move_can_be_moved(name: str) -> None:
-    corpus, _ = import_slu_core(PUBLISHED, salt="salt")
+def test_what_the_published_logs_move_can_be_moved(
+    name: str, published: tuple[Corpus, ImportReport]
+) -> None:
+    corpus, _ = published
     context = corpus.contexts[name]
     load = next(o for o in context.objects if len(o.trajectory) > 1 and o.id != context.agent_id)
     there = load.trajectory.xyz[-1]

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from corpus_tools.bundled import open_corpus
-from corpus_tools.importers.slu_core.assembly import import_slu_core
 from corpus_tools.world.carrying import NOTHING, carried
 from corpus_tools.world.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.recording import NS_PER_S, heading
 from corpus_tools.world.replay import FORK_SPEED_M_S, replay
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 from tests.strategies import contexts
-
-PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "slu_core" / "data"
 
 
 def thing(name, labels, t, xyz, yaw=None):
@@ -184,9 +179,8 @@ def test_the_bundled_corpus_is_replayed_truly():
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason=f"the published corpus is not at {PUBLISHED}")
-def test_the_published_logs_are_replayed_truly():
-    corpus, _ = import_slu_core(PUBLISHED, salt="salt")
+def test_the_published_logs_are_replayed_truly(published):
+    corpus, _ = published
     lifts = 0
     for context in corpus.contexts.values():
         assert max(deviations(context)) < 0.01
