@@ -19,6 +19,7 @@ from collections.abc import Sequence
 import click
 
 from corpus_tools import __version__
+from corpus_tools.extras import DISTRIBUTION, extra_of
 from g3.errors import CorpusError
 
 ENTRY_POINT_GROUP = "ct.commands"
@@ -157,6 +158,10 @@ def _report(error: Exception) -> int:
         _complain(f"error: {error}")
     elif isinstance(error, _PATH_ERRORS) and error.filename is not None:
         _complain(f"error: {os.fsdecode(error.filename)}: {error.strerror}")
+    elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
+        _complain(
+            f"error: this needs the package {error.name} (pip install '{DISTRIBUTION}[{extra}]')"
+        )
     else:
         status = EXIT_UNEXPECTED
         _complain(

@@ -1,7 +1,8 @@
 """The importers by name. Each becomes a command of ``ct import``.
 
 Importers are named by module and function and loaded when they are used, so that the
-command line starts fast. :func:`register` adds one from outside.
+command line starts fast. :func:`register` adds one; modules that other distributions name in
+the entry point group ``ct.importers`` do so when this one is imported.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import importlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
+
+from g3.extensions import load_extensions
 
 if TYPE_CHECKING:
     from corpus_tools.corpus.model import Corpus
@@ -114,3 +117,5 @@ register(
         target="corpus_tools.importers.authored.assembly:import_authored",
     )
 )
+
+load_extensions("ct.importers")

@@ -1,7 +1,8 @@
 """Kinds of things that can stand in a world.
 
 What a kind looks like is registered in :mod:`corpus_tools.world.looks`, how it collides in
-:mod:`corpus_tools.world.solids`; this module knows no simulator.
+:mod:`corpus_tools.world.solids`; this module knows no simulator. Other distributions name modules
+that register kinds in the entry point group ``ct.kinds``.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+
+from g3.extensions import load_extensions
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,3 +110,6 @@ def kind_of(labels: Iterable[str]) -> Kind:
     known = {_SAME_AS.get(label, label) for label in labels}
     best = max(_KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
     return best if known.intersection(best.labels) else OTHER
+
+
+load_extensions("ct.kinds")

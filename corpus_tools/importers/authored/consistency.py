@@ -48,13 +48,14 @@ def check_clauses(clauses: Clauses, world: World) -> None:
         If they don't; ``where`` is the field.
     """
     nodes = list(breadth_first(clauses.sdcs))
-    loads = {
-        item.id
+    named = [
+        item
         for sdc, groundings in zip(nodes, clauses.groundings, strict=True)
         for item in groundings
-        if sdc.type == "OBJECT" and isinstance(item, PhysicalObject) and "pallet" in item.labels
-    }
-    if world.moved is not None and loads and world.moved.id not in loads:
+        if sdc.type == "OBJECT" and isinstance(item, PhysicalObject)
+    ]
+    loads = any("pallet" in item.labels for item in named)
+    if world.moved is not None and loads and world.moved.id not in {item.id for item in named}:
         raise FormatError(
             f"{world.moved.id}, which moves in the log, is no clause's grounding",
             where="groundings",

@@ -7,8 +7,13 @@ Read :mod:`~corpus_tools.world.looks.registry` first, then any family, such as
 
 Things of a kind have the same colours: the semantic map knows no colours, so people who
 describe what they see shouldn't tell things by them.
+
+Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """
 
 from corpus_tools.world.looks import forklift, furniture, pallets, people, vehicles
+from g3.extensions import load_extensions
 
 __all__ = ["forklift", "furniture", "pallets", "people", "vehicles"]
+
+load_extensions("ct.looks")

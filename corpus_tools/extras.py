@@ -1,0 +1,35 @@
+"""Which extra brings a package that isn't installed."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import re
+
+DISTRIBUTION = "corpus-tools-g3"
+
+_REQUIREMENT = re.compile(r"([\w.-]+).*;.*extra == ['\"]([\w-]+)['\"]")
+_COLLECTIONS = ("all", "test", "bench", "docs", "release", "dev")
+"""Extras that bring others', or what only development needs."""
+_MODULES = {"cv2": "opencv_python_headless"}
+"""Distributions of modules that have another name."""
+
+
+def extra_of(module: str) -> str | None:
+    """The extra that brings a module; None if none does.
+
+    Parameters
+    ----------
+    module
+        As in an import, such as ``flask.views``.
+    """
+    top = module.partition(".")[0]
+    wanted = _MODULES.get(top, top)
+    for requirement in importlib.metadata.requires(DISTRIBUTION) or ():
+        match = _REQUIREMENT.fullmatch(requirement)
+        if match and match[2] not in _COLLECTIONS and _normal(match[1]) == _normal(wanted):
+            return match[2]
+    return None
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "_", name).lower()

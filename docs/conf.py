@@ -1,0 +1,96 @@
+"""The documentation's site: ``sphinx-build -W docs build/docs``."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+from corpus_tools import __version__
+from g3.graph import grounding_graph
+from g3.graph_drawing import to_svg
+from g3.sdc_notation import parse_brackets
+
+project = "corpus-tools-g3"
+author = "The corpus-tools authors"
+release = version = __version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["conf.py"]
+
+html_theme = "furo"
+html_title = f"corpus-tools-g3 {release}"
+smartquotes = False
+html_show_sphinx = False
+
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_preprocess_types = False
+
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+COPIES = {
+    "readme": "README.md",
+    "contributing": "CONTRIBUTING.md",
+    "changelog": "CHANGELOG.md",
+    "benchmarks": "benchmarks/README.md",
+    "examples": "examples/README.md",
+    "example-tabletop-blocks": "examples/tabletop_blocks/README.md",
+    "example-cable-reel": "examples/cable_reel/README.md",
+    "dataset-warehouse": "datasets/warehouse/README.md",
+}
+"""Pages that show a file of the repository, which stands there for those who read it there."""
+
+_LINK = re.compile(r"(\]\()([^)#\s:]+)(?=[)#])")
+
+FIGURES = {
+    "figure-2b": (
+        "EVENT(r = Put, l = OBJ(f = the pallet), l2 = PLACE(r = on, l = OBJ(f = the truck)))"
+    ),
+    "figure-3b": (
+        "EVENT(r = Go, l = PATH(r = to,"
+        " l = OBJ(f = OBJ(f = the pallet), r = on, l = OBJ(f = the truck))))"
+    ),
+}
+"""Figures of the paper, drawn anew from the clauses of its Figures 2a and 3a."""
+
+
+def draw_figures() -> None:
+    """Draw the grounding graphs of the paper's figures, as ``ct graph --format svg`` does."""
+    folder = DOCS / "_made"
+    folder.mkdir(exist_ok=True)
+    for name, notation in FIGURES.items():
+        drawing = to_svg(grounding_graph(parse_brackets(notation)))
+        (folder / f"{name}.svg").write_text(drawing, encoding="utf-8")
+
+
+def read_copy(app: Sphinx, page: str, source: list[str]) -> None:
+    """Read the file that a page shows, and have links between files lead to pages."""
+    file = ROOT / COPIES[page] if page in COPIES else DOCS / f"{page}.md"
+    if page in COPIES:
+        app.env.note_dependency(str(file))
+        source[0] = file.read_text(encoding="utf-8")
+    shown = {(ROOT / name).resolve(): DOCS / f"{copy}.md" for copy, name in COPIES.items()}
+    here = (DOCS / page).parent
+
+    def led(match: re.Match[str]) -> str:
+        target = (file.parent / match[2]).resolve()
+        if not target.exists():  # made by the build, or for Sphinx to complain about
+            return match[0]
+        return match[1] + os.path.relpath(shown.get(target, target), here)
+
+    source[0] = _LINK.sub(led, source[0])
+
+
+def setup(app: Sphinx) -> None:
+    """Connect what is done while the site is built."""
+    draw_figures()
+    app.connect("source-read", read_copy)

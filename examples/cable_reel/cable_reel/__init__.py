@@ -1,0 +1,1 @@
+"""A kind of load that the toolkit doesn't have: a reel of cable on a pallet."""

@@ -1,0 +1,7 @@
+"""A second domain: coloured blocks on a table, moved by a hand.
+
+Nothing of the forklift is in it: lengths are centimetres where the warehouse has metres, the
+robot is a hand, and what it does is stack. The toolkit learns of it by entry points only. Read
+`scenes` first (what stands where, and what the hand does), then `phrases` (how it is said),
+`importer` (both as a corpus) and `features`.
+"""

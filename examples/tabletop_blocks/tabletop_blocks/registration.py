@@ -1,0 +1,12 @@
+"""Tells ``ct import`` of the importer; imports nothing that is heavy."""
+
+from corpus_tools.importers.registry import Importer, register
+
+register(
+    Importer(
+        name="tabletop-blocks",
+        summary="Coloured blocks on a table, made by a program.",
+        description="PATH is a JSON file: how many tables, how many commands for each, and a seed.",
+        target="tabletop_blocks.importer:import_blocks",
+    )
+)

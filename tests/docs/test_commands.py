@@ -1,0 +1,148 @@
+"""Every command in the documentation is one that there is, and is run, here or elsewhere."""
+
+from __future__ import annotations
+
+import bz2
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from corpus_tools.cli import cli, run
+from tests.docs.blocks import ROOT, Shown, shown
+
+SHOWN = shown()
+
+ELSEWHERE = {
+    r"ct import tabletop-blocks|.*\bblocks(\.npz)?\b": (
+        "tests/examples/test_tabletop_blocks.py",
+        "needs the example installed",
+    ),
+    r".*cable_reel": ("tests/examples/test_cable_reel.py", "needs the example installed"),
+    r"ct render-videos|.* && ct render-videos": (
+        "tests/corpus_tools/video/test_render_commands.py",
+        "minutes",
+    ),
+    r"ct annotate( serve)?( [\w/-]+\.yaml.*)?$": (
+        "tests/annotation_app/test_commands.py",
+        "serves",
+    ),
+    r"ct annotate (backup|restore|export|import)": (
+        "tests/annotation_app/test_commands.py",
+        "needs a study with answers",
+    ),
+    r"ct (publish|collect)|ct annotate reconcile": (
+        "tests/annotation_app/crowds/test_mturk.py",
+        "needs a platform",
+    ),
+    r"ct annotate copy-media": ("tests/annotation_app/test_media_copies.py", "needs a study"),
+    r"ct shards|ct train g3 --shards": ("tests/corpus_tools/test_shards.py", "a large corpus"),
+    r"ct demo": ("tests/eval/test_demo.py", "three minutes"),
+    r"ct eval --end-to-end": ("tests/eval/test_plan_study.py", "half an hour"),
+    r"ct eval --table 3": ("tests/eval/test_end_to_end.py", "minutes"),
+    r"ct eval --report": ("tests/eval/report/test_report.py", "needs plans and videos"),
+    r"ct eval --table 2 .* (--models|--study)": (
+        "tests/eval/studies/test_table_2.py",
+        "needs more judgments than the small corpus has",
+    ),
+    r"ct eval --power": ("tests/eval/studies/test_power.py", "simulates studies for seconds"),
+    r"ct eval --sdc .* --train warehouse$": (
+        "tests/eval/test_sdc_scores.py",
+        "trains several times",
+    ),
+    r"ct simulate-workers describe|ct .*(simulated|rated)": (
+        "tests/corpus_tools/simulation/test_commands.py",
+        "physics of twenty scenarios",
+    ),
+    r"ct follow": ("tests/corpus_tools/test_follow_commands.py", "trains for a minute"),
+    r"ct scenarios log": ("tests/corpus_tools/test_scenario_logs.py", "physics"),
+}
+"""What isn't run here, the file that runs the like, and why."""
+
+
+TUTORIAL = "docs/tutorial.md"
+SCENARIOS = ("dock_pick_up_tires", "dock_go_to_receiving", "yard_put_boxes_down_on_trailer")
+
+
+def elsewhere(command: Shown) -> tuple[str, str] | None:
+    if command.page == TUTORIAL:
+        return ("tests/docs/test_tutorial.py", "its steps build on each other")
+    if not command.calls:
+        return (".ci/run", "no command of ct, and it changes the machine")
+    return next((why for form, why in ELSEWHERE.items() if re.match(form, command.text)), None)
+
+
+HERE = list({(c.text, c.output): c for c in SHOWN if elsewhere(c) is None}.values())
+"""What is run here, each command once."""
+
+
+def named(commands: list[Shown]) -> list[object]:
+    return [pytest.param(c, id=f"{c.page}:{c.line}: {c.text[:60]}") for c in commands]
+
+
+@pytest.mark.parametrize("command", named([c for c in SHOWN if c.calls]))
+def test_every_command_has_the_options_that_are_shown(command: Shown) -> None:
+    for call in command.calls:
+        if call[:2] == ["import", "tabletop-blocks"]:
+            continue
+        try:
+            parse(cli, call)
+        except click.BadParameter as error:
+            assert "does not exist" in error.message  # noqa: PT017 - any other is a mistake
+
+
+def parse(command: click.Command, args: list[str]) -> None:
+    with command.make_context("ct", list(args), obj={}) as ctx:
+        if isinstance(command, click.Group):
+            _, sub, rest = command.resolve_command(ctx, [*ctx._protected_args, *ctx.args])
+            assert sub is not None
+            parse(sub, rest)
+
+
+def test_what_is_run_elsewhere_is() -> None:
+    for file, _ in ELSEWHERE.values():
+        assert (ROOT / file).is_file(), file
+    for form in ELSEWHERE:
+        assert any(re.match(form, c.text) for c in SHOWN), f"nothing is like {form}"
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with what the pages take to be there, much smaller than it really is.
+
+    A folder called warehouse goes before the corpus that comes along.
+    """
+    folder = tmp_path_factory.mktemp("workshop")
+    shutil.copytree(ROOT / "tests/data/slu_core_small", folder / "slu_core")
+    source, small = ROOT / "datasets/warehouse", folder / "datasets/warehouse"
+    shutil.copytree(source / "layouts", small / "layouts")
+    for part in ("dataset.yaml", *(f"scenarios/{s}.yaml" for s in SCENARIOS)):
+        (small / part).parent.mkdir(exist_ok=True)
+        shutil.copy(source / part, small / part)
+    (small / "logs").symlink_to(source / "logs")
+    (folder / "warehouse").symlink_to(small)
+    shutil.copy(source / f"scenarios/{SCENARIOS[0]}.yaml", folder / "my-scenario.yaml")
+    tags = (ROOT / "g3/language/warehouse_tags.txt").read_bytes()
+    (folder / "tags.txt.bz2").write_bytes(bz2.compress(tags))
+    before = Path.cwd()
+    os.chdir(folder)
+    yield folder
+    os.chdir(before)
+
+
+@pytest.mark.parametrize("command", named(HERE))
+def test_every_command_does_what_is_shown(
+    command: Shown, workshop: Path, capfd: pytest.CaptureFixture[str], monkeypatch
+) -> None:
+    for name, value in re.findall(r"(\b[A-Z_]+)=(\S+)", command.text.partition("ct ")[0]):
+        monkeypatch.setenv(name, value)
+    statuses = {run(call) for call in command.calls}
+    said = capfd.readouterr()
+    if command.output is None:
+        assert statuses == {0}, said.err
+    else:
+        assert (said.out + said.err).strip() == command.output.strip()

@@ -1,0 +1,69 @@
+"""Pages that are there, are found, and lead to what is there."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from g3.features import registry
+from tests.docs.blocks import ROOT, pages
+
+DOCS = ROOT / "docs"
+MADE = DOCS / "_made"
+LINK = re.compile(r"\]\(([^)#\s:]+)(?:#[^)]*)?\)")
+TOCTREE = re.compile(r"```{toctree}\n.*?\n\n(.*?)```", re.DOTALL)
+PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [pytest.param(p, id=str(p.relative_to(ROOT))) for p in pages()])
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = {(page.parent / target).resolve() for target in LINK.findall(page.read_text())}
+    gone = [t for t in targets if not t.exists() and t.parent != MADE]
+    assert not gone
+
+
+def test_every_page_is_in_the_sites_contents() -> None:
+    listed = " ".join(TOCTREE.findall((DOCS / "index.md").read_text())).split()
+    there = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")}
+    assert sorted(listed) == sorted(there - {"index"})
+
+
+@pytest.mark.parametrize("page", [pytest.param(p, id=str(p.relative_to(ROOT))) for p in pages()])
+def test_python_is_python(page: Path) -> None:
+    for block in PYTHON.findall(page.read_text()):
+        ast.parse(block)
+
+
+def test_python_that_registers_is_in_an_example() -> None:
+    """The how-tos show what the examples do: the same names, imported from the same places."""
+    for name, file in (
+        ("new-object-type", "cable_reel/cable_reel/kinds.py"),
+        ("new-feature", "tabletop_blocks/tabletop_blocks/features.py"),
+    ):
+        (block,) = PYTHON.findall((DOCS / f"how-to/{name}.md").read_text())
+        example = (ROOT / "examples" / file).read_text()
+        assert _imports(block) <= _imports(example)
+
+
+def _imports(code: str) -> set[tuple[str | None, str]]:
+    nodes = (n for n in ast.walk(ast.parse(code)) if isinstance(n, ast.ImportFrom))
+    return {(n.module, alias.name) for n in nodes for alias in n.names}
+
+
+@pytest.mark.parametrize("code", PYTHON.findall((ROOT / "README.md").read_text()))
+def test_the_readmes_python_runs(code: str, capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(code, "README.md", "exec"), {})
+    assert "Ψ_1" in capsys.readouterr().out
+
+
+def test_a_new_feature_can_be_registered_as_shown() -> None:
+    (code,) = PYTHON.findall((DOCS / "how-to/new-feature.md").read_text())
+
+    try:
+        exec(compile(code, "new-feature.md", "exec"), {})
+        assert "my-path-end" in {s.name for s in registry.catalogue()}
+    finally:
+        registry._CATALOGUE.pop("my-path-end", None)

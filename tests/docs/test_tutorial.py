@@ -1,0 +1,172 @@
+"""The tutorial, step by step as it stands there, in an empty folder."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from annotation_app.config import open_instance
+from annotation_app.database import open_database, reading
+from annotation_app.factory import create_app
+from annotation_app.models import Item
+from corpus_tools.bundled import open_corpus
+from corpus_tools.cli import run
+from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.model_file import save_model
+from g3.features.registry import select
+from g3.inference.training import train_rows, training_data
+from g3.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import Browser, described, engine_of
+from tests.docs.blocks import ROOT, shown
+
+PAGE = ROOT / "docs/tutorial.md"
+FILE = re.compile(r"`([\w/-]+\.yaml)`:\n\n```yaml\n(.*?)```", re.DOTALL)
+SMALL = ["--quality", "draft", "--size", "64x64", "--fps", "2"]
+
+COMMANDS = {
+    "put_tires_on_trailer": (
+        "Put the tires on the trailer",
+        "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = on, l = OBJ(f = the trailer)))",
+    ),
+    "lift_boxes": ("Pick up the boxes", "EVENT(r = Pick up, l = OBJ(f = the boxes))"),
+    "drive_to_crate": (
+        "Drive to the crate",
+        "EVENT(r = Drive, l = PATH(r = to, l = OBJ(f = the crate)))",
+    ),
+    "drive_to_truck": (
+        "Go over to the truck",
+        "EVENT(r = Go, l = PATH(r = over to, l = OBJ(f = the truck)))",
+    ),
+}
+"""What people type for each video, and its clauses."""
+TREES = dict(COMMANDS.values())
+PEOPLE = 5
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def steps(begin: str) -> list[list[str]]:
+    """The arguments of the tutorial's calls of ``ct`` that begin in some way."""
+    calls = [c for s in shown() if s.page == "docs/tutorial.md" for c in s.calls]
+    chosen = [call for call in calls if shlex.join(call).startswith(begin)]
+    assert chosen, f"the tutorial has no ct {begin}"
+    return chosen
+
+
+@pytest.mark.slow
+def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "afternoon" / "scenarios").mkdir(parents=True)
+    monkeypatch.chdir(folder / "afternoon")
+    for name, content in FILE.findall(PAGE.read_text()):
+        Path(name).write_text(content)
+    for call in steps("scenarios"):
+        assert run(call) == 0
+
+    (render,) = steps("render-videos")
+    files = sorted(map(str, Path("scenarios").glob("*.yaml")))
+    assert [Path(name).stem for name in files] == sorted(COMMANDS)
+    assert run([*(w for word in render for w in (files if "*" in word else [word])), *SMALL]) == 0
+
+    serve_for_a_moment(steps("annotate my-study.yaml")[0])
+    annotate()
+
+    for begin in ("annotate export", "corpus", "train", "eval --table 1 --corpus"):
+        for call in steps(begin):
+            assert run(call) == 0, call
+    corpus = load_corpus(Path("my-corpus"))
+    assert len(corpus.commands) == PEOPLE * len(COMMANDS)
+    assert {a.source for a in corpus.annotations} == {"positive", "random"}
+
+    small = ["--model", str(small_model()), "--plan-only"]
+    for call in steps("follow"):
+        wanted = call[: call.index("--video")] if "--video" in call else call
+        assert run([*wanted, *small]) == 0
+
+
+def serve_for_a_moment(call: list[str]) -> None:
+    """Start the server; end it with Ctrl-C when it has told its addresses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    server = subprocess.Popen(
+        [sys.executable, "-m", "corpus_tools", *call, "--port", str(port)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    with server:
+        assert server.stdout is not None
+        told = iter(server.stdout.readline, "")
+        assert any("Ctrl-C" in line for line in told)
+        server.send_signal(signal.SIGINT)
+
+
+def annotate() -> None:
+    """Five people type commands, one of them does the rest."""
+    engine = open_database(open_instance(Path("annotation")).database)
+    app = create_app(open_instance(Path("annotation")), engine)
+    people = [Browser(app, study="my-study") for _ in range(PEOPLE)]
+    for person in people:
+        for _ in COMMANDS:
+            page = person.lease("describe", "my-study").json
+            text, _ = COMMANDS[subject(app, page["item"])]
+            assert person.answer(page["item"], described(text)).status_code == 200
+    annotator = people[0]
+    for task in ("segment", "ground", "check"):
+        while (response := annotator.lease(task, "my-study")).status_code == 200:
+            page = response.json
+            answered = annotator.answer(page["item"], ANSWERS[task](page["payload"]))
+            assert answered.status_code == 200, answered.text
+    engine.dispose()
+
+
+def subject(app, item: str) -> str:
+    """Which video an item is about; people see it."""
+    with reading(engine_of(app)) as session:
+        found = session.get(Item, item)
+        assert found is not None
+        return str(found.payload["video"])
+
+
+def segmented(payload) -> dict[str, object]:
+    text = payload["command"]
+    return {"sdcs": to_json(parse_brackets(TREES[text], command=text))}
+
+
+def grounded(payload) -> dict[str, object]:
+    """Some thing for each clause: it is the steps that are tried, not the annotator."""
+    thing = payload["map"]["objects"][0]["id"]
+    nodes = [c["node"] for c in payload["clauses"] if c["type"] in ("OBJECT", "PLACE")]
+    return {"groundings": {str(node): {"objects": [thing]} for node in nodes}}
+
+
+def checked(payload) -> dict[str, object]:
+    return {"verdicts": {str(clause["node"]): False for clause in payload["clauses"]}}
+
+
+ANSWERS = {"segment": segmented, "ground": grounded, "check": checked}
+
+
+def small_model() -> Path:
+    """What ``ct follow`` would train on the whole bundled corpus."""
+    known = [
+        a
+        for a in open_corpus("warehouse").annotations
+        if a.command.scenario == "hall_pick_up_boxes"
+    ]
+    data = training_data(known, select())
+    save_model(train_rows(data, np.arange(len(data.correct))), Path("small.npz"))
+    return Path("small.npz")
