@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
+from annotation_app.copy_commands import backup, copy_media, restore
 from annotation_app.crowd_commands import reconcile
 
 if TYPE_CHECKING:
@@ -97,6 +98,12 @@ def annotate() -> None:
     help="Where several processes count requests together.",
 )
 @click.option(
+    "--media-url",
+    default="",
+    metavar="URL",
+    help="Where the copies are that `ct annotate copy-media` has made, for browsers.",
+)
+@click.option(
     "--open-trying",
     is_flag=True,
     help="Let anybody try commands, as in the demo, not only people with a login.",
@@ -120,6 +127,7 @@ def serve(
     proxies: int,
     frame_ancestors: tuple[str, ...],
     limits_storage: str,
+    media_url: str,
     open_trying: bool,
     model: Path | None,
 ) -> None:
@@ -150,6 +158,7 @@ def serve(
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
         limits_storage=limits_storage,
+        media_url=media_url,
         open_trying=open_trying or demo,
         model=model,
     )
@@ -188,41 +197,6 @@ def init(*, study_file: Path) -> None:
         raise FormatError("the file is there already", where=str(study_file), fix="name another")
     write_bytes(study_file, TEMPLATE.format(name=_slug(study_file.stem)).encode())
     click.echo(f"wrote {study_file}")
-
-
-@annotate.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
-@INSTANCE
-@DATABASE
-def backup(*, archive: Path, instance: Path, database: str | None) -> None:
-    """Write all that is in the database, and the secret key, to a file, while it is served.
-
-    \b
-    Example:
-      ct annotate backup annotation-backup.jsonl.gz
-    """
-    from annotation_app.backups import back_up
-    from annotation_app.config import open_instance
-
-    rows = back_up(open_instance(instance, database), archive)
-    click.echo(f"wrote {archive}: {rows} rows")
-
-
-@annotate.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
-@INSTANCE
-@DATABASE
-def restore(*, archive: Path, instance: Path, database: str | None) -> None:
-    """Fill an empty database with what a backup holds; any kind of database will do.
-
-    \b
-    Example:
-      ct annotate restore annotation-backup.jsonl.gz --instance restored
-    """
-    from annotation_app.backups import restore as restore_
-
-    rows = restore_(archive, instance, database)
-    click.echo(f"restored {rows} rows")
 
 
 @annotate.command()
@@ -344,7 +318,8 @@ def import_(
     click.echo(f"study {name}: " + ", ".join(f"{n} {what}" for what, n in counts.items()))
 
 
-annotate.add_command(reconcile)
+for _command in (backup, copy_media, reconcile, restore):
+    annotate.add_command(_command)
 
 
 def _slug(text: str) -> str:

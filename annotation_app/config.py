@@ -40,6 +40,9 @@ class Config:
     limits_storage
         Where limits are counted: a URL as the package ``limits`` takes it. By default each process
         counts its own.
+    media_url
+        Where copies of videos and pictures are, as ``ct annotate copy-media`` names them; empty if
+        the app gives them out itself.
     open_trying
         Whether anybody may try commands, not only people with a login.
     model
@@ -58,6 +61,7 @@ class Config:
     form_targets: tuple[str, ...] = ()
     rate_limits: bool = True
     limits_storage: str = "process://"
+    media_url: str = ""
     open_trying: bool = False
     model: Path | None = None
     max_body_bytes: int = MEGABYTE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +22,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError
+from sqlalchemy.exc import ArgumentError, DisconnectionError
 from sqlalchemy.orm import DeclarativeBase, Session
 
 from g3.errors import FormatError
@@ -33,6 +34,8 @@ except ImportError:  # there is none on Windows
 
 BUSY_S = 20
 """How long a writer waits for another one, in SQLite."""
+IDLE_S = 5
+"""A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
 _READS = {"reads": True}
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
@@ -53,9 +56,10 @@ def open_database(url_or_path: str | Path) -> Engine:
     """
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
-        return create_engine(
-            url, pool_pre_ping=True, pool_size=10, max_overflow=20, hide_parameters=True
-        )
+        engine = create_engine(url, pool_size=10, max_overflow=20, hide_parameters=True)
+        event.listen(engine, "checkin", _note_use)
+        event.listen(engine, "checkout", _check_if_idle)
+        return engine
     engine = create_engine(
         url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
     )
@@ -146,6 +150,25 @@ def _set_up_sqlite(connection: Any, _record: Any) -> None:
     connection.isolation_level = None
     for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")
+
+
+def _note_use(_connection: Any, record: Any) -> None:
+    record.info["used_at"] = time.monotonic()
+
+
+def _check_if_idle(connection: Any, record: Any, _proxy: Any) -> None:
+    """Find out whether a connection that wasn't used for a while still is one.
+
+    Asking each time, as ``pool_pre_ping`` does, takes a sixth of a request's time.
+    """
+    if time.monotonic() - record.info.get("used_at", time.monotonic()) < IDLE_S:
+        return
+    try:
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT 1")
+        connection.rollback()
+    except Exception as error:
+        raise DisconnectionError("the server has closed the connection") from error
 
 
 def _begin_at_once(connection: Any) -> None:

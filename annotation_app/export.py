@@ -91,7 +91,7 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
         contexts=[world.context for world in worlds.values()],
         commands=commands.values(),
         annotations=annotations,
-        judgments=[*(original.judgments if original else ()), *_judgments(session, study)],
+        judgments=[*(original.judgments if original else ()), *export_judgments(session, study)],
         source=f"ct annotate, study {study.name}",
         licence=licence,
     )
@@ -279,10 +279,11 @@ def _majority(verdicts: Iterable[object]) -> bool | None:
     return None if counts[True] == counts[False] else counts[True] > counts[False]
 
 
-def _judgments(session: Session, study: Study) -> Iterator[Judgment]:
+def export_judgments(session: Session, study: Study) -> list[Judgment]:
+    """The ratings that people have given in a study."""
     people = _people(session)
-    for answer, item in _answers(session, study, "rate"):
-        yield Judgment(
+    return [
+        Judgment(
             id=f"{study.name}-rating-{answer.id:05d}",
             command=item.payload["text"],
             command_video=item.payload["own_video"],
@@ -291,3 +292,5 @@ def _judgments(session: Session, study: Study) -> Iterator[Judgment]:
             subject=people[answer.person_id],
             study=study.name,
         )
+        for answer, item in _answers(session, study, "rate")
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import logging
+from urllib.parse import urlsplit
 
 import flask
 from flask import Flask, Response
@@ -22,6 +23,7 @@ from annotation_app.installation import Installation, install
 from annotation_app.limits import limiter
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.problems import Refusal
+from annotation_app.record_types import learn_types
 from annotation_app.schema import installation_salt
 from annotation_app.trying import pages as trying
 from annotation_app.trying.queue import Attempts
@@ -40,6 +42,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         The database, if it is open already; its tables must be there
         (:func:`annotation_app.schema.migrate`).
     """
+    learn_types()
     app = Flask("annotation_app")
     app.config.update(
         SECRET_KEY=config.secret_key,
@@ -102,12 +105,14 @@ def _is_framed(config: Config) -> bool:
 
 
 def _content_security_policy(config: Config) -> str:
+    elsewhere = urlsplit(config.media_url)
+    media = f"'self' {elsewhere.scheme}://{elsewhere.netloc}" if elsewhere.netloc else "'self'"
     parts = {
         "default-src": "'none'",
         "script-src": "'self'",
         "style-src": "'self'",
-        "img-src": "'self'",
-        "media-src": "'self'",
+        "img-src": media,
+        "media-src": media,
         "font-src": "'self'",
         "connect-src": "'self'",
         "manifest-src": "'self'",

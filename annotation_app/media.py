@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from flask import Blueprint, Response, send_file
+from flask import Blueprint, redirect, send_file
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
+from werkzeug.wrappers import Response as BaseResponse
 
 from annotation_app.database import reading
 from annotation_app.installation import installation
@@ -24,12 +25,19 @@ blueprint = Blueprint("media", __name__)
 
 
 @blueprint.get("/media/<media_id>")
-def media(media_id: str) -> Response:
-    """A file, to people who are signed in."""
+def media(media_id: str) -> BaseResponse:
+    """A file, or where a copy of it is, to people who are signed in."""
     with reading(installation().engine) as session:
         required_person(session)
         found = session.get(Media, media_id)
-    if found is None or found.role not in TYPES or not Path(found.path).is_file():
+    if found is None or found.role not in TYPES:
+        raise Refusal(404, "There is no such file.")
+    copies = installation().config.media_url
+    if copies:
+        elsewhere = redirect(f"{copies.rstrip('/')}/{public_name(found)}")
+        elsewhere.headers["Cache-Control"] = "private, max-age=3600"
+        return elsewhere
+    if not Path(found.path).is_file():
         raise Refusal(404, "There is no such file.")
     response = send_file(
         found.path, mimetype=TYPES[found.role], conditional=True, etag=found.sha256
@@ -38,6 +46,11 @@ def media(media_id: str) -> Response:
     response.headers.pop("Content-Disposition", None)
     response.headers.pop("Last-Modified", None)
     return response
+
+
+def public_name(found: Media) -> str:
+    """What a copy of a file is called; it tells nothing, and changes with the file."""
+    return f"{found.id}-{found.sha256[:12]}{Path(found.path).suffix}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,7 +119,7 @@ def adjudicate(
             seconds=0.0,
         )
         session.add(answer)
-    answer.event_id, answer.body, answer.at = event.id, body, now
+    answer.event_id, answer.body, answer.at = event, body, now
     answer.adopted = False
     session.flush()
     adopt(session, study, item, answer)

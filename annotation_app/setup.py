@@ -10,6 +10,7 @@ import msgspec
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from annotation_app.database import lock_set_up
 from annotation_app.installation import now
 from annotation_app.media import digest
 from annotation_app.models import Item, Media, Slot, Study
@@ -75,6 +76,8 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     FormatError
         If an attention check or a pair names a video that isn't there.
     """
+    # Several processes may start at once, each with the study's file.
+    lock_set_up(session.connection())
     names = {item.video for item in videos}
     _check_known_commands(config, names)
     _check_pairs(config, names)

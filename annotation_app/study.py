@@ -164,8 +164,8 @@ def study_from_form(value: dict[str, Any]) -> StudyConfig:
 
 
 def stored(config: StudyConfig) -> dict[str, Any]:
-    """A study as the database keeps it."""
-    value: dict[str, Any] = msgspec.to_builtins(config)
+    """A study as the database keeps it: its pairs are items, and would be read at each request."""
+    value: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(config, pairs=()))
     return value
 
 

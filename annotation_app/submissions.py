@@ -14,6 +14,7 @@ from sqlalchemy import (
     Integer,
     String,
     bindparam,
+    insert,
     select,
     update,
 )
@@ -36,7 +37,7 @@ class Receipt:
     event_id
         Of the event that the answer is from.
     answer
-        The answer, if this event has made it now.
+        The answer, if this event has made it now; it is written with what becomes of it.
     """
 
     state: Literal["accepted", "surplus", "repeated"]
@@ -74,24 +75,24 @@ def submit(
     if known is not None:
         return _receipt(session, known)
     event = add_event(session, item, person, name="submit", uuid=uuid, body=sent, now=now)
-    if _is_answered(session, item, person):
-        return Receipt("repeated", event.id)
+    about = {"item": item.id, "who": person.id, "of_task": item.task, "of_subject": item.subject}
+    handed_out_at, is_answered = session.execute(_BEFORE, about).one()
+    if is_answered:
+        return Receipt("repeated", event)
     surplus = not _fill_slot(session, item, person, now)
-    handed_out_at = session.scalar(_HANDED_OUT_AT, {"item": item.id, "who": person.id})
     answer = Answer(
         item_id=item.id,
         person_id=person.id,
         task=item.task,
         subject=item.subject,
-        event_id=event.id,
+        event_id=event,
         body=body,
         surplus=surplus,
         seconds=0.0 if handed_out_at is None else now - handed_out_at,
         at=now,
     )
     session.add(answer)
-    session.flush()
-    return Receipt("surplus" if surplus else "accepted", event.id, answer)
+    return Receipt("surplus" if surplus else "accepted", event, answer)
 
 
 def was_received(session: Session, person: Person, uuid: str) -> bool:
@@ -109,12 +110,10 @@ def add_event(
     uuid: str,
     body: Record,
     now: float,
-) -> Event:
-    """Keep what somebody sent, as it came."""
-    event = Event(uuid=uuid, item_id=item.id, person_id=person.id, name=name, body=body, at=now)
-    session.add(event)
-    session.flush()
-    return event
+) -> int:
+    """Keep what somebody sent, as it came; the event's id."""
+    values = {"uuid": uuid, "item_id": item.id, "person_id": person.id, "name": name}
+    return int(session.execute(_ADD_EVENT, {**values, "body": body, "at": now}).scalar_one())
 
 
 def save_draft(
@@ -152,6 +151,8 @@ _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.subject == bindparam("of_subject"),
 )
 _HANDED_OUT_AT = select(HANDOUT.c.at).where(HANDOUT.c.item_id == _ITEM, HANDOUT.c.person_id == _WHO)
+_BEFORE = select(_HANDED_OUT_AT.scalar_subquery(), _ANSWERED.exists())
+_ADD_EVENT = insert(EVENT).returning(EVENT.c.id)
 _FILL_OWN = (
     update(SLOT)
     .where(SLOT.c.item_id == _ITEM, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
@@ -189,11 +190,6 @@ def _keep_draft(dialect: str) -> Executable:
         where=core(Draft).c.revision < draft.excluded.revision,
     ).returning(core(Draft).c.revision)
     return statement
-
-
-def _is_answered(session: Session, item: Item, person: Person) -> bool:
-    about = {"who": person.id, "of_task": item.task, "of_subject": item.subject}
-    return session.scalar(_ANSWERED, about) is not None
 
 
 def _fill_slot(session: Session, item: Item, person: Person, now: float) -> bool:

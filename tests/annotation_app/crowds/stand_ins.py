@@ -12,7 +12,8 @@ from typing import Any
 from urllib.parse import parse_qs
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
-Reply = tuple[int, dict[str, Any]]
+Reply = tuple[int, dict[str, Any] | None]
+"""The status, and what is sent as JSON, if anything is."""
 NOW = 1_790_000_000.0
 
 
@@ -240,7 +241,7 @@ def serving(platform: Callable[[str, str, dict[str, str], bytes], Reply]) -> Ite
         length = int(environ.get("CONTENT_LENGTH") or 0)
         body = environ["wsgi.input"].read(length)
         status, value = platform(environ["REQUEST_METHOD"], environ["PATH_INFO"], environ, body)
-        content = json.dumps(value).encode()
+        content = b"" if value is None else json.dumps(value).encode()
         headers = [("Content-Type", "application/x-amz-json-1.1")]
         start_response(f"{status} -", [*headers, ("Content-Length", str(len(content)))])
         return [content]

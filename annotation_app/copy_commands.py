@@ -1,0 +1,73 @@
+"""``ct annotate backup``, ``restore`` and ``copy-media``: copies of what an installation holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from annotation_app.command_options import DATABASE, INSTANCE
+
+
+@click.command("copy-media")
+@click.argument("target")
+@INSTANCE
+@DATABASE
+def copy_media(*, target: str, instance: Path, database: str | None) -> None:
+    """Copy all videos and pictures to a folder or s3://bucket/prefix, for others to give out.
+
+    Their names tell nothing. Doing it again copies what is new. Then `ct annotate serve
+    --media-url` sends browsers there.
+
+    \b
+    Examples:
+      ct annotate copy-media /srv/media
+      ct annotate copy-media s3://my-bucket/media
+    """
+    from annotation_app.config import open_instance
+    from annotation_app.database import opened, reading
+    from annotation_app.media_copies import copy_media as copy
+    from corpus_tools.progress import progress_bar
+
+    with (
+        opened(open_instance(instance, database).database) as engine,
+        reading(engine) as session,
+        progress_bar("copying videos and pictures") as on_progress,
+    ):
+        copied = copy(session, target, on_progress)
+    click.echo(f"copied {copied} files to {target}")
+
+
+@click.command()
+@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
+@INSTANCE
+@DATABASE
+def backup(*, archive: Path, instance: Path, database: str | None) -> None:
+    """Write all that is in the database, and the secret key, to a file, while it is served.
+
+    \b
+    Example:
+      ct annotate backup annotation-backup.jsonl.gz
+    """
+    from annotation_app.backups import back_up
+    from annotation_app.config import open_instance
+
+    rows = back_up(open_instance(instance, database), archive)
+    click.echo(f"wrote {archive}: {rows} rows")
+
+
+@click.command()
+@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@INSTANCE
+@DATABASE
+def restore(*, archive: Path, instance: Path, database: str | None) -> None:
+    """Fill an empty database with what a backup holds; any kind of database will do.
+
+    \b
+    Example:
+      ct annotate restore annotation-backup.jsonl.gz --instance restored
+    """
+    from annotation_app.backups import restore as restore_
+
+    rows = restore_(archive, instance, database)
+    click.echo(f"restored {rows} rows")

@@ -1,0 +1,35 @@
+"""Types of what is read from requests and from the database, learned before there are threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import msgspec
+
+from annotation_app.answers import ANSWERS
+from annotation_app.api import REQUESTS
+from annotation_app.study import StudyConfig
+from annotation_app.trying.attempt import Shown
+from corpus_tools.corpus.records import (
+    AnnotationRecord,
+    CommandRecord,
+    ContextRecord,
+    JudgmentRecord,
+    Manifest,
+)
+
+
+def record_types() -> Iterable[type]:
+    """All types that requests may need."""
+    of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
+    return (StudyConfig, Shown, *of_corpora, *REQUESTS.values(), *ANSWERS.values())
+
+
+def learn_types() -> None:
+    """Have msgspec look at each type now.
+
+    It does so when a type is first used, and where two threads do that at the same time the process
+    may die of it (msgspec 0.22): a server that was started again under load did.
+    """
+    for record_type in record_types():
+        msgspec.json.Decoder(record_type)
