@@ -15,6 +15,8 @@ DESCRIBED = {
     "report": "--report",
     "power": "--power",
 }
+OF_PLANS = ("judge", "jobs", "scheduler")
+OF_END_TO_END = ("most", "ratings", "crowd", "url", "pay", "items", "sandbox")
 
 
 def read_mode(ctx: click.Context) -> str:
@@ -81,7 +83,7 @@ def check_plan_options(ctx: click.Context) -> None:
         )
     if ctx.params["form"] in ("csv", "latex"):
         raise click.UsageError("--table 3 has the formats table and json.")
-    own = {"table", "judge", "train", "test", "cv", "l2", "draws", "seed", "form", "out"}
+    own = {"table", "train", "test", "cv", "l2", "draws", "seed", "form", "out", *OF_PLANS}
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --table 3")
 
@@ -108,7 +110,12 @@ def check_end_to_end_options(ctx: click.Context) -> None:
         raise click.UsageError("--end-to-end needs --train and --test, which may be the same.")
     if ctx.params["form"] in ("csv", "latex"):
         raise click.UsageError("--end-to-end has the formats table and json.")
+    if is_given(ctx, "crowd") != is_given(ctx, "url"):
+        raise click.UsageError("--crowd and --url go together.")
+    if not is_given(ctx, "crowd"):
+        _refuse(ctx, ("pay", "items", "sandbox"), "is for --crowd")
     own = {"study_folder", "most", "ratings", "train", "test", "l2", "draws", "seed", "form", "out"}
+    own |= {"crowd", "url", "pay", "items", "sandbox"}
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --end-to-end")
 
@@ -126,9 +133,9 @@ def check_report_options(ctx: click.Context) -> None:
 def check_options(ctx: click.Context, mode: str) -> None:
     """Refuse options of other modes."""
     _refuse(ctx, ("study", "models"), "is for --table 2")
-    _refuse(ctx, ("judge",), "is for --table 3")
+    _refuse(ctx, OF_PLANS, "is for --table 3")
     _refuse(ctx, ("plans", "videos"), "is for --report")
-    _refuse(ctx, ("most", "ratings"), "is for --end-to-end")
+    _refuse(ctx, OF_END_TO_END, "is for --end-to-end")
     _refuse(ctx, ("half_width",), "is for --power")
     of_mode = {"draws": "table", "repeats": "curve", "top": "errors"}
     for name, its_mode in of_mode.items():
@@ -156,7 +163,7 @@ def check_sdc_options(ctx: click.Context) -> None:
     if given in ({"model", "test"}, {"test"}):
         _refuse(ctx, ("l2",), "is for training, and the model is trained already")
     others = ("split", "test_scenarios", "negatives", "test_negatives", "ablate", "plus")
-    of_studies = ("study", "models", "half_width", "judge", "plans", "videos", "most", "ratings")
+    of_studies = ("study", "models", "half_width", "plans", "videos", *OF_PLANS, *OF_END_TO_END)
     _refuse(
         ctx,
         (*others, *of_studies, "threshold", "draws", "repeats", "seed"),

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from corpus_tools.model_options import training_options
+from corpus_tools.parallel_options import JOBS, SCHEDULER
 from eval.command_checks import check_together, read_mode
 
 
@@ -25,6 +26,8 @@ from eval.command_checks import check_together, read_mode
     "  ct eval --table 2 --corpus aaai11\n"
     "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --format json\n"
     "  ct eval --end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
+    "  ct eval --end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
+    "--pay 0.05 --url https://lab.example.org\n"
     "  ct eval --judge-validity --corpus aaai11\n"
     "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos\n"
     "  ct eval --power --half-width 0.02 --corpus aaai11\n"
@@ -57,8 +60,31 @@ from eval.command_checks import check_together, read_mode
 @click.option(
     "--ratings",
     type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="What `ct annotate export` has written of the study of --end-to-end.",
+    help="What `ct annotate export` has written of the study of --end-to-end "
+    "[default: what is in the app's database in its folder].",
 )
+@click.option(
+    "--crowd",
+    metavar="PROVIDER",
+    default="",
+    help="Offer the study of --end-to-end as `ct publish` does: links, mturk or prolific.",
+)
+@click.option(
+    "--url", metavar="URL", default="", help="Address at which the people of --crowd reach it."
+)
+@click.option(
+    "--pay",
+    type=click.FloatRange(0.01, 100),
+    help="What the people of --crowd get for a pair, in dollars.",
+)
+@click.option(
+    "--items",
+    type=click.IntRange(1, 1000),
+    default=20,
+    show_default=True,
+    help="How many pairs an assignment of --crowd asks for.",
+)
+@click.option("--sandbox", is_flag=True, help="Use the platform's test mode, without money.")
 @click.option(
     "--judge-validity",
     "validity",
@@ -170,6 +196,8 @@ from eval.command_checks import check_together, read_mode
     type=click.Path(path_type=Path),
     help="Write to a file; for --learning-curve the plot, .png or .svg, with a .csv beside.",
 )
+@JOBS
+@SCHEDULER
 @click.pass_context
 def evaluate(ctx: click.Context, /, **given: Any) -> None:
     """Measure how well models predict whether SDCs match groundings (section 4.2).
@@ -185,13 +213,14 @@ def evaluate(ctx: click.Context, /, **given: Any) -> None:
     --table 2 shows how often people agree that a video shows a command, from the ratings in
     --corpus; --power says how many ratings a study needs, which may be like those in --corpus.
 
-    --end-to-end makes videos of the plans and a study in which people rate them; with --ratings it
-    shows what they say. It goes on where it was stopped.
+    --end-to-end makes videos of the plans and a study in which people rate them, and shows what
+    they have said so far. It goes on where it was stopped. --crowd offers the work at a platform.
 
     --report measures a corpus, each scenario held out in turn, and writes all of it on one page.
 
     --table 3 follows the commands of --test after learning from --train, with every scenario held
     out that is tested; --judge automatic compares where the plans lead with the commands' logs.
+    --jobs and --scheduler follow the commands of several scenarios at once.
     """
     mode = read_mode(ctx)
     check_together(ctx, mode, given["table"])

@@ -9,20 +9,25 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
+from corpus_tools.parallel import Done, Workers, work
 from corpus_tools.progress import OnProgress
+from eval.held_out_trees import extractor_learner
 from eval.judge import judge
 from g3.annotation import Annotation
+from g3.errors import CorpusError
 from g3.features.registry import select
 from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
 from g3.inference.things import Tree
 from g3.inference.training import train_rows, training_data
+from g3.language.extractor import Extractor
 from g3.language.parser import parse_many
 from g3.sdc import SDC
 
@@ -32,6 +37,7 @@ BINS = 10
 """Bins of the reliability diagram."""
 
 Row = dict[str, str | float | int]
+OnScenario = Callable[[str, Mapping[str, Sequence["Outcome"]]], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +83,9 @@ def run(
     configurations: Iterable[str] = ("random", "gold", "auto"),
     l2: float = 1.0,
     seed: int = 0,
+    done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
+    on_scenario: OnScenario | None = None,
+    workers: Workers | None = None,
     on_progress: OnProgress | None = None,
 ) -> EndToEnd:
     """Train, infer plans for the commands of the test corpus, and judge them.
@@ -85,28 +94,51 @@ def run(
     ----------
     train
         The corpora to learn from, with commas between. Scenarios with the name of the one that
-        is tested are always left out.
+        is tested are always left out, from the extraction of SDCs too.
     test
         The corpus to test on.
     configurations
         Which to run.
+    done
+        Outcomes of scenarios that are known already, by configuration.
+    on_scenario
+        Told of each scenario that is done now, with its outcomes by configuration.
+    workers
+        Who follows the commands; each of them learns for itself, from the same examples.
+
+    Raises
+    ------
+    CorpusError
+        If that fails for a scenario, after all others are done.
     """
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
-    cost_without = learner(known, l2=l2, seed=seed, on_progress=on_progress)
-    chosen = annotated_commands(tested)
-    trees = dict(zip(chosen, parse_many(a.command.text for a in chosen.values()), strict=True))
-    names = sorted({a.command.scenario for a in chosen.values()})
-    found: dict[str, list[Outcome]] = {name: [] for name in configurations}
-    for number, name in enumerate(names):
+    names = sorted({a.command.scenario for a in annotated_commands(tested).values()})
+    asked = _Asked(train, test, tuple(configurations), l2, seed)
+    found = dict(done)
+    left = [name for name in names if name not in found]
+    workers = workers or Workers()
+    if left and workers == Workers():
+        _lessons(asked, on_progress)
+    failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
+    for item in work(functools.partial(_follow, asked=asked), left, workers):
+        if item.result is None:
+            failed.append(item)
+            continue
+        found[item.item] = item.result
+        if on_scenario:
+            on_scenario(item.item, item.result)
         if on_progress:
-            on_progress(f"following commands of {name}", number, len(names))
-        learned = cost_without(name)
-        for annotation in (a for a in chosen.values() if a.command.scenario == name):
-            for which, outcomes in found.items():
-                cost: Cost = RandomCost(seed) if which == "random" else learned
-                sdcs = trees[annotation.command.id].sdcs if which == "auto" else annotation.sdcs
-                outcomes.append(outcome(annotation, sdcs, Grounder(cost)))
+            on_progress("following commands, by scenario", len(found), len(names))
+    _LESSONS.clear()
+    if failed:
+        first = failed[0].error
+        raise CorpusError(
+            f"commands of {len(failed)} of {len(names)} scenarios can't be followed: "
+            f"{', '.join(f.item for f in failed)}",
+            where=test,
+            fix=f"the first says {type(first).__name__}: {first}",
+        ) from first
     metadata = {
         "table": 3,
         "judge": "automatic",
@@ -117,7 +149,55 @@ def run(
         "l2": l2,
         "seed": seed,
     }
-    return EndToEnd(found, metadata)
+    together = {
+        which: [o for name in names for o in found[name][which]] for which in asked.configurations
+    }
+    return EndToEnd(together, metadata)
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What decides of the outcomes, as `run` takes it."""
+
+    train: str
+    test: str
+    configurations: tuple[str, ...]
+    l2: float
+    seed: int
+
+
+_Lessons = tuple[Callable[[str], Scorer], Callable[[str], Extractor], tuple[Annotation, ...]]
+_LESSONS: dict[_Asked, _Lessons] = {}
+"""What this process has made ready to learn from and to test on; the last one only."""
+
+
+def _lessons(asked: _Asked, on_progress: OnProgress | None = None) -> _Lessons:
+    if asked not in _LESSONS:
+        known = [open_corpus(name) for name in asked.train.split(",")]
+        costs = learner(known, l2=asked.l2, seed=asked.seed, on_progress=on_progress)
+        tested = tuple(annotated_commands(open_corpus(asked.test)).values())
+        _LESSONS.clear()
+        _LESSONS[asked] = costs, extractor_learner(known), tested
+    return _LESSONS[asked]
+
+
+def _follow(scenario: str, *, asked: _Asked) -> Mapping[str, Sequence[Outcome]]:
+    """The outcomes of a scenario's commands by configuration."""
+    cost_without, extractor_without, tested = _lessons(asked)
+    own, learned = [a for a in tested if a.command.scenario == scenario], cost_without(scenario)
+    extracted: list[tuple[SDC, ...]] = []
+    if "auto" in asked.configurations:
+        texts = (a.command.text for a in own)
+        extracted = [p.sdcs for p in parse_many(texts, extractor=extractor_without(scenario))]
+    outcomes: dict[str, list[Outcome]] = {}
+    for which in asked.configurations:
+        cost: Cost = RandomCost(asked.seed) if which == "random" else learned
+        trees = extracted if which == "auto" else [a.sdcs for a in own]
+        outcomes[which] = [
+            outcome(annotation, sdcs, Grounder(cost))
+            for annotation, sdcs in zip(own, trees, strict=True)
+        ]
+    return outcomes
 
 
 def learner(

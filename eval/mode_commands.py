@@ -6,6 +6,7 @@ has written files.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -64,23 +65,55 @@ def table_2(given: Given, *, terminal: bool) -> str:
     return render(results, given["form"], metadata, terminal=terminal)
 
 
-def table_3(given: Given, *, terminal: bool) -> str:
-    """Table 3 by the automatic judge, with the judge's validity beside it."""
+def table_3(given: Given, *, terminal: bool) -> str | None:
+    """Table 3 by the automatic judge, with the judge's validity beside it.
+
+    With a file to write to, scenarios that are done are kept beside it until it is written.
+    """
+    from corpus_tools import __version__
+    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.bundled import open_corpus
+    from corpus_tools.parallel import Workers
     from eval.end_to_end import run
+    from eval.kept_outcomes import kept_beside
     from eval.plan_report import render
     from eval.studies.judge_report import in_a_line, with_validity
     from eval.studies.judge_validity import known_validity
+    from g3.features.registry import CATALOGUE_VERSION
 
-    train, test, seed = given["train"], given["test"], given["seed"]
+    train, test, seed, out = given["train"], given["test"], given["seed"], given["out"]
     drawn = {"draws": given["draws"] or DRAWS, "seed": seed}
+    options = {"l2": given["l2"] or 1.0, "seed": seed}
+    settings = {
+        "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
+        "program": __version__,
+        "features": CATALOGUE_VERSION,
+        **options,
+    }
+    kept = kept_beside(out, settings) if out else None
+    if kept and kept.scenarios:
+        click.echo(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}", err=True)
     with progress_bar("reading corpora") as on_progress:
-        result = run(train, test, l2=given["l2"] or 1.0, seed=seed, on_progress=on_progress)
+        result = run(
+            train,
+            test,
+            **options,
+            done=kept.scenarios if kept else {},
+            on_scenario=kept.keep if kept else None,
+            workers=Workers(given["jobs"], given["scheduler"]),
+            on_progress=on_progress,
+        )
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
     validity = known_validity(corpora, **drawn)
     if given["form"] == "json":
-        return with_validity(render(result, "json", **drawn), validity)
-    return f"{render(result, 'table', **drawn)}\n{in_a_line(validity)}"
+        text = with_validity(render(result, "json", **drawn), validity)
+    else:
+        text = f"{render(result, 'table', **drawn)}\n{in_a_line(validity)}"
+    if kept is None:
+        return text
+    write_bytes(out, f"{text}\n".encode())
+    kept.path.unlink(missing_ok=True)
+    return None
 
 
 def judge_validity(given: Given, *, terminal: bool) -> str:
@@ -206,16 +239,34 @@ def end_to_end(given: Given, *, terminal: bool) -> str:
             given["study_folder"],
             settings,
             ratings=given["ratings"],
+            pay=given["pay"],
             draws=given["draws"] or DRAWS,
             on_progress=on_progress,
         )
+    if given["crowd"]:
+        _offer(study.file, given)
     return render(study, _read_or_json(given), terminal=terminal)
 
 
-def table(given: Given, *, terminal: bool) -> str:
+def _offer(file: Path, given: Given) -> None:
+    """Offer a study's work at a crowd platform."""
+    try:
+        from eval.plan_study.rating import Crowd, offer
+    except ModuleNotFoundError as error:
+        raise CorpusError(
+            f"offering work needs the package {error.name}",
+            fix="pip install 'corpus-tools-g3[app]'",
+        ) from error
+    endpoint = os.environ.get("CT_CROWD_ENDPOINT")
+    crowd = Crowd(given["crowd"], given["url"], given["items"], given["sandbox"], endpoint)
+    for line in offer(file, crowd):
+        click.echo(line, err=True)
+
+
+def table(given: Given, *, terminal: bool) -> str | None:
     """One of the paper's tables."""
-    made = {1: table_1, 2: table_2, 3: table_3}[given["table"]]
-    return made(given, terminal=terminal)
+    makers: dict[int, Maker] = {1: table_1, 2: table_2, 3: table_3}
+    return makers[given["table"]](given, terminal=terminal)
 
 
 MAKERS: Mapping[str, Maker] = MappingProxyType(

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from eval.end_to_end import EndToEnd, Row, grounding_accuracy, reliability, table
+from eval.end_to_end import EndToEnd, Outcome, Row, grounding_accuracy, reliability, table
 from eval.formats import document
+from eval.studies.comparison import Comparison
+from eval.studies.comparison_report import NOTE, compare_commands, lines, records
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
 """The paper's figures, which are people's judgments."""
@@ -19,27 +21,39 @@ def render(
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold) if gold else (float("nan"), [])
     accuracy = grounding_accuracy(gold)
+    compared = _compared(result, draws=draws, seed=seed)
     if form == "json":
         content: dict[str, object] = {
             "rows": rows,
             "object_grounding_top1": accuracy,
             "expected_calibration_error": error,
             "reliability": diagram,
+            "comparisons": records(compared),
             "commands": {
-                name: [_command(o.command, o.probability, o.correct, o.reason) for o in outcomes]
-                for name, outcomes in result.outcomes.items()
+                name: [_command(o) for o in outcomes] for name, outcomes in result.outcomes.items()
             },
         }
         return document(content, dict(result.metadata))
-    return "\n".join([*_lines(rows), "", *_more(accuracy, error)])
+    return "\n".join([*_lines(rows), "", *lines(compared), NOTE, "", *_more(accuracy, error)])
 
 
-def _command(command: str, probability: float, correct: bool, reason: str) -> Row:
+def _compared(result: EndToEnd, *, draws: int, seed: int) -> list[Comparison]:
+    """Each two configurations on all commands, not only on those of which each is surest."""
+    shares = {
+        name: {o.command: float(o.correct) for o in outcomes}
+        for name, outcomes in result.outcomes.items()
+    }
+    scenarios = {o.command: o.scenario for own in result.outcomes.values() for o in own}
+    return compare_commands(shares, scenarios, draws=draws, seed=seed)
+
+
+def _command(outcome: Outcome) -> Row:
     return {
-        "command": command,
-        "probability": round(probability, 4),
-        "correct": int(correct),
-        "reason": reason,
+        "command": outcome.command,
+        "text": outcome.text,
+        "probability": round(outcome.probability, 4),
+        "correct": int(outcome.correct),
+        "reason": outcome.reason,
     }
 
 

@@ -9,17 +9,20 @@ import numpy as np
 import yaml
 
 from corpus_tools.atomic_file import write_bytes
+from corpus_tools.world.scenarios.documents import read_document
 from eval.plan_study.planning import PlanRecord, top
 from g3.annotation import Annotation
 
 STUDY, VIDEOS = "study.yaml", "videos"
+INSTANCE = "annotation"
+"""The annotation app's folder in the study's."""
 ANSWERS = 5
 """Judgments of each pair, as in the paper."""
 
 HEAD = """\
 # A rating study of plans, as in section 4.3 of the paper. Written by ct eval --end-to-end.
-# Start it with: ct annotate study.yaml
-# When people have rated: ct annotate export ratings, and give ct eval --ratings ratings
+# In this folder: ct annotate study.yaml --instance annotation
+# ct eval --end-to-end reads what people have rated there. Change what you like but for the pairs.
 """
 
 
@@ -82,19 +85,32 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
     return found
 
 
-def write_study(folder: Path, found: list[Pair], seed: int) -> Path:
-    """Write the study's file for ``ct annotate``; its pairs tell nothing of what made them."""
-    study = {
+def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
+    """Write the study's file for ``ct annotate``; its pairs tell nothing of what made them.
+
+    What somebody has changed in the file is kept, but for the pairs.
+
+    Parameters
+    ----------
+    pay
+        What is paid for a pair, in dollars; None leaves that as it is.
+    """
+    path = folder / STUDY
+    study: dict[str, object] = {
         "name": "plans",
         "title": "What is the forklift doing?",
         "videos": VIDEOS,
         "tasks": {"rate": {"answers": ANSWERS, "lease_minutes": 20, "practice": True}},
-        "pairs": [
-            {"text": pair.text, "video": pair.video, "own_video": pair.own_video} for pair in found
-        ],
         "seed": seed,
     }
+    known = read_document(path).value if path.exists() else None
+    if isinstance(known, dict):
+        study |= known
+    if pay is not None:
+        study["payment"] = {"amount": pay, "currency": "USD"}
+    study["pairs"] = [
+        {"text": pair.text, "video": pair.video, "own_video": pair.own_video} for pair in found
+    ]
     text = yaml.safe_dump(study, sort_keys=False, allow_unicode=True, width=100)
-    path = folder / STUDY
     write_bytes(path, (HEAD + text).encode())
     return path

@@ -17,14 +17,14 @@ from corpus_tools.progress import OnProgress
 from corpus_tools.world.execute import execute
 from corpus_tools.world.recording import to_context
 from eval.end_to_end import TOP, annotated_commands, learner
+from eval.held_out_trees import extractor_learner
 from eval.judge import judge
 from eval.plan_study.settings import Settings
 from g3.annotation import Annotation
 from g3.inference.costs import RandomCost
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.state import start_state
-from g3.language.parser import parse_many
-from g3.sdc import SDC
+from g3.language.parser import parse
 
 CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
@@ -62,7 +62,6 @@ class Unit:
 
     configuration: str
     annotation: Annotation
-    sdcs: tuple[SDC, ...]
 
     @property
     def name(self) -> str:
@@ -89,12 +88,7 @@ def plan_all(
     for name in (PLANS, RUNS):
         (folder / name).mkdir(exist_ok=True)
     commands = chosen_commands(settings)
-    trees = parse_many(a.command.text for a in commands)
-    units = [
-        Unit(which, a, tree.sdcs if which == "auto" else a.sdcs)
-        for a, tree in zip(commands, trees, strict=True)
-        for which in CONFIGURATIONS
-    ]
+    units = [Unit(which, a) for a in commands for which in CONFIGURATIONS]
     todo = [unit for unit in units if not _kept(folder, unit).exists()]
     done = len(units) - len(todo)
     learning: OnProgress | None = None
@@ -131,16 +125,20 @@ def _kept(folder: Path, unit: Unit) -> Path:
 def _planned(
     units: list[Unit], settings: Settings, on_progress: OnProgress | None
 ) -> Iterator[tuple[Unit, Plan | None, str]]:
-    """The best plan of each unit, learned without its scenario."""
+    """The best plan of each unit; costs and extraction are learned without its scenario."""
     if not units:
         return
     known = [open_corpus(name) for name in settings.train.split(",")]
     cost_without = learner(known, l2=settings.l2, seed=settings.seed, on_progress=on_progress)
+    extractor_without = extractor_learner(known)
     for unit in units:
+        annotation, sdcs = unit.annotation, unit.annotation.sdcs
+        scenario = annotation.command.scenario
+        if unit.configuration == "auto":
+            sdcs = parse(annotation.command.text, extractor=extractor_without(scenario)).sdcs
         is_random = unit.configuration == "random"
-        scenario = unit.annotation.command.scenario
         grounder = Grounder(RandomCost(settings.seed) if is_random else cost_without(scenario))
-        result = grounder.follow(unit.sdcs, unit.annotation.context, least=0.0)
+        result = grounder.follow(sdcs, annotation.context, least=0.0)
         yield unit, result.plan, result.note
 
 

@@ -10,9 +10,11 @@ import numpy as np
 
 from eval.end_to_end import Row, interval
 from eval.plan_study.pairs import Pair
-from eval.plan_study.planning import PlanRecord, top
+from eval.plan_study.planning import CONFIGURATIONS, PlanRecord, top
 from eval.statistics import Estimate
-from eval.studies.intervals import bootstrap, two_way_bootstrap
+from eval.studies.comparison import Comparison
+from eval.studies.comparison_report import compare_commands
+from eval.studies.intervals import bootstrap, two_way
 from eval.studies.raters import majorities
 from eval.studies.ratings import AGREES, codes
 from g3.annotation import RATINGS, Judgment
@@ -37,7 +39,7 @@ class RatedRow:
     share
         Judgments that agree, with whole scenarios resampled.
     two_way
-        The same with scenarios and raters resampled.
+        The same for other scenarios and other raters.
     majority
         The part of the pairs of which more than half of the judgments agree.
     judgments, rated
@@ -71,7 +73,7 @@ def by_people(
         If a rating is of a pair that the study hasn't, with its row.
     """
     check_ratings(pairs, judgments)
-    scenarios = {r.command: r.scenario for r in records}
+    scenarios = _scenarios(records)
     rows = []
     for name in (*ROWS, *KNOWN):
         which, only_top = ROWS.get(name, (name, False))
@@ -131,6 +133,42 @@ def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Row]:
     return rows
 
 
+def compare_people(
+    pairs: Sequence[Pair],
+    records: list[PlanRecord],
+    judgments: Sequence[Judgment],
+    *,
+    seed: int,
+    draws: int,
+) -> list[Comparison]:
+    """What people say of configurations, compared on the commands that were rated in both."""
+    of_pair = {(p.text, p.own_video, p.video): p for p in pairs if p.is_plan}
+    agrees: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
+    for j in judgments:
+        pair = of_pair.get((j.command, j.command_video, j.shown_video))
+        if pair is not None:
+            told = agrees[pair.configuration].setdefault(pair.command, [])
+            told.append(RATINGS.index(j.rating) + 1 >= AGREES)
+    shares = {
+        name: {command: float(np.mean(told)) for command, told in own.items()}
+        for name, own in agrees.items()
+    }
+    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+
+
+def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
+    """The same by the automatic judge, on all commands."""
+    shares = {
+        name: {r.command: float(r.correct) for r in records if r.configuration == name}
+        for name in CONFIGURATIONS
+    }
+    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+
+
+def _scenarios(records: list[PlanRecord]) -> dict[str, str]:
+    return {r.command: r.scenario for r in records}
+
+
 def _rated(
     name: str,
     pairs: Sequence[Pair],
@@ -155,7 +193,7 @@ def _rated(
     return RatedRow(
         name,
         bootstrap(agrees, place, rng=rng, draws=draws),
-        two_way_bootstrap(agrees, place, rater, rng=rng, draws=draws),
+        two_way(agrees, place, rater),
         float(majorities(agrees, pair).mean()),
         len(mine),
         len(np.unique(pair)),

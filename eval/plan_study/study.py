@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
+from math import isnan
 from pathlib import Path
 from typing import Literal
 
@@ -17,13 +19,23 @@ from eval.end_to_end import Row
 from eval.formats import document, table_text
 from eval.plan_report import PAPER
 from eval.plan_study.filming import film_all
-from eval.plan_study.pairs import ANSWERS, Pair, pairs, write_study
-from eval.plan_study.planning import PlanRecord, chosen_commands, plan_all
-from eval.plan_study.results import RatedRow, by_judge, by_people
+from eval.plan_study.pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
+from eval.plan_study.planning import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
+from eval.plan_study.results import (
+    RatedRow,
+    by_judge,
+    by_people,
+    compare_judge,
+    compare_people,
+)
 from eval.plan_study.settings import Settings, check_settings
 from eval.statistics import Estimate
+from eval.studies.comparison import Comparison
+from eval.studies.comparison_report import NOTE, TITLE, comparison_table
+from eval.studies.comparison_report import records as comparison_records
 from eval.studies.judge_report import in_a_line, summary
 from eval.studies.judge_validity import Validity, known_validity
+from g3.annotation import Judgment
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +50,8 @@ class Study:
         Rows of Table 3 by people; empty without ratings.
     automatic
         The same by the automatic judge.
+    compared_by_people, compared
+        Each two configurations on the commands that both have, by people and by the judge.
     """
 
     settings: Settings
@@ -47,6 +61,8 @@ class Study:
     people: Sequence[RatedRow]
     automatic: Sequence[Row]
     validity: Validity | None
+    compared_by_people: Sequence[Comparison] = ()
+    compared: Sequence[Comparison] = ()
 
 
 def go_on(
@@ -54,10 +70,18 @@ def go_on(
     settings: Settings,
     *,
     ratings: Path | None = None,
+    pay: float | None = None,
     draws: int = 2000,
     on_progress: OnProgress | None = None,
 ) -> Study:
     """Do what hasn't been done yet, and read the ratings that there are.
+
+    Parameters
+    ----------
+    ratings
+        A corpus that holds them; by default they are read from the app's database in the folder.
+    pay
+        What people get for a pair, in dollars; None if the study's file tells.
 
     Raises
     ------
@@ -71,8 +95,8 @@ def go_on(
     records = plan_all(folder, settings, _half(on_progress, 0))
     found = pairs(records, chosen_commands(settings), settings.seed)
     film_all(folder, settings.test, found, _half(on_progress, 1))
-    file = write_study(folder, found, settings.seed)
-    judgments = load_corpus(ratings).judgments if ratings else ()
+    file = write_study(folder, found, settings.seed, pay)
+    judgments = _judgments(folder, ratings)
     options = {"seed": settings.seed, "draws": draws}
     return Study(
         settings,
@@ -82,7 +106,19 @@ def go_on(
         by_people(found, records, judgments, **options) if judgments else (),
         by_judge(records, **options),
         known_validity(corpora.values(), **options),
+        compare_people(found, records, judgments, **options) if judgments else (),
+        compare_judge(records, **options),
     )
+
+
+def _judgments(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
+    if ratings is not None:
+        return load_corpus(ratings).judgments
+    if find_spec("sqlalchemy") is None:
+        return ()
+    from eval.plan_study.rating import received  # noqa: PLC0415 - an extra
+
+    return received(folder)
 
 
 def _half(on_progress: OnProgress | None, which: int) -> OnProgress | None:
@@ -103,31 +139,58 @@ def render(study: Study, form: Literal["table", "json"], *, terminal: bool = Fal
             "study": str(study.file),
             "pairs": len(study.pairs),
             "people": people,
-            "automatic": {"rows": study.automatic, "judge_validity": validity},
+            "people_compared": comparison_records(study.compared_by_people),
+            "automatic": {
+                "rows": study.automatic,
+                "comparisons": comparison_records(study.compared),
+                "judge_validity": validity,
+            },
+            "commands": {name: _told(study.records, name) for name in CONFIGURATIONS},
             "failures": [{"run": r.run, "failure": r.failure} for r in study.records if r.failure],
         }
         return document(content, about)
     tables = {"People's judgments": _people(study.people)} if study.people else {}
+    if study.compared_by_people:
+        tables[f"People's judgments: {TITLE}"] = comparison_table(study.compared_by_people)
     tables["The automatic judge (a program, not people)"] = _automatic(study.automatic)
+    if study.compared:
+        tables[f"The automatic judge: {TITLE}"] = comparison_table(study.compared)
     return table_text(tables, _notes(study), about, terminal=terminal)
+
+
+def _told(records: Sequence[PlanRecord], configuration: str) -> list[dict[str, object]]:
+    return [
+        {
+            "command": r.command,
+            "text": r.text,
+            "probability": r.probability,
+            "correct": int(r.correct),
+            "reason": r.reason,
+            "run": r.run,
+        }
+        for r in records
+        if r.configuration == configuration
+    ]
 
 
 def _notes(study: Study) -> list[str]:
     failed = sum(bool(r.failure) for r in study.records)
     found = [
+        NOTE,
         in_a_line(study.validity),
         f"{failed} of {len(study.records)} plans were stopped in physics; their videos end there",
         f"{len(study.pairs)} pairs of commands and videos to rate by {ANSWERS} people each: "
-        f"ct annotate {study.file}",
+        f"ct annotate {study.file} --instance {study.file.parent / INSTANCE}",
     ]
     if study.people:
         found.append(
-            "95%: percentile intervals with whole scenarios resampled; scenarios, raters: both"
+            "95%: percentile intervals with whole scenarios resampled; scenarios, raters: for "
+            "others of both"
         )
     else:
         found.append(
-            "nobody's ratings were given: ct annotate export RATINGS --study plans, "
-            "then --ratings RATINGS"
+            "nobody has rated yet; ratings are read from the app's database in the study's folder, "
+            "or from --ratings, which `ct annotate export` writes"
         )
     return found
 
@@ -180,4 +243,4 @@ def _flat(row: RatedRow) -> dict[str, object]:
 
 
 def _interval(estimate: Estimate) -> str:
-    return f"{estimate.low:.2f} to {estimate.high:.2f}"
+    return "-" if isnan(estimate.low) else f"{estimate.low:.2f} to {estimate.high:.2f}"

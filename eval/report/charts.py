@@ -6,21 +6,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import NamedTuple
 
 from eval.report.reliability import Bin
 
 INK, GREY, FAINT, BLUE, ORANGE = "#1f2430", "#6b7280", "#e3e6ea", "#0072b2", "#d55e00"
-WIDTH, LABELS, VALUES = 640, 190, 150
-"""Of a chart of intervals, and of what stands left and right of its bars; pixels."""
-LINE = 28
+WIDTH, EDGE, LINE = 440, 8, 42
+"""Of a chart of intervals, of its margins, and of a bar with its label above; pixels. Narrow, so
+that it can be read on a telephone."""
 SIDE, MARGIN = 340, 58
 """Of a reliability diagram, pixels."""
 TICKS = (0.0, 0.25, 0.5, 0.75, 1.0)
+SIGNED_TICKS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A figure between 0 and 1 with its interval.
+    """A figure with its interval.
 
     Parameters
     ----------
@@ -40,16 +42,26 @@ class Bar:
 
 
 def intervals(bars: Sequence[Bar], title: str) -> str:
-    """Figures as points with whiskers, the paper's as hollow diamonds."""
-    height = LINE * len(bars) + 44
-    left, right = LABELS, WIDTH - VALUES
+    """Figures between 0 and 1 as points with whiskers, the paper's as hollow diamonds."""
+    return _intervals(bars, title, TICKS, "{:.2f}")
+
+
+def differences(bars: Sequence[Bar], title: str) -> str:
+    """Figures between -1 and 1 as points with whiskers, and a line where there is none."""
+    return _intervals(bars, title, SIGNED_TICKS, "{:+.2f}")
+
+
+def _intervals(bars: Sequence[Bar], title: str, ticks: Sequence[float], form: str) -> str:
+    height = LINE * len(bars) + 30
+    axis = _Axis(EDGE, WIDTH - EDGE, ticks[0], ticks[-1])
     parts = [_open(WIDTH, height, title)]
-    for tick in TICKS:
-        x = left + tick * (right - left)
-        parts.append(_line(x, 8, x, height - 34, FAINT))
-        parts.append(_text(x, height - 18, f"{tick:g}", GREY, "middle"))
+    anchors = ("start", *["middle"] * (len(ticks) - 2), "end")
+    for tick, anchor in zip(ticks, anchors, strict=True):
+        x = axis.at(tick)
+        parts.append(_line(x, 4, x, height - 24, FAINT if tick or not ticks[0] else GREY))
+        parts.append(_text(x, height - 8, f"{tick:g}", GREY, anchor))
     for i, bar in enumerate(bars):
-        parts += _bar(bar, 8 + LINE * (i + 0.5), left, right - left)
+        parts += _bar(bar, LINE * (i + 0.75), axis, form)
     return "".join([*parts, "</svg>"])
 
 
@@ -83,23 +95,39 @@ def reliability(bins: Sequence[Bin], title: str) -> str:
     return "".join([*parts, "</svg>"])
 
 
-def _bar(bar: Bar, y: float, left: float, width: float) -> list[str]:
-    parts = [_text(left - 12, y + 4, bar.label, INK, "end")]
+class _Axis(NamedTuple):
+    """Where figures lie, pixels."""
+
+    left: float
+    right: float
+    least: float
+    most: float
+
+    def at(self, value: float) -> float:
+        return self.left + (value - self.least) / (self.most - self.least) * (
+            self.right - self.left
+        )
+
+
+def _bar(bar: Bar, y: float, axis: _Axis, form: str) -> list[str]:
+    above = y - 13
+    parts = [_text(axis.left, above, bar.label, INK)]
     if math.isnan(bar.value):
-        return [*parts, _text(left + width + 14, y + 4, "undefined", GREY)]
-    shown = f"{bar.value:.2f}"
+        return [*parts, _text(axis.right, above, "undefined", GREY, "end")]
+    shown = form.format(bar.value)
     if not math.isnan(bar.low):
-        shown += f" ({bar.low:.2f}–{bar.high:.2f})"
-        parts.append(_line(left + bar.low * width, y, left + bar.high * width, y, BLUE, width=2.5))
-    parts.append(f'<circle cx="{left + bar.value * width:.1f}" cy="{y}" r="4.5" fill="{BLUE}"/>')
+        between = "–" if axis.least == 0 else " to "
+        shown += f" ({form.format(bar.low)}{between}{form.format(bar.high)})"
+        parts.append(_line(axis.at(bar.low), y, axis.at(bar.high), y, BLUE, width=2.5))
+    parts.append(f'<circle cx="{axis.at(bar.value):.1f}" cy="{y}" r="4.5" fill="{BLUE}"/>')
     if bar.paper is not None:
-        x = left + bar.paper * width
+        x = axis.at(bar.paper)
         parts.append(
             f'<path d="M{x - 5:.1f} {y}L{x:.1f} {y - 5}L{x + 5:.1f} {y}L{x:.1f} {y + 5}Z" '
             f'fill="none" stroke="{ORANGE}" stroke-width="1.6">'
             f"<title>the paper: {bar.paper:.2f}</title></path>"
         )
-    return [*parts, _text(left + width + 14, y + 4, shown, INK)]
+    return [*parts, _text(axis.right, above, shown.replace("-", "−"), INK, "end")]
 
 
 def _open(width: float, height: float, title: str) -> str:

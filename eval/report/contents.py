@@ -18,7 +18,7 @@ from eval.correspondence import Row, table_rows
 from eval.error_lists import ErrorList, error_lists
 from eval.learning_curve import CurvePoint, write_plot
 from eval.protocol import Choices
-from eval.report.gallery import Shown, examples
+from eval.report.gallery import Failed, Shown, examples, failures
 from eval.report.plans import Plans, read_plans
 from eval.report.reliability import Bin, bins
 from eval.studies.judge_validity import Validity, known_validity
@@ -77,8 +77,8 @@ class Contents:
         The learning curve's points, and its plot.
     errors
         The lists of section 4.2.
-    table_2, validity, plans, shown
-        Ratings by people, the judge against them, Table 3, and example videos.
+    table_2, validity, plans, shown, failures
+        Ratings by people, the judge against them, Table 3, example videos, and wrong plans'.
     provenance
         What it was made of and with.
     commands
@@ -95,6 +95,7 @@ class Contents:
     validity: Validity | None
     plans: Plans | None
     shown: Sequence[Shown]
+    failures: Sequence[Failed]
     provenance: dict[str, object]
     commands: Sequence[str]
 
@@ -138,6 +139,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress | None = None) -> Con
         known_validity([corpus], **draws),
         plans,
         shown,
+        failures(plans, EXAMPLES) if plans else (),
         {
             "corpus": corpus.name,
             "corpus_hash": corpus.hash,

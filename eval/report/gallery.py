@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from corpus_tools.corpus.model import Corpus
+from eval.report.plans import JudgedPlan, Plans
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject
@@ -85,6 +86,34 @@ def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
             fix="make some with `ct render-videos --out FOLDER`",
         )
     return [_shown(folder, m, first[m["id"]]) for folder, m in shown[:most]]
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A plan that is wrong, as people would see it.
+
+    Parameters
+    ----------
+    plan
+        With why it is wrong.
+    video, poster
+        As data URIs.
+    """
+
+    plan: JudgedPlan
+    video: str
+    poster: str
+
+
+def failures(plans: Plans, most: int) -> list[Failed]:
+    """The most probable of the wrong plans, as far as their study's videos are here."""
+    found: list[Failed] = []
+    for plan in plans.wrong("gold"):
+        folder = Path(plans.study).parent / "videos" / plan.run
+        if plan.run and (folder / "video.mp4").exists() and len(found) < most:
+            video = _uri(folder / "video.mp4", "video/mp4")
+            found.append(Failed(plan, video, _uri(folder / "poster.png", "image/png")))
+    return found
 
 
 def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Shown:

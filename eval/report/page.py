@@ -8,14 +8,14 @@ import re
 from collections.abc import Sequence
 from importlib.resources import files
 from importlib.util import find_spec
-from typing import Any
 
 from eval.correspondence import PAPER_TABLE_1, Row
 from eval.plan_report import PAPER as PAPER_TABLE_3
-from eval.report.charts import Bar, intervals, reliability
+from eval.report.charts import Bar, differences, intervals, reliability
 from eval.report.contents import Contents
-from eval.report.plans import PlanRow, Plans
+from eval.report.plans import Compared, PlanRow
 from eval.report.reliability import calibration_error
+from eval.studies.comparison_report import shown_p
 from eval.studies.judge_report import CONFIGURATIONS, notes
 from eval.studies.judge_validity import Validity, confusion
 from eval.studies.table_2 import PAPER as PAPER_TABLE_2
@@ -55,7 +55,7 @@ def page(contents: Contents) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"f2": _two, "f3": _three}
+    environment.filters |= {"f2": _two, "f3": _three, "signed": _signed, "p": shown_p}
     template = environment.from_string(
         files("eval.report").joinpath("page.html").read_text(encoding="utf-8")
     )
@@ -71,7 +71,7 @@ def page(contents: Contents) -> str:
         table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
         validity_notes=notes(contents.validity) if contents.validity else [],
         confusions=_confusions(contents.validity),
-        wrong=_wrong_plans(contents.plans),
+        wrong=contents.plans.wrong("gold")[:WRONG_PLANS] if contents.plans else [],
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
 
@@ -87,6 +87,11 @@ def _charts(contents: Contents) -> dict[str, str]:
     if contents.plans:
         found["table_3"] = intervals(_of_table_3(contents.plans.rows), "Table 3 with intervals")
         found["people"] = intervals(_of_table_3(contents.plans.people), "Table 3 by people")
+        for name, compared in (
+            ("compared", contents.plans.compared),
+            ("people_compared", contents.plans.people_compared),
+        ):
+            found[name] = differences(_of_comparisons(compared), "Differences with intervals")
         found["plans"] = reliability(contents.plans.reliability, "Reliability of plans")
     return found
 
@@ -118,6 +123,10 @@ def _of_table_3(rows: Sequence[PlanRow]) -> list[Bar]:
     ]
 
 
+def _of_comparisons(compared: Sequence[Compared]) -> list[Bar]:
+    return [Bar(f"{c.one} − {c.other}", c.difference, c.low, c.high) for c in compared]
+
+
 def _confusions(validity: Validity | None) -> dict[str, dict[str, int]]:
     if validity is None:
         return {}
@@ -127,19 +136,16 @@ def _confusions(validity: Validity | None) -> dict[str, dict[str, int]]:
     }
 
 
-def _wrong_plans(plans: Plans | None) -> list[Any]:
-    """Plans that are wrong and yet probable, of the configuration with annotated SDCs."""
-    found = plans.commands.get("gold", ()) if plans else ()
-    wrong = [plan for plan in found if not plan.correct]
-    return sorted(wrong, key=lambda plan: (-plan.probability, plan.command))[:WRONG_PLANS]
-
-
 def _said(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def _two(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{value:.2f}"
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.2f}".replace("-", "−")
 
 
 def _three(value: float | None) -> str:

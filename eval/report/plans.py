@@ -34,6 +34,22 @@ class JudgedPlan(msgspec.Struct, frozen=True):
     probability: float
     correct: int
     reason: str
+    text: str = ""
+    run: str = ""
+
+
+class Compared(msgspec.Struct, frozen=True):
+    """Two configurations on the commands that both have."""
+
+    one: str
+    other: str
+    n: int
+    difference: float
+    low: float
+    high: float
+    p: float
+    adjusted_p: float
+    effect: float
 
 
 class PlanBin(msgspec.Struct, frozen=True):
@@ -48,6 +64,7 @@ class AutomaticRows(msgspec.Struct, frozen=True):
     """The rows of a study by the automatic judge."""
 
     rows: list[PlanRow]
+    comparisons: list[Compared] = []
     judge_validity: dict[str, Any] | None = None
 
 
@@ -60,6 +77,9 @@ class PlanFile(msgspec.Struct, frozen=True):
     rows: list[PlanRow] = []
     automatic: AutomaticRows | None = None
     people: list[PlanRow] | None = None
+    comparisons: list[Compared] = []
+    people_compared: list[Compared] = []
+    study: str = ""
     judge_validity: dict[str, Any] | None = None
     commands: dict[str, list[JudgedPlan]] = {}
     reliability: list[PlanBin] = []
@@ -77,6 +97,10 @@ class Plans:
         A row for each configuration, by the automatic judge.
     people
         The same by people, with known right and wrong pairs; empty if nobody has rated.
+    compared, people_compared
+        Each two configurations, by the judge and by people.
+    study
+        The file of the study that it is of; empty if there is none.
     commands
         By configuration, the verdict on each command's plan.
     reliability
@@ -89,6 +113,9 @@ class Plans:
 
     rows: Sequence[PlanRow]
     people: Sequence[PlanRow]
+    compared: Sequence[Compared]
+    people_compared: Sequence[Compared]
+    study: str
     commands: Mapping[str, Sequence[JudgedPlan]]
     reliability: Sequence[Bin]
     calibration_error: float | None
@@ -96,6 +123,11 @@ class Plans:
     validity: Mapping[str, Any] | None
     provenance: Mapping[str, Any]
     document: Mapping[str, Any]
+
+    def wrong(self, configuration: str) -> list[JudgedPlan]:
+        """Wrong plans of a configuration, those that were thought most probable first."""
+        found = [plan for plan in self.commands.get(configuration, ()) if not plan.correct]
+        return sorted(found, key=lambda plan: (-plan.probability, plan.command))
 
 
 def read_plans(path: Path) -> Plans:
@@ -114,13 +146,18 @@ def read_plans(path: Path) -> Plans:
         raise FormatError(f"it can't be read: {error.strerror}", where=str(path)) from error
     except (msgspec.MsgspecError, ValueError) as error:
         raise FormatError(f"this is no Table 3: {error}", where=str(path), fix=MADE_BY) from error
-    automatic = found.automatic or AutomaticRows(found.rows, found.judge_validity)
+    automatic = found.automatic or AutomaticRows(
+        found.rows, found.comparisons, found.judge_validity
+    )
     if not automatic.rows:
         raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
     nan = float("nan")
     return Plans(
         automatic.rows,
         found.people or (),
+        automatic.comparisons,
+        found.people_compared,
+        found.study,
         found.commands,
         [Bin(b.stated, b.correct, nan, nan, b.n) for b in found.reliability],
         found.expected_calibration_error,

@@ -8,14 +8,18 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from corpus_tools.corpus.atomic import check_target, write_folder
 from eval.formats import delimited, document, render
 from eval.plan_report import PAPER
 from eval.report.contents import Contents
 from eval.report.page import check_installed, page
-from eval.report.plans import PlanRow
+from eval.report.plans import Compared, PlanRow, Plans
 from eval.studies import judge_report
 from eval.studies import table_2 as rated
+from eval.studies.comparison_report import COLUMNS as COMPARISON_COLUMNS
+from eval.studies.comparison_report import shown_p
 
 MARKER = "report.json"
 PLAN_COLUMNS = ("configuration", "judge", "precision", "low", "high", "n", "paper")
@@ -62,7 +66,18 @@ def _files(contents: Contents) -> dict[str, str]:
         found["table-3.csv"] = delimited(
             _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS
         )
-        found["table-3.tex"] = _latex(contents.plans.rows)
+        found["table-3.tex"] = _latex(contents.plans)
+        compared = [
+            {"judge": judge, **msgspec.to_builtins(c)}
+            for judge, several in (
+                ("automatic", contents.plans.compared),
+                ("people", contents.plans.people_compared),
+            )
+            for c in several
+        ]
+        found["table-3-comparisons.csv"] = delimited(
+            compared, {}, columns=("judge", *COMPARISON_COLUMNS)
+        )
     return found
 
 
@@ -101,17 +116,51 @@ def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
     ]
 
 
-def _latex(rows: Sequence[PlanRow]) -> str:
-    lines = [
-        "% Judged by a program; the paper's figures are people's judgments.",
-        r"\begin{tabular}{lrrr}",
-        r"\toprule",
-        r"Configuration & Right & Paper & $n$ \\",
-        r"\midrule",
-    ]
+def _latex(plans: Plans) -> str:
+    parts = [_rows_latex("Judged by a program; the paper's figures are people's.", plans.rows)]
+    if plans.people:
+        parts.append(_rows_latex("Judged by people.", plans.people))
+    for who, several in (("a program", plans.compared), ("people", plans.people_compared)):
+        if several:
+            parts.append(_compared_latex(f"Configurations compared, judged by {who}.", several))
+    return "\n\n".join(parts)
+
+
+def _rows_latex(title: str, rows: Sequence[PlanRow]) -> str:
+    cells = []
     for row in rows:
         bounds = "" if row.low is None else rf" {{\scriptsize [{row.low:.2f}, {row.high:.2f}]}}"
         paper = PAPER.get(row.configuration)
         shown = "--" if paper is None else f"{paper:.2f}"
-        lines.append(rf"{row.configuration} & {row.precision:.2f}{bounds} & {shown} & {row.n} \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+        cells.append((row.configuration, f"{row.precision:.2f}{bounds}", shown, str(row.n)))
+    return _tabular(title, ("Configuration", "Right", "Paper", "$n$"), cells)
+
+
+def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
+    cells = [
+        (
+            f"{c.one} $-$ {c.other}",
+            rf"${c.difference:+.2f}$ {{\scriptsize [${c.low:+.2f}$, ${c.high:+.2f}$]}}",
+            f"${shown_p(c.adjusted_p)}$",
+            f"${c.effect:+.2f}$",
+            str(c.n),
+        )
+        for c in compared
+    ]
+    return _tabular(title, ("", "Difference", "$p$, Holm", "$h$", "$n$"), cells)
+
+
+def _tabular(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [" & ".join(row) + r" \\" for row in (headings, *rows)]
+    return "\n".join(
+        [
+            f"% {title}",
+            rf"\begin{{tabular}}{{l{'r' * (len(headings) - 1)}}}",
+            r"\toprule",
+            lines[0],
+            r"\midrule",
+            *lines[1:],
+            r"\bottomrule",
+            r"\end{tabular}",
+        ]
+    )

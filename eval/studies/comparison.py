@@ -1,9 +1,9 @@
-"""Configurations compared on the same commands, with correction for comparing many."""
+"""Configurations compared on the commands that they share, corrected for comparing many."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -19,6 +19,8 @@ class Comparison:
 
     Parameters
     ----------
+    n
+        How many commands both have.
     difference
         Of the shares, the first's less the second's, with a bootstrap's bounds.
     p
@@ -31,6 +33,7 @@ class Comparison:
 
     one: str
     other: str
+    n: int
     difference: Estimate
     p: float
     adjusted_p: float
@@ -45,36 +48,42 @@ def compare_all(
     draws: int = 10_000,
     level: float = LEVEL,
 ) -> list[Comparison]:
-    """Compare each two configurations.
+    """Compare each two configurations on the commands that both have; none are left out.
 
     Parameters
     ----------
     shares
-        By configuration, the part of each command's judgments that agree, shape (commands,).
+        By configuration, the part of each command's judgments that agree, shape (commands,); NaN
+        where it has none.
     cluster
         Each command's cluster, such as its video, shape (commands,).
     """
-    _, index = np.unique(cluster, return_inverse=True)
-    sizes = np.bincount(index)
-    times = rng.multinomial(len(sizes), np.full(len(sizes), 1 / len(sizes)), size=draws)
-    pairs = list(combinations(shares, 2))
     found = []
-    for one, other in pairs:
-        differences = shares[one] - shares[other]
-        sums = np.bincount(index, weights=differences)
-        low, high = np.quantile(
-            (times @ sums) / (times @ sizes), ((1 - level) / 2, (1 + level) / 2)
-        )
-        estimate = Estimate(float(differences.mean()), float(low), float(high))
-        effect = cohens_h(float(shares[one].mean()), float(shares[other].mean()))
-        found.append((estimate, clustered_mcnemar(differences, index), effect))
-    adjusted = holm([p for _, p, _ in found])
+    for one, other in combinations(shares, 2):
+        both = ~np.isnan(shares[one]) & ~np.isnan(shares[other])
+        if both.any():
+            mine, theirs = shares[one][both], shares[other][both]
+            _, index = np.unique(cluster[both], return_inverse=True)
+            estimate = _difference(mine - theirs, index, rng, draws, level)
+            effect = cohens_h(float(mine.mean()), float(theirs.mean()))
+            p = clustered_mcnemar(mine - theirs, index)
+            found.append(Comparison(one, other, int(both.sum()), estimate, p, p, effect))
+    adjusted = holm([c.p for c in found])
     return [
-        Comparison(one, other, estimate, p, float(corrected), effect)
-        for (one, other), (estimate, p, effect), corrected in zip(
-            pairs, found, adjusted, strict=True
-        )
+        replace(c, adjusted_p=float(corrected))
+        for c, corrected in zip(found, adjusted, strict=True)
     ]
+
+
+def _difference(
+    differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int, level: float
+) -> Estimate:
+    """Their mean, with whole clusters resampled."""
+    sizes = np.bincount(cluster)
+    sums = np.bincount(cluster, weights=differences)
+    times = rng.multinomial(len(sizes), np.full(len(sizes), 1 / len(sizes)), size=draws)
+    bounds = np.quantile((times @ sums) / (times @ sizes), ((1 - level) / 2, (1 + level) / 2))
+    return Estimate(float(differences.mean()), *(float(bound) for bound in bounds))
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:

@@ -44,6 +44,7 @@ def summary(validity: Validity) -> dict[str, object]:
         "kappa": validity.kappa._asdict(),
         "accuracy": validity.accuracy._asdict(),
         "auc": validity.auc._asdict(),
+        "kappa_of_other_videos": _kappa(_of(validity, "random")),
         "n": len(validity.pairs),
         "left_out": validity.left_out,
         "configurations": {name: confusion(_of(validity, name)) for name in CONFIGURATIONS},
@@ -62,7 +63,7 @@ def notes(validity: Validity) -> list[str]:
         f"{_interval(validity.auc)}",
         "95%: percentile intervals with whole videos resampled",
         "a command's own video is right to the judge always, so that kappa speaks for telling own "
-        f"videos from others; among others alone it is {_kappa(_of(validity, 'random')):.2f}",
+        f"videos from others; {_near_misses(validity)}",
     ]
     if validity.left_out:
         found.append(f"{validity.left_out} pairs are left out: a video has no log in the corpus")
@@ -84,7 +85,8 @@ def in_a_line(validity: Validity | None) -> str:
         )
     return (
         f"The automatic judge against the majority of people: kappa {_interval(validity.kappa)}, "
-        f"same verdict {_interval(validity.accuracy)}, {len(validity.pairs)} pairs."
+        f"same verdict {_interval(validity.accuracy)}, {len(validity.pairs)} pairs; "
+        f"{_near_misses(validity)}."
     )
 
 
@@ -95,6 +97,16 @@ def _of(validity: Validity, configuration: str) -> list[JudgedPair]:
 def _kappa(pairs: Sequence[JudgedPair]) -> float:
     counts = np.array([*confusion(pairs).values()], dtype=float)
     return float(cohens_kappa(counts.reshape(2, 2))) if pairs else float("nan")
+
+
+def _near_misses(validity: Validity) -> str:
+    others = _of(validity, "random")
+    fit = [p for p in others if p.people]
+    return (
+        f"on near misses it is not validated: of {len(others)} pairs with another video {len(fit)} "
+        f"fit to people, and the judge agrees on {sum(p.judge for p in fit)} (kappa among them "
+        f"{_kappa(others):.2f})"
+    )
 
 
 def _confusion(validity: Validity) -> Table:

@@ -15,7 +15,7 @@ from corpus_tools.agreement import krippendorff_alpha
 from corpus_tools.simulation.raters import STUDY as SIMULATED
 from eval.formats import Format, delimited, document, metadata_text, table_text
 from eval.statistics import BoolArray, Estimate
-from eval.studies.intervals import bootstrap, clopper_pearson, gee, two_way_bootstrap, wilson
+from eval.studies.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
 from eval.studies.ordinal import CumulativeLink, cliffs_delta, cumulative_link
 from eval.studies.raters import dawid_skene, majorities
 from eval.studies.ratings import Ratings, of_study, ratings_of, repeated
@@ -41,7 +41,7 @@ class Row:
     share
         Judgments that agree or agree strongly, with whole videos resampled.
     two_way
-        The same with videos and raters resampled.
+        The same for other videos and other raters.
     wilson, exact
         The same with judgments taken for independent, which is too narrow.
     n, pairs, videos, raters
@@ -145,7 +145,8 @@ def table_2(
     shown = [ratings.rating[of] for _, of in _configurations(ratings)]
     has_both = all(len(found) for found in shown)
     link = None
-    if models and has_both:
+    several = all(len(np.unique(of)) > 1 for of in (ratings.rating, ratings.video))
+    if models and has_both and several:
         predictor = ratings.original[:, None].astype(np.float64)
         link = cumulative_link(ratings.rating, predictor, ratings.video)
     return Results(
@@ -186,7 +187,7 @@ def _row(
     return Row(
         configuration,
         bootstrap(agrees, ratings.video, rng=rng, draws=draws),
-        two_way_bootstrap(agrees, ratings.video, ratings.rater, rng=rng, draws=draws),
+        two_way(agrees, ratings.video, ratings.rater),
         wilson(int(agrees.sum()), n),
         clopper_pearson(int(agrees.sum()), n),
         n,
@@ -226,7 +227,7 @@ def notes(results: Results) -> list[str]:
     """What a reader should know of the figures, and why they differ from the paper's."""
     found = [
         "95%: percentile interval with whole videos resampled",
-        "videos, raters: both resampled at once, which speaks for other raters too",
+        "videos, raters: both as clusters, which speaks for other raters too",
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
         f"paper: {PAPER_SOURCE}. It differs because it doesn't tell which judgments it counts, nor "

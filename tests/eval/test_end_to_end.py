@@ -9,6 +9,9 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
 from eval.commands import evaluate
+from eval.end_to_end import Outcome, run, table
+from eval.kept_outcomes import kept_beside
+from eval.plan_report import render
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 
@@ -16,7 +19,7 @@ SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 @pytest.fixture(scope="module")
 def few(tmp_path_factory):
     whole = open_corpus("warehouse")
-    ids = {f"{name}-0{number}" for name in SCENARIOS for number in (1, 2, 3)}
+    ids = {f"{name}-0{number}" for name in SCENARIOS for number in (1, 2)}
     annotations = [a for a in whole.annotations if a.command.id in ids]
     corpus = make_corpus(
         name="few",
@@ -33,22 +36,63 @@ def few(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_table_3_says_who_judges_and_how_many(few):
+def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
+    out = tmp_path / "table-3.json"
     arguments = ["--table", "3", "--judge", "automatic", "--train", few, "--test", few]
-    done = CliRunner().invoke(evaluate, [*arguments, "--format", "json"])
+    arguments += ["--format", "json", "--out", str(out), "--jobs", "2"]
+    done = CliRunner().invoke(evaluate, arguments)
     assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
+    found = json.loads(out.read_text())
+    serial = json.loads(render(run(few, few), "json"))
+    assert (found["rows"], found["commands"]) == (serial["rows"], serial["commands"])
+    assert list(tmp_path.iterdir()) == [out]
     assert found["judge"] == "automatic"
     assert sorted(found["test_scenarios"]) == sorted(SCENARIOS)
     rows = {row["configuration"]: row for row in found["rows"]}
     assert set(rows) >= {"random", "gold-top30", "auto-top30", "gold-all"}
     for row in rows.values():
-        assert row["n"] == 6
+        assert row["n"] == 4
         assert 0 <= row["low"] <= row["precision"] <= row["high"] <= 1
     assert 0 <= found["object_grounding_top1"] <= 1
+    assert {(c["one"], c["other"]) for c in found["comparisons"]} == {
+        ("random", "gold"), ("random", "auto"), ("gold", "auto"),
+    }  # fmt: skip
 
 
 def test_table_3_needs_to_know_who_judges(few):
     done = CliRunner().invoke(evaluate, ["--table", "3", "--train", few, "--test", few])
     assert done.exit_code == 2
     assert "--judge automatic" in done.stderr
+
+
+def outcome_of(scenario, correct):
+    return Outcome(f"{scenario}-01", scenario, "Go.", 0.5, correct, "" if correct else "it stands")
+
+
+def test_what_is_done_is_kept_beside_the_table(tmp_path):
+    out, settings = tmp_path / "table-3.json", {"corpora": ["x"], "seed": 0}
+    kept = kept_beside(out, settings)
+    assert kept.scenarios == {}
+    for name in ("one", "two"):
+        kept.keep(name, {"gold": [outcome_of(name, correct=True)]})
+    again = kept_beside(out, settings)
+    assert again.scenarios == {
+        name: {"gold": [outcome_of(name, correct=True)]} for name in ("one", "two")
+    }
+    assert kept_beside(out, {**settings, "seed": 1}).scenarios == {}
+    kept.path.write_text("half a f")
+    assert kept_beside(out, settings).scenarios == {}
+
+
+def test_scenarios_that_are_done_are_not_done_again(few):
+    done = {
+        name: {which: [outcome_of(name, correct=which == "gold")] for which in ("gold", "auto")}
+        for name in SCENARIOS
+    }
+    result = run(few, few, configurations=("gold", "auto"), done=done)
+    assert [o.command for o in result.outcomes["gold"]] == [f"{name}-01" for name in SCENARIOS]
+    rows = {row["configuration"]: row for row in table(result, draws=20)}
+    assert (rows["gold-all"]["precision"], rows["auto-all"]["precision"]) == (1.0, 0.0)
+    found = json.loads(render(result, "json", draws=20))
+    (compared,) = found["comparisons"]
+    assert (compared["difference"], compared["n"]) == (1.0, 2)

@@ -14,7 +14,13 @@ from corpus_tools.corpus.writing import write_corpus
 from eval.commands import evaluate
 from eval.plan_study.pairs import Pair, pairs, write_study
 from eval.plan_study.planning import PlanRecord, plan_all, run_corpus
-from eval.plan_study.results import by_judge, by_people, check_ratings
+from eval.plan_study.results import (
+    by_judge,
+    by_people,
+    check_ratings,
+    compare_judge,
+    compare_people,
+)
 from eval.plan_study.settings import Settings, check_settings, settings_for
 from eval.plan_study.study import Study, render
 from g3.annotation import Judgment
@@ -108,13 +114,32 @@ def test_rows_by_people_and_by_the_judge_are_apart(found, records, tmp_path):
     assert again == people
 
 
+def test_configurations_are_compared_on_the_commands_they_share(found, records, tmp_path):
+    judgments = judgments_of(found, lambda p: "A" if p.configuration == "gold" else "D")
+    people = compare_people(found, records, judgments, seed=0, draws=50)
+    # Of extracted clauses only the most probable plans are rated.
+    assert [(c.one, c.other, c.n) for c in people] == [
+        ("random", "gold", 40), ("random", "auto", 30), ("gold", "auto", 30),
+    ]  # fmt: skip
+    assert [c.difference.value for c in people] == [-1.0, 0.0, 1.0]
+    automatic = compare_judge(records, seed=0, draws=50)
+    assert {c.n for c in automatic} == {40}
+    assert [c.difference.value for c in automatic] == [-0.5, -0.5, 0.0]
+    study = Study(
+        Settings("a", "b", 0, 1.0, 0), tmp_path, found, records, (), (), None, people, automatic
+    )
+    shown = json.loads(render(study, "json"))
+    assert len(shown["people_compared"]) == len(shown["automatic"]["comparisons"]) == 3
+    assert "People's judgments: configurations compared" in render(study, "table")
+
+
 def test_without_ratings_only_the_judge_speaks(found, records, tmp_path):
     automatic = by_judge(records, seed=0, draws=50)
     study = Study(Settings("a", "b", 0, 1.0, 0), tmp_path, found, records, (), automatic, None)
     assert json.loads(render(study, "json"))["people"] is None
     text = render(study, "table")
     assert "People's judgments" not in text
-    assert "nobody's ratings were given" in text
+    assert "nobody has rated yet" in text
 
 
 def test_ratings_of_unknown_pairs_and_second_ones_are_refused_with_their_row(found):
@@ -146,7 +171,16 @@ def test_the_study_does_not_tell_what_made_a_video(found, tmp_path):
     assert "gold" not in text.split("pairs:")[1]
 
 
-@pytest.mark.parametrize("wrong", [["--format", "csv"], ["--corpus", "warehouse"], ["--top", "3"]])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--format", "csv"],
+        ["--corpus", "warehouse"],
+        ["--top", "3"],
+        ["--crowd", "links"],
+        ["--pay", "0.05"],
+    ],
+)
 def test_what_does_not_go_with_it_is_refused(wrong, tmp_path):
     arguments = ["--end-to-end", str(tmp_path / "x"), "--train", "warehouse", "--test", "warehouse"]
     assert CliRunner().invoke(evaluate, [*arguments, *wrong]).exit_code == 2

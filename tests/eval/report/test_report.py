@@ -19,7 +19,8 @@ from eval.commands import evaluate
 from eval.correspondence import Predictions
 from eval.end_to_end import EndToEnd, Outcome
 from eval.plan_report import render
-from eval.report.charts import Bar, intervals
+from eval.report.charts import Bar, differences, intervals
+from eval.report.gallery import failures
 from eval.report.plans import read_plans
 from eval.report.reliability import bins, calibration_error
 from eval.studies.judge_report import with_validity
@@ -114,6 +115,10 @@ def test_the_other_files_say_the_same(report, plans):
     assert found["judge_validity"]["n"] == 1
     assert found["provenance"]["corpus_hash"].startswith("sha256:")
     assert any(line.startswith("ct eval --table 1") for line in found["commands"])
+    compared = csv.DictReader(io.StringIO((report / "table-3-comparisons.csv").read_text()))
+    assert [(row["judge"], row["one"], row["n"]) for row in compared] == [
+        ("automatic", "random", "10")
+    ]
     for number in (1, 2, 3):
         assert r"\begin{tabular}" in (report / f"table-{number}.tex").read_text()
         assert (report / f"table-{number}.csv").is_file()
@@ -144,18 +149,33 @@ def test_other_files_are_no_plans(tmp_path):
             read_plans(tmp_path / "x.json")
 
 
-def test_people_and_the_judge_are_read_apart(tmp_path):
+def test_people_and_the_judge_are_read_apart(videos, tmp_path):
     row = {"configuration": "gold-all", "precision": 0.5, "low": 0.4, "high": 0.6, "n": 9}
+    compared = {"one": "random", "other": "gold", "n": 9, "difference": -0.4, "effect": -1.0}
+    compared |= {"low": -0.5, "high": -0.3, "p": 0.01, "adjusted_p": 0.03}
+    plan = {"command": "c", "text": "Go.", "probability": 0.5, "reason": "it stands"}
+    told = [{**plan, "correct": n == 0, "run": f"run-{n}"} for n in range(3)]
     study = {
         "table": 3,
+        "study": str(tmp_path / "study.yaml"),
         "people": [{**row, "judge": "people", "n": 45}],
-        "automatic": {"rows": [{**row, "judge": "automatic"}], "judge_validity": None},
+        "people_compared": [compared],
+        "automatic": {
+            "rows": [{**row, "judge": "automatic"}],
+            "comparisons": [{**compared, "n": 8}],
+            "judge_validity": None,
+        },
+        "commands": {"gold": [{**one, "correct": int(one["correct"])} for one in told]},
     }
+    shutil.copytree(videos / "first", tmp_path / "videos" / "run-2")
     (tmp_path / "study.json").write_text(json.dumps(study))
     found = read_plans(tmp_path / "study.json")
     assert [(r.judge, r.n) for r in found.rows] == [("automatic", 9)]
     assert [(r.judge, r.n) for r in found.people] == [("people", 45)]
+    assert [c.n for c in (*found.people_compared, *found.compared)] == [9, 8]
     assert found.provenance == {"table": 3}
+    # Of the two that are wrong one has a video.
+    assert [f.plan.run for f in failures(found, 4)] == ["run-2"]
 
 
 def test_bins_by_hand():
@@ -172,6 +192,13 @@ def test_bins_by_hand():
     assert (middle.stated, middle.true, middle.n) == (pytest.approx(0.65), 0.5, 2)
     assert (high.stated, high.true) == (1.0, 1.0)
     assert calibration_error((low, middle, high)) == pytest.approx((0.95 + 2 * 0.15 + 0.0) / 4)
+
+
+def test_differences_lie_on_both_sides_of_none():
+    drawn = differences([Bar("a − b", -0.5, -0.7, 0.1)], "differences")
+    assert "−0.50 (−0.70 to +0.10)" in drawn
+    # A quarter of the way from the left end, 8, to the right one, 432.
+    assert 'cx="114.0"' in drawn
 
 
 def test_charts_show_text_as_text():

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eval.studies.comparison import clustered_mcnemar, cohens_h, compare_all, holm
+from eval.studies.comparison_report import compare_commands, lines, records
 
 
 def test_holms_published_example():
@@ -62,3 +63,32 @@ def test_comparisons():
     equal = found["good", "same"]
     assert equal.difference.low < 0 < equal.difference.high
     assert equal.adjusted_p >= equal.p > 0.05
+
+
+def test_only_commands_that_both_have_are_compared():
+    nan = np.nan
+    shares = {
+        "one": np.array([1.0, 1.0, 0.0, 1.0, nan]),
+        "other": np.array([0.0, nan, 0.0, 0.0, 1.0]),
+        "none": np.full(5, nan),
+    }
+    (found,) = compare_all(shares, np.arange(5), rng=np.random.default_rng(0))
+    assert (found.one, found.other, found.n) == ("one", "other", 3)
+    assert found.difference.value == pytest.approx(2 / 3)
+    # Two differ, both the same way: 2² / 2, chi-squared with a degree of freedom.
+    assert found.p == found.adjusted_p == pytest.approx(0.157299, abs=1e-6)
+
+
+def test_commands_are_compared_by_name_within_their_scenarios():
+    shares = {
+        "one": {"a1": 1.0, "a2": 1.0, "b1": 0.0},
+        "other": {"b1": 0.0, "a2": 0.0, "a1": 0.0},
+    }
+    scenarios = {"a1": "a", "a2": "a", "b1": "b"}
+    (found,) = compare_commands(shares, scenarios, seed=0, draws=50)
+    # One scenario says all: 2² / 2².
+    assert found.p == pytest.approx(0.317311, abs=1e-6)
+    assert compare_commands(shares, scenarios, seed=0, draws=50) == [found]
+    (row,) = records([found])
+    assert row["difference"] == pytest.approx(2 / 3)
+    assert any("one - other" in line for line in lines([found]))

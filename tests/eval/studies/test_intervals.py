@@ -11,7 +11,7 @@ from eval.studies.intervals import (
     clopper_pearson,
     gee,
     intraclass_correlation,
-    two_way_bootstrap,
+    two_way,
     wilson,
 )
 
@@ -60,11 +60,31 @@ def test_whole_clusters_are_resampled():
     assert found == pytest.approx((agrees.mean(), low[0], high[0]))
 
 
+def test_two_ways_by_hand():
+    """Sums of squares of deviations 1/4, 1/4, 1/4 and -3/4: twice 1/2 between the two clusters of
+    each kind, and 4/3 times 3/4 between the four of both. Student's quartile with one degree of
+    freedom is 1."""
+    agrees = np.array([True, True, True, False])
+    found = two_way(agrees, np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]), level=0.5)
+    half = np.sqrt((1 + 1 - 1) / 16) / (0.75 * 0.25)
+    bounds = [1 / (1 + np.exp(-(np.log(3) + sign * half))) for sign in (-1, 1)]
+    assert found == pytest.approx((0.75, *bounds))
+
+
 def test_two_ways_with_one_rater_are_one_way():
     agrees, video, _ = study(np.random.default_rng(3))
-    one = bootstrap(agrees, video, rng=np.random.default_rng(0))
-    both = two_way_bootstrap(agrees, video, np.zeros_like(video), rng=np.random.default_rng(1))
-    assert both == pytest.approx(one, abs=0.004)
+    both = two_way(agrees, video, np.zeros_like(video))
+    assert both == pytest.approx(two_way(agrees, video, video))
+    assert both == pytest.approx(bootstrap(agrees, video, rng=np.random.default_rng(0)), abs=0.01)
+
+
+def test_two_ways_without_variation():
+    nobody = np.zeros(6, dtype=bool)
+    three, two = np.array([0, 0, 1, 1, 2, 2]), np.array([0, 1, 0, 1, 0, 1])
+    assert two_way(nobody, three, two) == wilson(0, 2)
+    assert two_way(~nobody, three, three) == wilson(3, 3)
+    assert np.isnan(two_way(np.array([True, False]), np.zeros(2, int), np.zeros(2, int)).low)
+    assert np.isnan(two_way(nobody[:0], three[:0], two[:0]).value)
 
 
 def test_clusters_make_intervals_wider():
@@ -74,17 +94,15 @@ def test_clusters_make_intervals_wider():
         for interval in (
             wilson(int(agrees.sum()), len(agrees)),
             bootstrap(agrees, video, rng=np.random.default_rng(0)),
-            two_way_bootstrap(agrees, video, rater, rng=np.random.default_rng(0)),
+            two_way(agrees, video, rater),
         )
     ]
     assert widths == sorted(widths)
 
 
 def test_the_same_seed_gives_the_same_interval():
-    agrees, video, rater = study(np.random.default_rng(3))
-    one, other = (
-        two_way_bootstrap(agrees, video, rater, rng=np.random.default_rng(7)) for _ in range(2)
-    )
+    agrees, video, _ = study(np.random.default_rng(3))
+    one, other = (bootstrap(agrees, video, rng=np.random.default_rng(7)) for _ in range(2))
     assert one == other
 
 
@@ -95,16 +113,16 @@ def test_coverage_with_clustered_raters():
     truth = np.mean(1 / (1 + np.exp(-(2.6 + normal * np.sqrt(0.5**2 + 1.5**2 + 0.6**2)))))
     rng = np.random.default_rng(1)
     covered = {"independent": 0, "two ways": 0}
-    for _ in range(400):
+    for _ in range(600):
         agrees, video, rater = study(rng)
         found = {
             "independent": wilson(int(agrees.sum()), len(agrees)),
-            "two ways": two_way_bootstrap(agrees, video, rater, rng=rng, draws=400),
+            "two ways": two_way(agrees, video, rater),
         }
         for name, interval in found.items():
             covered[name] += interval.low <= truth <= interval.high
-    assert 0.93 <= covered["two ways"] / 400 <= 0.97
-    assert covered["independent"] / 400 < 0.8
+    assert 0.93 <= covered["two ways"] / 600 <= 0.97
+    assert covered["independent"] / 600 < 0.8
 
 
 def test_estimating_equations_by_hand():

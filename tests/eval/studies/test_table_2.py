@@ -117,6 +117,14 @@ def test_one_configuration_alone():
     assert "random" not in render(results, "csv", {})
 
 
+def test_a_single_cluster_has_no_models():
+    rows = [replace(j, command_video="v0") for j in judgments() if j.command_video == "v0"]
+    results = made(rows, models=True)
+    assert len(results.rows) == 2
+    assert results.link is None
+    assert all(np.isnan(row.model.low) for row in results.rows if row.model is not None)
+
+
 def test_units_are_pairs():
     ratings = ratings_of(judgments())
     assert len(ratings.units()) == 60

@@ -1,0 +1,67 @@
+"""What has been done of a Table 3, kept so that a run that was stopped goes on from there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from corpus_tools.atomic_file import write_bytes
+from eval.end_to_end import Outcome
+
+SUFFIX = ".part"
+"""Of the file, beside the one that the table will be written to."""
+
+Outcomes = dict[str, list[Outcome]]
+
+
+class _File(msgspec.Struct, frozen=True):
+    settings: dict[str, Any]
+    scenarios: dict[str, Outcomes]
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The outcomes of scenarios that are done.
+
+    Parameters
+    ----------
+    path
+        Where they are kept.
+    settings
+        What they were made with.
+    scenarios
+        By scenario and configuration.
+    """
+
+    path: Path
+    settings: Mapping[str, object]
+    scenarios: dict[str, Outcomes] = field(default_factory=dict)
+
+    def keep(self, scenario: str, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
+        """Add a scenario that is done."""
+        self.scenarios[scenario] = {name: list(own) for name, own in outcomes.items()}
+        content = _File(dict(self.settings), self.scenarios)
+        write_bytes(self.path, msgspec.json.encode(content))
+
+
+def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
+    """What an earlier run has kept that was to write the same table; nothing if it was another.
+
+    Parameters
+    ----------
+    out
+        Where the table is to be written.
+    settings
+        What decides of the outcomes, as JSON has it.
+    """
+    path = out.with_name(f"{out.name}{SUFFIX}")
+    try:
+        known = msgspec.json.decode(path.read_bytes(), type=_File)
+    except (OSError, msgspec.MsgspecError):
+        return Kept(path, settings)
+    same = known.settings == settings
+    return Kept(path, settings, known.scenarios if same else {})
