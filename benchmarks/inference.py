@@ -52,7 +52,8 @@ def run() -> None:
             times = [_timed(partial(grounder.follow, sdcs, context)) for _ in range(REPEATS)]
             show(name, 1000 * float(np.median(times)), "ms")
             medians.append((size, float(np.median(times))))
-    growth = np.polyfit(*np.log(np.array(medians)).T, 1)[0]
+    sizes, times_of = np.log(np.array(medians)).T
+    growth = np.polyfit(sizes, times_of, 1)[0]
     show("growth: time goes with the number of objects to the power of", growth, "")
     _against_one_by_one(scorer)
 

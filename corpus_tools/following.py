@@ -36,6 +36,8 @@ from g3.inference.training import train_rows, training_data
 from g3.model import Model
 
 DEFAULT_CORPUS = "warehouse"
+TRAINING_VERSION = 2
+"""Raised whenever the model that comes along is to be trained anew."""
 WAIT_S = 2.0
 
 
@@ -46,7 +48,7 @@ def default_model(on_progress: OnProgress | None = None) -> Model:
     version of the features.
     """
     corpus = open_corpus(DEFAULT_CORPUS)
-    name = f"follow-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
+    name = f"follow{TRAINING_VERSION}-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
     path = cache_folder() / name
     try:
         return load_model(path, corpus_hash=corpus.hash)

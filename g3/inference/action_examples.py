@@ -24,6 +24,7 @@ from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.actions import Action, Focus, move, possible_actions, result
 from g3.inference.arguments import Arguments, combine
 from g3.inference.candidates import beneath, ground, square
+from g3.inference.clauses import HANDLING, goal_paths
 from g3.inference.labelled import Labelled
 from g3.inference.scene import Group
 from g3.inference.stage import Trial, event_batch, path_batch
@@ -38,7 +39,6 @@ SAME_PLACE_M = 2.5
 SAME_END_M = 4.0
 """The same for where the robot ends."""
 OTHER_LANDMARKS = 3
-HANDLING = ("pick up", "carry", "put down")
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,8 +195,8 @@ def _annotated(tree: Tree, root: int, annotation: Annotation) -> Arguments:
     goal_path = -1
     if places:
         goals = given(places[:1])
-    elif paths:
-        for path in paths:
+    elif goal_paths(tree, root):
+        for path in goal_paths(tree, root):
             goals, goal_path = marks(path), path
             if goals != (None,):
                 break

@@ -10,9 +10,10 @@ import numpy as np
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.actions import Action, Focus
+from g3.inference.clauses import goal_paths
 from g3.inference.scene import Group
 from g3.inference.state import State
-from g3.inference.things import Candidate, Surroundings, Tree, ground_thing
+from g3.inference.things import Candidate, Surroundings, Tree, ground_thing, likely
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
@@ -59,19 +60,19 @@ def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
     themes: tuple[Candidate | None, ...] = (None,)
     if objects:
         beam = ground_thing(tree, objects[0], about)
-        themes = tuple([c for c in beam if len(c.group) == 1][:THEMES]) or tuple(beam[:THEMES])
+        themes = tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES))
     goals: tuple[Candidate | None, ...] = (None,)
     goal_path = -1
     if places:
-        goals = tuple(ground_thing(tree, places[0], about)[:GOALS])
-    elif paths:
-        for path in paths:
+        goals = tuple(likely(ground_thing(tree, places[0], about), GOALS))
+    elif goal_paths(tree, root):
+        for path in goal_paths(tree, root):
             goals = _marks(tree, path, about, GOALS)
             goal_path = path
             if goals != (None,):
                 break
     elif len(objects) > 1:
-        goals = tuple(ground_thing(tree, objects[1], about)[:GOALS])
+        goals = tuple(likely(ground_thing(tree, objects[1], about), GOALS))
     others = {p: _marks(tree, p, about, PATH_LANDMARKS) for p in paths if p != goal_path}
     return Arguments(themes, goals, goal_path, others)
 
@@ -81,7 +82,7 @@ def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Cand
     children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
     if not children:
         return (None,)
-    return tuple(ground_thing(tree, children[0], about)[:count])
+    return tuple(likely(ground_thing(tree, children[0], about), count))
 
 
 def focus_of(state: State, found: Arguments) -> Focus:

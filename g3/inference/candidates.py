@@ -11,7 +11,7 @@ from g3.action_candidates import SURFACE_M2, is_free
 from g3.actions import centre, covers
 from g3.geometry import area, convex_hull, rotate
 from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
-from g3.inference.state import State
+from g3.inference.state import State, centres
 
 Group = tuple[Grounding, ...]
 
@@ -47,7 +47,7 @@ def object_groups(context: Context) -> tuple[Group, ...]:
 
 def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
     """The nearest pairs of things that share a label."""
-    middles = np.array([centre(o.prism) for o in things]).reshape(-1, 2)
+    middles = centres([o.prism for o in things])
     first, second = np.triu_indices(len(things), 1)
     distance = np.linalg.norm(middles[first] - middles[second], axis=1)
     found: list[tuple[PhysicalObject, ...]] = []

@@ -9,7 +9,7 @@ import numpy as np
 
 from g3.actions import centre
 from g3.geometry import rotate
-from g3.groundings import PhysicalObject, Place
+from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.candidates import beneath
 from g3.inference.search import Hypothesis
 from g3.inference.state import State
@@ -67,9 +67,30 @@ def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Que
     if len(likely) < 2:
         return None
     words = " ".join(word.text for word in all_words(tree.nodes[node]))
-    options = tuple((i, described(start, i)) for i in likely)
+    options = tuple(zip(likely, told_apart(start, likely), strict=True))
     listed = " or ".join(text for _, text in options)
     return Question(node, f'Which one is "{words}": {listed}?', options)
+
+
+def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:
+    """Objects in words; those whose words are the same are told by where exactly they are."""
+    texts = [described(state, i) for i in object_ids]
+    return [
+        text if texts.count(text) == 1 else f"{text} ({_exactly(state, i)})"
+        for i, text in zip(object_ids, texts, strict=True)
+    ]
+
+
+def _exactly(state: State, object_id: str) -> str:
+    x, y = _from_robot(state, object_id)
+    along, aside = "ahead" if x >= 0 else "behind", "left" if y >= 0 else "right"
+    return f"{abs(x):.1f} m {along}, {abs(y):.1f} m to the {aside}"
+
+
+def _from_robot(state: State, object_id: str) -> FloatArray:
+    """An object's middle in the robot's frame, shape (2,)."""
+    middle = centre(state.thing(object_id).prism)
+    return rotate(middle - state.pose[:2], -state.pose[2])
 
 
 def described(state: State, object_id: str) -> str:
@@ -78,7 +99,7 @@ def described(state: State, object_id: str) -> str:
     under = beneath(Place(thing.prism), state, object_id)
     if under is not None:
         return f"the one on the {' '.join(under.labels)}"
-    x, y = rotate(centre(thing.prism) - state.pose[:2], -state.pose[2])
+    x, y = _from_robot(state, object_id)
     where = ["ahead of you", "to your left", "behind you", "to your right"]
     quarter = int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
     return f"the one {np.hypot(x, y):.0f} m {where[quarter]}"

@@ -19,6 +19,7 @@ from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Tr
 from g3.inference.actions import Action, possible_actions, result
 from g3.inference.arguments import Arguments, Rows, arguments, combine, focus_of
 from g3.inference.candidates import beneath
+from g3.inference.clauses import verb_scores
 from g3.inference.costs import Cost
 from g3.inference.motions import Motions
 from g3.inference.scene import Group
@@ -83,6 +84,8 @@ def extend(
     goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
     total = total + other_scores(tree, root, before, found, rows)
+    if not forbidden:
+        total = total + verb_scores(tree.nodes[root], [a.kind for a in actions])[rows.action]
     goal_path = np.zeros(len(batch))
     if found.goal_path >= 0:
         goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)

@@ -87,7 +87,7 @@ class Trial:
 
 def event_batch(trial: Trial) -> tuple[FactorBatch, Stage, dict[int, IntArray]]:
     """The batch of an EVENT's factor; the bodies of PATH landmarks by node are given too."""
-    tree, state, found, rows = trial.tree, trial.state, trial.found, trial.rows
+    state, found, rows = trial.state, trial.found, trial.rows
     actions = trial.actions
     scene = scene_of(state.context)
     groups = [current(c.group, state) for c in found.goals if c is not None]
@@ -112,7 +112,7 @@ def event_batch(trial: Trial) -> tuple[FactorBatch, Stage, dict[int, IntArray]]:
     implied = np.where(found.themes == (None,), motion.load[rows.action], named[rows.theme])
     batch = scene.batch(
         "EVENT",
-        [tree.words[trial.root]],
+        [trial.tree.words[trial.root]],
         np.zeros(len(rows.action), dtype=np.intp),
         stage.bodies,
         figure=stage.first_motion + rows.action,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from g3.action_log import at_rest
 from g3.actions import loaded
 from g3.features.bodies import moved_corners
+from g3.geometry import centroid, convex_hull
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 
@@ -36,6 +38,16 @@ class State:
     def thing(self, object_id: str) -> PhysicalObject:
         """An object by its id."""
         return next(o for o in self.context.objects if o.id == object_id)
+
+
+def centres(prisms: Sequence[Prism]) -> FloatArray:
+    """The middles of footprints, shape (n, 2)."""
+    if not prisms:
+        return np.zeros((0, 2))
+    hulls = [convex_hull(p.xy) for p in prisms]
+    width = max(len(hull) for hull in hulls)
+    padded = [np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls]
+    return centroid(np.array(padded))
 
 
 def start_state(context: Context) -> State:

@@ -30,6 +30,8 @@ Group = tuple[Grounding, ...]
 WIDTH = 20
 """The paper's beam width."""
 LANDMARKS = 6
+FAR_BEHIND = 6.0
+"""Landmarks, themes and goals with a log-probability so much less than the best one's are left."""
 COMMON = 2
 """Places that are not about a landmark are tried with so many of them."""
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
@@ -139,6 +141,11 @@ class Surroundings:
     answers: Mapping[int, str] = field(default_factory=dict)
 
 
+def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
+    """The best candidates of a beam, without those that are far behind the best."""
+    return [c for c in beam[:count] if c.score >= beam[0].score - FAR_BEHIND]
+
+
 def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
     sdc = tree.nodes[node]
@@ -228,7 +235,7 @@ def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | N
     beam: list[Candidate] = []
     for child in children:
         found = ground_thing(tree, child, about)
-        beam = _both(beam, found, about.landmarks) if beam else found[: about.landmarks]
+        beam = _both(beam, found, about.landmarks) if beam else likely(found, about.landmarks)
     return list(beam) or [None]
 
 

@@ -13,7 +13,7 @@ from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference import motions
 from g3.inference.actions import Action, Group
 from g3.inference.motions import Legs, Motions
-from g3.inference.state import State
+from g3.inference.state import State, centres
 
 STAND_OFF_M = 2.5
 PAST_M, BEYOND_M = 2.0, 4.0
@@ -39,7 +39,7 @@ def _starts(state: State, n: int) -> FloatArray:
 def _middles(state: State, but: str | None) -> FloatArray:
     """Middles of what stands in the way of a robot on the ground."""
     others = [o for o in state.context.objects if o.id not in (but, state.context.agent_id)]
-    return np.array([centre(o.prism) for o in others]).reshape(-1, 2)
+    return centres([o.prism for o in others])
 
 
 def _driven(state: State, poses: FloatArray) -> Motions:
@@ -150,7 +150,7 @@ def _through(state: State, first: FloatArray, last: FloatArray) -> Motions:
 
 def _pick_entries(state: State, ids: Sequence[str]) -> tuple[FloatArray, FloatArray]:
     things = [state.thing(i) for i in ids]
-    middle = np.array([centre(o.prism) for o in things])
+    middle = centres([o.prism for o in things])
     headings = motions.quarters(np.array([o.trajectory.yaw[0] for o in things]))
     reach = np.tile([REACH_M, 0.0], (len(ids), 1))
     finals, blocked = motions.entries(middle, headings, reach, _middles(state, None))
@@ -167,7 +167,7 @@ def pick_up(state: State, actions: Sequence[Action]) -> Motions:
 def _spots(state: State, actions: Sequence[Action]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Middles and headings of places, and how high they are over where the loads were."""
     prisms = [a.place.prism for a in actions if a.place is not None]
-    middle = np.array([centre(p) for p in prisms])
+    middle = centres(prisms)
     edge = np.array([p.xy[1] - p.xy[0] for p in prisms])
     yaw = np.arctan2(edge[:, 1], edge[:, 0])
     bottoms = np.array([state.thing(a.object_id).prism.z_min for a in actions])

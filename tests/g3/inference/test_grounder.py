@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from g3.inference.clarification import described
+from g3.geometry import rotate
+from g3.inference.clarification import described, told_apart
 from g3.inference.grounder import Grounder, object_ids
 from g3.inference.state import moved_to, start_state, with_moved
 from g3.language.parser import parse
@@ -124,3 +125,19 @@ def test_a_pronoun_means_what_its_words_say_rather_than_what_came_last(grounder,
     plan = grounder.follow(sdcs, dock).plan
     by_text = {g.text: object_ids(g.group) for g in plan.groundings}
     assert by_text["it"] == by_text["the boxes"]
+
+
+def test_things_that_the_same_words_would_name_are_told_apart(dock):
+    state = start_state(dock)
+    moved = {}
+    for object_id, aside in (("boxes-1", 0.5), ("tires-2", -1.0)):
+        thing = state.thing(object_id)
+        there = state.pose[:2] + rotate(np.array([5.0, aside]), state.pose[2])
+        pose = np.array([*there, thing.trajectory.yaw[0]])
+        moved[object_id] = moved_to(thing, pose, 0.0)
+    after = with_moved(state, moved, None)
+    assert told_apart(after, ["boxes-1", "tires-2"]) == [
+        "the one 5 m ahead of you (5.0 m ahead, 0.5 m to the left)",
+        "the one 5 m ahead of you (5.0 m ahead, 1.0 m to the right)",
+    ]
+    assert told_apart(after, ["boxes-1"]) == ["the one 5 m ahead of you"]

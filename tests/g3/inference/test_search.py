@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from g3.actions import centre
+from g3.groundings import Prism
 from g3.inference.actions import Action, Focus, move, possible_actions, result
 from g3.inference.candidates import object_groups, square
 from g3.inference.costs import ConstantCost, RandomCost, Scorer
 from g3.inference.exact import best_groundings
 from g3.inference.scene import scene_of
-from g3.inference.state import start_state
-from g3.inference.things import Surroundings, Tree, ground_thing
+from g3.inference.state import centres, start_state
+from g3.inference.things import Candidate, Surroundings, Tree, ground_thing, likely
 from g3.sdc_notation import parse_brackets
 
 
@@ -98,3 +100,17 @@ def test_groups_are_of_things_alike(dock):
     for group in groups:
         labels = [set(getattr(g, "labels", ())) for g in group]
         assert len(group) == 1 or set.intersection(*labels)
+
+
+def test_middles_of_footprints_together_are_those_one_by_one(dock):
+    box = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    prisms = [Prism(box, 0.0, 1.0), Prism(box[:3], 0.0, 1.0), *(o.prism for o in dock.objects)]
+    assert centres(prisms) == pytest.approx(np.array([centre(p) for p in prisms]))
+    assert centres([]).shape == (0, 2)
+
+
+def test_what_is_far_behind_the_best_is_not_tried():
+    beam = [Candidate((), score, {}) for score in (-1.0, -2.0, -7.5, -8.0)]
+    assert likely(beam, 4) == beam[:2]
+    assert likely(beam, 1) == beam[:1]
+    assert likely([], 4) == []
