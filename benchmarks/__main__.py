@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from benchmarks import extraction, logs, parsing, reading, training
+from benchmarks import candidates, extraction, logs, parsing, reading, rendering, training
+from benchmarks.timing import table
 from corpus_tools.bundled import open_corpus
+from corpus_tools.video.gl import choose_back_end
 from g3.examples import examples, labels
 
 
@@ -33,8 +35,19 @@ def main() -> None:
     items = examples(corpus.annotations)
     matrix = extraction.run(items)
     training.run(matrix, labels(items))
+    candidates.run()
     parsing.run(corpus)
     logs.run()
+    _rendering()
+    table()
+
+
+def _rendering() -> None:
+    choose_back_end()
+    try:
+        rendering.run()
+    except ImportError as error:
+        print(f"  (left out: {error.name} is not installed)")
 
 
 if __name__ == "__main__":

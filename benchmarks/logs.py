@@ -17,7 +17,7 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from benchmarks.timing import best_of, heading, show
+from benchmarks.timing import best_of, compare, heading, show
 from corpus_tools.logs.channels import TF
 from corpus_tools.logs.foxglove import FrameTransforms
 from corpus_tools.logs.reading import read_log
@@ -55,8 +55,10 @@ def made_up() -> Recording:
 def run() -> None:
     recording = made_up()
     content = to_bytes(recording, name="made up", metadata={})
-    statistics = make_reader(io.BytesIO(content)).get_summary().statistics
-    count = statistics.message_count
+    summary = make_reader(io.BytesIO(content)).get_summary()
+    if summary is None or summary.statistics is None:
+        raise ValueError("the log has no summary")
+    count = summary.statistics.message_count
     heading(f"Logs: {SECONDS} s at {RATE_HZ} Hz, {OBJECTS} objects, {count} messages")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.mcap"
@@ -98,7 +100,7 @@ def _compare(content: bytes) -> None:
     for name, seconds in times.items():
         show(f"write the transforms alone, {name}", len(transforms) / seconds, "messages/s")
         if name != "ours":
-            show(f"ours / {name}", times["ours"] / seconds, "")
+            compare("writing logs", name, times["ours"] / seconds, "compressing with zstd")
 
 
 def _write_json(messages: list[tuple[int, bytes]]) -> None:
@@ -107,7 +109,7 @@ def _write_json(messages: list[tuple[int, bytes]]) -> None:
     channel = writer.register_channel(TF, "json", 0)
     for t, data in messages:
         writer.add_message(channel, t, data, t)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
 
 
 def _published(messages: list[tuple[int, FrameTransforms]]) -> list[tuple[int, Any]]:

@@ -9,7 +9,7 @@ import time
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.timing import best, best_of, heading, show
+from benchmarks.timing import best, best_of, compare, heading, show
 from corpus_tools.corpus.model import Corpus
 from g3.language.extractor import BATCH, extract, extract_analysed
 from g3.language.extractor_file import default_extractor
@@ -62,6 +62,8 @@ def _throughput(texts: list[str]) -> None:
     plain = times["spaCy's pipe"][0]
     for name, (seconds, count) in times.items():
         show(name, count / seconds, "1/s", f"{plain / seconds:.2f} of spaCy's pipe")
+    whole = times["text to trees"][0] / plain
+    compare("text to SDC trees", "spaCy's pipe alone", whole, "spaCy's networks, which are in both")
     few = batches[0][:64]
     seconds, parses = best(
         lambda: extract_analysed(extractor, few, n_best=5), clock=time.process_time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -39,3 +40,42 @@ def heading(text: str) -> None:
 
 def show(what: str, value: float, unit: str, note: str = "") -> None:
     print(f"  {what:<52}{value:>12,.4g} {unit}{f'  ({note})' if note else ''}", flush=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Our time through a peer's, for the same work in the same run.
+
+    Parameters
+    ----------
+    what
+        The work.
+    peer
+        Who does it too.
+    ratio
+        Ours through theirs; less than 1 is faster.
+    limit
+        What no program gets below on this machine.
+    """
+
+    what: str
+    peer: str
+    ratio: float
+    limit: str
+
+
+COMPARISONS: list[Comparison] = []
+"""All of this run."""
+
+
+def compare(what: str, peer: str, ratio: float, limit: str) -> None:
+    """Print our time through a peer's, and keep it for the table."""
+    show(f"{what}: ours / {peer}", ratio, "")
+    COMPARISONS.append(Comparison(what, peer, ratio, limit))
+
+
+def table() -> None:
+    """Print all comparisons of this run in Markdown."""
+    heading("| What | Beside | Our time / theirs | Limit |\n|---|---|---:|---|")
+    for one in COMPARISONS:
+        print(f"| {one.what} | {one.peer} | {one.ratio:.2f} | {one.limit} |")

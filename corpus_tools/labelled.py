@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from hashlib import sha256
 from typing import Literal, get_args
 
@@ -18,6 +19,17 @@ Negatives = Literal["random", "hard"]
 """``random``: the corpus's own, the paper's protocol. ``hard``: other plausible groundings
 in the same scene, made from the positives (:func:`g3.negatives.hard_negatives`)."""
 NEGATIVES: tuple[Negatives, ...] = get_args(Negatives)
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Which examples and features a model is made of: see `corpus_tools.model_options`."""
+
+    negatives: Negatives = "random"
+    seed: int = 0
+    ablated: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+
 
 _STREAM = 1
 """Tells these random numbers from others that are drawn with the same seed."""

@@ -11,6 +11,7 @@ import click
 
 from corpus_tools.format_option import FORMAT
 from corpus_tools.model_options import training_options
+from corpus_tools.parallel_options import JOBS, SCHEDULER
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
@@ -192,7 +193,13 @@ def train() -> None:
 
 
 @train.command()
-@click.option("--corpus", "name", metavar="CORPUS", required=True, help="What to train on.")
+@click.option("--corpus", "name", metavar="CORPUS", help="What to train on.")
+@click.option(
+    "--shards",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Train on what `ct shards` has made instead.",
+)
 @click.option(
     "--out",
     metavar="MODEL",
@@ -208,54 +215,73 @@ def train() -> None:
     show_default=True,
     help="What hard negatives are drawn with.",
 )
+@JOBS
+@SCHEDULER
+@click.pass_context
 def g3(
+    ctx: click.Context,
     *,
-    name: str,
+    name: str | None,
+    shards: Path | None,
     out: Path,
     ablate: tuple[str, ...],
     plus: tuple[str, ...],
     l2: float | None,
     negatives: Literal["random", "hard"],
     seed: int,
+    jobs: int,
+    scheduler: str,
 ) -> None:
     """Train the grounding model on a corpus (section 3.2).
+
+    More examples than fit into memory are made into shards first, with `ct shards`.
 
     \b
     Examples:
       ct train g3 --corpus aaai11 --out g3.npz
       ct train g3 --corpus aaai11 --negatives hard --ablate labels --out hard.npz
+      ct train g3 --shards shards --jobs 2 --out g3.npz
     """
-    from collections import Counter
-
-    from corpus_tools.bundled import open_corpus
-    from corpus_tools.labelled import labelled_examples, scenario_ids
+    from corpus_tools.labelled import Options
     from corpus_tools.model_file import model_files, save_model
-    from g3.features.registry import select
-    from g3.model import DEFAULT_L2, train_model
+    from corpus_tools.parallel import Workers
+    from corpus_tools.trained import from_corpus, from_shards
+    from g3.model import DEFAULT_L2
 
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
-    sets = select(without=ablate, plus=plus)
-    corpus = open_corpus(name)
-    items = labelled_examples(corpus, negatives=negatives, seed=seed)
+    _check_source(ctx, name, shards)
     strength = DEFAULT_L2 if l2 is None else l2
-    model = train_model(items, sets, l2=strength, corpus_hash=corpus.hash)
-    sources = dict(sorted(Counter(e.source for e in items).items()))
-    scenarios = tuple(sorted(scenario_ids(items)))
-    training = {
-        "corpus": corpus.name,
-        "examples": sources,
-        "negatives": negatives,
-        "seed": seed,
-        "ablated": list(ablate),
-        "added": list(plus),
-    }
-    save_model(model, out, scenarios=scenarios, training=training)
-    counts = ", ".join(f"{count} {source}" for source, count in sources.items())
+    if shards is not None:
+        trained = from_shards(shards, strength, Workers(jobs, scheduler))
+    else:
+        trained = from_corpus(name or "", strength, Options(negatives, seed, ablate, plus))
+    model = trained.model
+    save_model(model, out, scenarios=trained.scenarios, training=trained.card)
+    counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
     arrays, card = model_files(out)
-    click.echo(f"corpus {corpus.name}: {len(items)} examples ({counts})")
-    click.echo(f"{len(sets)} feature sets, {len(model.space)} features, l2 {strength:g}")
+    click.echo(f"{trained.name}: {sum(trained.sources.values())} examples ({counts})")
+    click.echo(f"{len(model.sets)} feature sets, {len(model.space)} features, l2 {strength:g}")
     click.echo(f"wrote {arrays} and {card}")
+
+
+_OF_CORPORA = ("ablate", "plus", "negatives", "seed")
+"""Parameters that `ct shards` has decided."""
+_OF_SHARDS = ("jobs", "scheduler")
+
+
+def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> None:
+    if (name is None) == (shards is None):
+        raise click.UsageError("Give either --corpus or --shards.")
+    default = click.core.ParameterSource.DEFAULT
+    for parameter in ctx.command.params:
+        given = ctx.get_parameter_source(parameter.name or "") is not default
+        if given and shards is not None and parameter.name in _OF_CORPORA:
+            raise click.UsageError(f"{parameter.opts[0]} is an option of `ct shards`.")
+        if given and shards is None and parameter.name in _OF_SHARDS:
+            raise click.UsageError(
+                f"{parameter.opts[0]} goes with --shards; make them with `ct shards`."
+            )
 
 
 @train.command()

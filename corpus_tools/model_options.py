@@ -12,12 +12,17 @@ Command = Callable[..., Any]
 
 def training_options(command: Command) -> Command:
     """Add the options that say what a model is made of and trained on."""
-    for option in reversed(_OPTIONS):
+    return selection_options(_L2(command))
+
+
+def selection_options(command: Command) -> Command:
+    """Add the options that say which examples and features there are."""
+    for option in reversed(_SELECTION):
         command = option(command)
     return command
 
 
-_OPTIONS = (
+_SELECTION = (
     click.option(
         "--negatives",
         type=click.Choice(["random", "hard"]),
@@ -31,7 +36,7 @@ _OPTIONS = (
     click.option(
         "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
     ),
-    click.option(
-        "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
-    ),
+)
+_L2 = click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )

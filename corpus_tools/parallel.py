@@ -9,7 +9,7 @@ from __future__ import annotations
 import multiprocessing
 import signal
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -77,13 +77,116 @@ def work(
     CorpusError
         If the cluster can't be reached, or the package for it is missing.
     """
-    if workers.scheduler:
-        yield from _on_cluster(function, items, workers.scheduler)
-    elif workers.jobs == 1:
-        for item in items:
-            yield _done(item, lambda item=item: function(item))  # type: ignore[misc]
-    else:
-        yield from _in_processes(function, deque(items), workers.jobs)
+    with Team(workers) as team:
+        yield from team.work(function, items)
+
+
+def work_in_order(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    team: Team,
+    *,
+    on_done: Callable[[int], None] | None = None,
+) -> list[Result]:
+    """What a function gives for each of some items, in their order.
+
+    Parameters
+    ----------
+    on_done
+        Told how many are done.
+
+    Raises
+    ------
+    Exception
+        That of the first item with one, after all were tried.
+    """
+    items = list(items)
+    done: dict[int, Done[Item, Result]] = {}
+    for one in team.work(function, items):
+        done[id(one.item)] = one
+        if on_done is not None:
+            on_done(len(done))
+    return [_result(done[id(item)]) for item in items]
+
+
+def _result(done: Done[Item, Result]) -> Result:
+    if done.error is not None:
+        raise done.error
+    return done.result  # type: ignore[return-value]
+
+
+class Team:
+    """Processes, or a cluster, kept for several rounds of work; a context manager.
+
+    Parameters
+    ----------
+    workers
+        Where work is done.
+    """
+
+    def __init__(self, workers: Workers) -> None:
+        self._workers = workers
+        self._idle: list[ProcessPoolExecutor] = []
+        self._client: Client | None = None
+
+    def __enter__(self) -> Team:
+        if self._workers.scheduler:
+            self._client = _connect(self._workers.scheduler)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._idle:
+            process.shutdown(wait=False, cancel_futures=True)
+        self._idle = []
+        if self._client is not None:
+            self._client.close()
+
+    def work(
+        self, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> Iterator[Done[Item, Result]]:
+        """Apply a function to each item, as :func:`work` does."""
+        if self._client is not None:
+            yield from _on_cluster(self._client, function, items)
+        elif self._workers.jobs == 1:
+            for item in items:
+                yield _done(item, lambda item=item: function(item))  # type: ignore[misc]
+        else:
+            yield from self._in_processes(function, items)
+
+    def _in_processes(
+        self, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> Iterator[Done[Item, Result]]:
+        """Each process has a pool of its own: one that dies breaks no other."""
+        waiting = deque((item, ATTEMPTS) for item in items)
+        while len(self._idle) < min(self._workers.jobs, len(waiting)):
+            self._idle.append(_new_process())
+        busy: dict[Future[Result], tuple[ProcessPoolExecutor, Item, int]] = {}
+        try:
+            while waiting or busy:
+                while self._idle and waiting:
+                    item, attempts = waiting.popleft()
+                    process = self._idle.pop()
+                    busy[process.submit(function, item)] = process, item, attempts - 1
+                for future in wait(busy, return_when=FIRST_COMPLETED).done:
+                    process, item, attempts = busy.pop(future)
+                    done = _done(item, future.result)
+                    if not isinstance(done.error, BrokenProcessPool):
+                        self._idle.append(process)
+                        yield done
+                        continue
+                    process.shutdown(wait=False)
+                    self._idle.append(_new_process())
+                    if attempts:
+                        waiting.appendleft((item, attempts))
+                    else:
+                        yield Done(item, error=WorkerDiedError())
+        except BaseException:
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
+        finally:
+            for process, _, _ in busy.values():
+                process.shutdown(wait=False, cancel_futures=True)
 
 
 def _done(item: Item, result: Callable[[], Result]) -> Done[Item, Result]:
@@ -91,41 +194,6 @@ def _done(item: Item, result: Callable[[], Result]) -> Done[Item, Result]:
         return Done(item, result())
     except Exception as error:
         return Done(item, error=error)
-
-
-def _in_processes(
-    function: Callable[[Item], Result], items: deque[Item], jobs: int
-) -> Iterator[Done[Item, Result]]:
-    """Each process has a pool of its own: one that dies breaks no other."""
-    waiting = deque((item, ATTEMPTS) for item in items)
-    idle = [_new_process() for _ in range(min(jobs, len(waiting)))]
-    busy: dict[Future[Result], tuple[ProcessPoolExecutor, Item, int]] = {}
-    try:
-        while waiting or busy:
-            while idle and waiting:
-                item, attempts = waiting.popleft()
-                process = idle.pop()
-                busy[process.submit(function, item)] = process, item, attempts - 1
-            for future in wait(busy, return_when=FIRST_COMPLETED).done:
-                process, item, attempts = busy.pop(future)
-                done = _done(item, future.result)
-                if not isinstance(done.error, BrokenProcessPool):
-                    idle.append(process)
-                    yield done
-                    continue
-                process.shutdown(wait=False)
-                idle.append(_new_process())
-                if attempts:
-                    waiting.appendleft((item, attempts))
-                else:
-                    yield Done(item, error=WorkerDiedError())
-    except BaseException:
-        for child in multiprocessing.active_children():
-            child.terminate()
-        raise
-    finally:
-        for process in (*idle, *(process for process, _, _ in busy.values())):
-            process.shutdown(wait=False, cancel_futures=True)
 
 
 def _new_process() -> ProcessPoolExecutor:
@@ -139,9 +207,7 @@ def _die_silently() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def _on_cluster(
-    function: Callable[[Item], Result], items: Iterable[Item], address: str
-) -> Iterator[Done[Item, Result]]:
+def _connect(address: str) -> Client:
     try:
         import distributed  # noqa: PLC0415 - comes with the extra "cluster"
     except ImportError as error:
@@ -150,24 +216,32 @@ def _on_cluster(
             fix="pip install 'corpus-tools-g3[cluster]'",
         ) from error
     try:
-        client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise CorpusError(
             "there is no Dask scheduler", where=address, fix="start one with: dask scheduler"
         ) from error
-    with client:
-        killed = []
-        for done in _submitted(client, function, items):
-            if isinstance(done.error, distributed.scheduler.KilledWorker):
-                killed.append(done.item)
-            else:
-                yield done
-        # Dask blames whatever a process that died had before it: alone, only the culprit
-        # dies again.
-        for item in killed:
-            for done in _submitted(client, function, [item]):
-                died = isinstance(done.error, distributed.scheduler.KilledWorker)
-                yield Done(item, error=WorkerDiedError()) if died else done
+
+
+def _on_cluster(
+    client: Client, function: Callable[[Item], Result], items: Iterable[Item]
+) -> Iterator[Done[Item, Result]]:
+    from distributed.scheduler import (  # noqa: PLC0415 - comes with the extra "cluster"
+        KilledWorker,
+    )
+
+    killed = []
+    for done in _submitted(client, function, items):
+        if isinstance(done.error, KilledWorker):
+            killed.append(done.item)
+        else:
+            yield done
+    # Dask blames whatever a process that died had before it: alone, only the culprit
+    # dies again.
+    for item in killed:
+        for done in _submitted(client, function, [item]):
+            died = isinstance(done.error, KilledWorker)
+            yield Done(item, error=WorkerDiedError()) if died else done
 
 
 def _submitted(

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from corpus_tools.parallel_options import JOBS, SCHEDULER
+
 SEED = click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of all chance."
 )
@@ -42,8 +44,18 @@ def simulate_workers() -> None:
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder of the new dataset.",
 )
+@JOBS
+@SCHEDULER
 def describe(
-    *, scenarios: int, commands: int, workers: int, seed: int, dataset: str, out: Path
+    *,
+    scenarios: int,
+    commands: int,
+    workers: int,
+    seed: int,
+    dataset: str,
+    out: Path,
+    jobs: int,
+    scheduler: str,
 ) -> None:
     """Write a dataset of random scenarios, executed in physics, with commands, trees, groundings.
 
@@ -54,9 +66,10 @@ def describe(
     \b
     Examples:
       ct simulate-workers describe --out simulated
-      ct simulate-workers describe --scenarios 1000 --commands 40 --seed 7 --out simulated
+      ct simulate-workers describe --scenarios 1000 --commands 40 --seed 7 --out simulated --jobs 4
       ct eval --table 1 --corpus simulated --cv scenario
     """
+    from corpus_tools.parallel import Workers
     from corpus_tools.progress import progress_bar
     from corpus_tools.video.gl import check_packages
 
@@ -66,7 +79,13 @@ def describe(
 
     plan = Plan(scenarios, commands, workers, seed)
     with progress_bar("simulating") as on_progress:
-        failures = write_dataset(plan, out, dataset_folder(dataset), on_progress=on_progress)
+        failures = write_dataset(
+            plan,
+            out,
+            dataset_folder(dataset),
+            workers=Workers(jobs, scheduler),
+            on_progress=on_progress,
+        )
     done = scenarios - len(failures)
     click.echo(f"simulated {done * commands} commands for {done} scenarios in {out}")
     for failure in failures:

@@ -166,7 +166,7 @@ def factor_words(sdc: SDC) -> FieldWords:
 
 
 def to_batch(items: Sequence[Example]) -> FactorBatch:
-    """Pack examples for feature extraction; a grounding that several share is packed once."""
+    """Pack examples for feature extraction; groundings and words that several share are once."""
     groups: list[Groundings] = []
     seen: dict[tuple[int, ...], int] = {}
 
@@ -193,6 +193,11 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
     padded = np.array([p + [-1] * (width - len(p)) for p in peers], dtype=np.intp)
     agents = np.array([body((c.agent,)) for c in contexts.values()], dtype=np.intp)
     poses = np.array([_agent_poses(c.agent.trajectory) for c in contexts.values()]).reshape(-1, 5)
+    phrases: dict[tuple[object, ...], int] = {}
+    factor = [phrases.setdefault(tuple(e.words.items()), len(phrases)) for e in items]
+    words: dict[int, FieldWords] = {}
+    for i, e in zip(factor, items, strict=True):
+        words.setdefault(i, e.words)
     context = np.array([row_of[id(e.annotation.context)] for e in items], dtype=np.intp)
     return FactorBatch(
         bodies=pack(groups),
@@ -202,8 +207,8 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
         agent_mean_yaw=poses[context, 4],
         agent_body=agents[context],
         peers=padded.reshape(len(contexts), width)[context],
-        factor=np.arange(len(items), dtype=np.intp),
-        words=[e.words for e in items],
+        factor=np.array(factor, dtype=np.intp),
+        words=list(words.values()),
         **roles,
     )
 

@@ -8,6 +8,8 @@ whole batch at once.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import reduce
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +23,34 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """The z component of the cross product of plane vectors, over the last axis."""
     product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return product
+
+
+def length(vectors: FloatArray) -> FloatArray:
+    """Lengths of plane vectors (..., 2)."""
+    x, y = vectors[..., 0], vectors[..., 1]
+    # np.linalg.norm does the same in several times the time.
+    result: FloatArray = np.sqrt(x * x + y * y)
+    return result
+
+
+def extent(polygons: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest coordinates of polygons, each of shape (n, 2)."""
+    return _least(polygons), reduce(np.maximum, _columns(polygons))
+
+
+def _columns(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """What is at each place of a short second axis: reducing these is faster than along it."""
+    return np.moveaxis(values, 1, 0)
+
+
+def _least(values: FloatArray) -> FloatArray:
+    """Minimum over a short second axis."""
+    return reduce(np.minimum, _columns(values))
+
+
+def _all(values: BoolArray) -> BoolArray:
+    """Whether all holds over a short second axis."""
+    return reduce(np.logical_and, _columns(values))
 
 
 def rotate(xy: FloatArray, angle: FloatArray) -> FloatArray:
@@ -50,7 +80,7 @@ def area(polygons: FloatArray) -> FloatArray:
 
 def centroid(polygons: FloatArray) -> FloatArray:
     """Centres of area in metres, shape (n, 2); the middle of the extent where it vanishes."""
-    low, high = polygons.min(axis=1), polygons.max(axis=1)
+    low, high = extent(polygons)
     middle = (low + high) / 2
     local = polygons - middle[:, None]
     ahead = following(local)
@@ -66,27 +96,21 @@ def centroid(polygons: FloatArray) -> FloatArray:
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
     """Whether each polygon holds its point (n, 2), borders included."""
     edges = following(polygons) - polygons
-    inside = (cross(edges, points[:, None] - polygons) >= -1e-9).all(axis=1)
-    low, high = polygons.min(axis=1) - 1e-9, polygons.max(axis=1) + 1e-9
-    within: BoolArray = inside & ((low <= points) & (points <= high)).all(axis=1)
-    return within
+    inside = _all(cross(edges, points[:, None] - polygons) >= -1e-9)
+    low, high = extent(polygons)
+    return inside & _all((low - 1e-9 <= points) & (points <= high + 1e-9))
 
 
 def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
     """Areas in square metres that pairs of polygons share, shape (n,).
 
-    Sutherland and Hodgman's clipping [1]_, with the shrinking polygon held in a fixed
-    number of corners so that the batch stays one array.
-
-    References
-    ----------
-    .. [1] I. E. Sutherland and G. W. Hodgman, "Reentrant polygon clipping",
-       Communications of the ACM 17(1), 1974.
+    Sutherland and Hodgman's clipping, with the shrinking polygon held in a fixed number of
+    corners so that the batch stays one array (I. E. Sutherland and G. W. Hodgman, "Reentrant
+    polygon clipping", Communications of the ACM 17(1), 1974).
     """
     shared = np.zeros(len(a))
-    low = np.maximum(a.min(axis=1), b.min(axis=1))
-    high = np.minimum(a.max(axis=1), b.max(axis=1))
-    near = np.flatnonzero((low < high).all(axis=1))
+    low, high = _shared_extent(a, b)
+    near = np.flatnonzero(_all(low < high))
     if len(near) == 0:
         return shared
     corners, clip = a[near], b[near]
@@ -120,10 +144,15 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
 
 def gap(a: FloatArray, b: FloatArray) -> FloatArray:
     """Shortest distances in metres between pairs of polygons, 0 where they overlap."""
-    distance = np.minimum(_to_border(a, b).min(axis=1), _to_border(b, a).min(axis=1))
-    low, high = np.maximum(a.min(axis=1), b.min(axis=1)), np.minimum(a.max(axis=1), b.max(axis=1))
-    apart = _separated(a, b) | _separated(b, a) | (low > high).any(axis=1)
+    distance = np.minimum(_least(_to_border(a, b)), _least(_to_border(b, a)))
+    low, high = _shared_extent(a, b)
+    apart = _separated(a, b) | _separated(b, a) | ~_all(low <= high)
     return np.where(apart, distance, 0.0)
+
+
+def _shared_extent(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    (a_low, a_high), (b_low, b_high) = extent(a), extent(b)
+    return np.maximum(a_low, b_low), np.minimum(a_high, b_high)
 
 
 def _sides(points: FloatArray, polygons: FloatArray) -> FloatArray:
@@ -132,9 +161,9 @@ def _sides(points: FloatArray, polygons: FloatArray) -> FloatArray:
     Edges without a length have everything far inwards of them.
     """
     edges = following(polygons) - polygons
-    length = np.linalg.norm(edges, axis=2)
-    solid = length > 1e-9
-    x, y = (edges / np.where(solid, length, 1.0)[..., None]).transpose(2, 0, 1)[:, :, None]
+    size = length(edges)
+    solid = size > 1e-9
+    x, y = (edges / np.where(solid, size, 1.0)[..., None]).transpose(2, 0, 1)[:, :, None]
     distance = x * _offset(points, polygons, 1) - y * _offset(points, polygons, 0)
     return np.where(solid[:, None], distance, np.inf)
 
@@ -147,18 +176,18 @@ def _offset(points: FloatArray, polygons: FloatArray, axis: int) -> FloatArray:
 
 def _separated(a: FloatArray, b: FloatArray) -> BoolArray:
     """Whether some edge of a has all of b on its outer side (separating axis)."""
-    outside: BoolArray = np.any(np.all(_sides(b, a) < 0, axis=1), axis=-1)
-    return outside
+    return reduce(np.logical_or, _columns(_all(_sides(b, a) < 0)))
 
 
 def _to_border(points: FloatArray, polygons: FloatArray) -> FloatArray:
     """Distances in metres from points (n, m, 2) to the nearest edges; (n, m)."""
     edges = following(polygons) - polygons
-    length = (edges**2).sum(axis=2)[:, None]
+    square = (edges[..., 0] ** 2 + edges[..., 1] ** 2)[:, None]
     x, y = edges.transpose(2, 0, 1)[:, :, None]
     dx, dy = (_offset(points, polygons, axis) for axis in range(2))
-    along = np.clip((dx * x + dy * y) / np.where(length > 0, length, 1.0), 0, 1)
-    nearest: FloatArray = np.sqrt(((dx - along * x) ** 2 + (dy - along * y) ** 2).min(axis=2))
+    along = np.clip((dx * x + dy * y) / np.where(square > 0, square, 1.0), 0, 1)
+    squares = (dx - along * x) ** 2 + (dy - along * y) ** 2
+    nearest: FloatArray = np.sqrt(reduce(np.minimum, np.moveaxis(squares, 2, 0)))
     return nearest
 
 
@@ -167,9 +196,10 @@ def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
 
     Zero inside the polygon.
     """
-    inside = (_sides(points, polygons) >= 0).all(axis=2)
-    low, high = polygons.min(axis=1)[:, None], polygons.max(axis=1)[:, None]
-    inside &= ((low <= points) & (points <= high)).all(axis=2)
+    inside = reduce(np.logical_and, np.moveaxis(_sides(points, polygons) >= 0, 2, 0))
+    low, high = (bound[:, None] for bound in extent(polygons))
+    within = (low <= points) & (points <= high)
+    inside &= within[..., 0] & within[..., 1]
     return np.where(inside, 0.0, _to_border(points, polygons))
 
 

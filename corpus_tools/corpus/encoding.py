@@ -197,7 +197,7 @@ def _prism(prism: Prism) -> PrismRecord:
 
 
 def _words(spans: Iterable[Span]) -> tuple[tuple[int, str], ...]:
-    return tuple((span.start, span.text) for span in spans)
+    return tuple((span.start, span.text) for span in spans) or ()
 
 
 def _sdc(sdc: SDC) -> SDCRecord:
@@ -205,7 +205,13 @@ def _sdc(sdc: SDC) -> SDCRecord:
         type=sdc.type,
         words=_words(sdc.words),
         relation=_words(sdc.relation),
-        figure=tuple(_sdc(child) for child in sdc.figure),
-        landmark1=tuple(_sdc(child) for child in sdc.landmark1),
-        landmark2=tuple(_sdc(child) for child in sdc.landmark2),
+        figure=_sdcs(sdc.figure),
+        landmark1=_sdcs(sdc.landmark1),
+        landmark2=_sdcs(sdc.landmark2),
     )
+
+
+def _sdcs(sdcs: Sequence[SDC]) -> tuple[SDCRecord, ...]:
+    # The one empty tuple that the default is: Python 3.10 makes others of empty generators, and
+    # msgspec leaves out only what is the default itself.
+    return tuple(_sdc(child) for child in sdcs) or ()

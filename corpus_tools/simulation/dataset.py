@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from corpus_tools.atomic_file import write_bytes
 from corpus_tools.importers.authored.clauses import clause_names
 from corpus_tools.importers.authored.files import read_dataset
 from corpus_tools.importers.report import Journal
+from corpus_tools.parallel import WorkerDiedError, Workers, work
 from corpus_tools.progress import OnProgress
 from corpus_tools.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, tell
@@ -55,7 +57,12 @@ class Plan:
 
 
 def write_dataset(
-    plan: Plan, out: Path, basis: Path, *, on_progress: OnProgress | None = None
+    plan: Plan,
+    out: Path,
+    basis: Path,
+    *,
+    workers: Workers | None = None,
+    on_progress: OnProgress | None = None,
 ) -> list[CorpusError]:
     """Simulate workers, and write their commands with scenarios and logs.
 
@@ -67,6 +74,8 @@ def write_dataset(
         Folder of the dataset; it is made if it isn't there.
     basis
         The dataset whose layouts and words are taken.
+    workers
+        Who executes the scenarios; whoever it is writes the same files.
 
     Returns
     -------
@@ -83,24 +92,37 @@ def write_dataset(
             f"{plan.workers} workers can't write {plan.commands} commands for each scenario",
             fix="ask for more workers, or fewer commands",
         )
-    layouts = read_layouts(basis)
-    _begin(plan, out, basis, layouts)
-    workers = draw_workers(plan.workers, plan.seed)
-    failures = []
-    for number in range(plan.scenarios):
+    _begin(plan, out, basis, read_layouts(basis))
+    simulate = partial(_simulate, plan=plan, out=out.absolute(), basis=basis.absolute())
+    failures: dict[int, CorpusError] = {}
+    for number, done in enumerate(work(simulate, range(plan.scenarios), workers or Workers()), 1):
         if on_progress is not None:
             on_progress("simulating", number, plan.scenarios)
-        scenario = generate(plan.seed, number, layouts)
-        try:
-            if not _is_logged(scenario, out):
-                log_scenario(scenario, out)
-        except CorpusError as error:
-            failures.append(error)
-            continue
-        told = commands_for(scenario, workers, plan.commands, plan.seed + number)
-        text = format_scenario(scenario) + format_commands(told)
-        write_bytes(out / SCENARIOS / f"{scenario.id}.yaml", text.encode())
-    return failures
+        if isinstance(done.error, CorpusError):
+            failures[done.item] = done.error
+        elif isinstance(done.error, WorkerDiedError):
+            failures[done.item] = CorpusError(
+                f"scenario {done.item + 1}: {done.error}", fix="run again"
+            )
+        elif done.error is not None:
+            raise done.error
+    return [failures[number] for number in sorted(failures)]
+
+
+def _simulate(number: int, *, plan: Plan, out: Path, basis: Path) -> None:
+    """Write a scenario with its log and commands, unless they are there."""
+    scenario = generate(plan.seed, number, _layouts(basis))
+    if not _is_logged(scenario, out):
+        log_scenario(scenario, out)
+    typists = draw_workers(plan.workers, plan.seed)
+    told = commands_for(scenario, typists, plan.commands, plan.seed + number)
+    text = format_scenario(scenario) + format_commands(told)
+    write_bytes(out / SCENARIOS / f"{scenario.id}.yaml", text.encode())
+
+
+@lru_cache(maxsize=1)
+def _layouts(basis: Path) -> Mapping[str, Layout]:
+    return read_layouts(basis)
 
 
 def commands_for(

@@ -24,6 +24,7 @@ from g3.groundings import FloatArray
     words=(),
     columns=(Column("away", "m", 0, 10, 10), Column("turned", "rad", 0, np.pi, 6)),
     default=False,
+    wordless=True,
 )
 def start_pose(batch: FactorBatch) -> FloatArray:
     """Artefact: a random trajectory from another log doesn't start at this command's robot."""
@@ -39,6 +40,7 @@ def start_pose(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=(Column("carries", "bool"), Column("carries_nothing", "bool")),
     default=False,
+    wordless=True,
 )
 def scene_motion(batch: FactorBatch) -> FloatArray:
     """Artefact: a random trajectory comes without the load that its own log moved."""
@@ -58,6 +60,7 @@ def scene_motion(batch: FactorBatch) -> FloatArray:
     columns=label_columns,
     alone=False,
     default=False,
+    wordless=True,
 )
 def landmark_words(batch: FactorBatch) -> FloatArray:
     """Artefact: a random negative's landmarks are random too and don't fit their own words."""
@@ -71,6 +74,7 @@ def landmark_words(batch: FactorBatch) -> FloatArray:
     words=(),
     columns=(Column("away", "m", 0, 10, 10),),
     default=False,
+    wordless=True,
 )
 def robot_pose(batch: FactorBatch) -> FloatArray:
     """Artefact: a random robot from another log isn't where this command's robot is."""

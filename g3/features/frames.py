@@ -8,7 +8,7 @@ import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import centroid, cross, following, rotate
+from g3.geometry import BoolArray, centroid, cross, following, length, rotate
 from g3.groundings import FloatArray
 
 DIRECTIONS = ("front", "left", "back", "right")
@@ -24,6 +24,9 @@ ATTENTION_WIDTH = 1.0
 CORNER_INSET = 0.01
 """How far from a corner attention stays, as part of the landmark's width: right at the end of
 a side that runs along the direction, the noise of its corners would choose between the two."""
+
+CORNERS = 4
+"""What most footprints have."""
 
 GRID = (np.arange(5) + 0.5) / 5
 
@@ -60,11 +63,11 @@ def attention_vector_sum(
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
-    return _degree(points, landmarks, _grid(landmarks), direction)
+    return _degree(points, landmarks, footprint_grid(landmarks), direction)
 
 
 @dataclass(frozen=True, slots=True)
-class _Grid:
+class Grid:
     """Points spread over footprints, and the share of the area that each stands for.
 
     Parameters
@@ -75,29 +78,51 @@ class _Grid:
         The points, seen from there, shape (n, g).
     share
         Shape (n, g).
+    simple
+        Whether only those of the first `CORNERS` corners have a share, shape (n,).
     """
 
     centre: FloatArray
     x: FloatArray
     y: FloatArray
     share: FloatArray
+    simple: BoolArray
 
 
 def _degree(
-    points: FloatArray, landmarks: FloatArray, grid: _Grid, direction: FloatArray
+    points: FloatArray, landmarks: FloatArray, grid: Grid, direction: FloatArray
 ) -> FloatArray:
     focus = _focus(points, landmarks, direction)
-    sigma = np.maximum(np.linalg.norm(points - focus, axis=1), 1e-6)
+    sigma = np.maximum(length(points - focus), 1e-6)
     x, y = (focus - grid.centre).T[:, :, None]
-    attention = grid.share * np.exp(
-        np.sqrt((grid.x - x) ** 2 + (grid.y - y) ** 2) / (-ATTENTION_WIDTH * sigma)[:, None]
-    )
+    attention = _attention(grid, x, y, (-ATTENTION_WIDTH * sigma)[:, None], landmarks.shape[1])
     drawn = [np.einsum("ng,ng->n", attention, part) for part in (grid.x, grid.y)]
     total = (points - grid.centre) * attention.sum(axis=1)[:, None] - np.stack(drawn, axis=1)
     along = (total * direction).sum(axis=1)
     deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
     degree: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
     return degree
+
+
+def _attention(
+    grid: Grid, x: FloatArray, y: FloatArray, width: FloatArray, corners: int
+) -> FloatArray:
+    """Attention at the points of grids, shape (n, g); points without a share aren't looked at."""
+    attention = np.zeros(grid.x.shape)
+    # Most footprints are boxes, among some with more corners that decide how wide the arrays are.
+    for rows, used in ((grid.simple, CORNERS), (~grid.simple, corners)):
+        chosen = np.flatnonzero(rows)
+        if len(chosen) == 0:
+            continue
+        some = slice(None) if len(chosen) == len(rows) else chosen
+        by_corner = [
+            values.reshape(len(rows), -1, corners)[some, :, :used]
+            for values in (grid.x, grid.y, grid.share)
+        ]
+        dx, dy = by_corner[0] - x[some, :, None], by_corner[1] - y[some, :, None]
+        found = by_corner[2] * np.exp(np.sqrt(dx**2 + dy**2) / width[some, :, None])
+        attention.reshape(len(rows), -1, corners)[some, :, :used] = found
+    return attention
 
 
 def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> FloatArray:
@@ -119,7 +144,7 @@ def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> 
     return focus
 
 
-def _grid(landmarks: FloatArray) -> _Grid:
+def footprint_grid(landmarks: FloatArray) -> Grid:
     """Points on rays from the centre of each footprint to points along its border.
 
     A repeated corner stands for no area; where there is no area at all, shares go by the
@@ -132,19 +157,36 @@ def _grid(landmarks: FloatArray) -> _Grid:
     x, y = (
         (GRID[:, None] * border[..., axis].reshape(n, 1, -1)).reshape(n, -1) for axis in range(2)
     )
-    triangle, length = cross(arm, edge), np.linalg.norm(edge, axis=2)
-    flat = triangle.sum(axis=1) <= 1e-12 * (length**2).sum(axis=1)
-    share = np.where(flat[:, None], length + 1e-12, np.maximum(triangle, 0.0))
+    triangle, side = cross(arm, edge), length(edge)
+    flat = triangle.sum(axis=1) <= 1e-12 * (side**2).sum(axis=1)
+    share = np.where(flat[:, None], side + 1e-12, np.maximum(triangle, 0.0))
     along = np.tile(share, len(GRID))
-    return _Grid(centre, x, y, (GRID[:, None] * along[:, None]).reshape(n, -1))
+    simple: BoolArray = ~np.any(share[:, CORNERS:], axis=1)
+    return Grid(centre, x, y, (GRID[:, None] * along[:, None]).reshape(n, -1), simple)
 
 
-def avs_directions(points: FloatArray, landmarks: FloatArray, yaw: FloatArray) -> FloatArray:
-    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4)."""
+def avs_directions(
+    points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid | None = None
+) -> FloatArray:
+    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4).
+
+    The landmarks' grid can be given if it is known.
+    """
+    grid = grid or footprint_grid(landmarks)
+    turns = np.arange(len(DIRECTIONS)) * np.pi / 2
+    return np.column_stack([_turned(points, landmarks, yaw, grid, turn) for turn in turns])
+
+
+def avs_ahead(points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid) -> FloatArray:
+    """AVS for the front alone, shape (n,)."""
+    return _turned(points, landmarks, yaw, grid, 0.0)
+
+
+def _turned(
+    points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid, turn: float
+) -> FloatArray:
     forward = np.stack((np.cos(yaw), np.sin(yaw)), axis=1)
-    grid = _grid(landmarks)
-    turns = [rotate(forward, np.full(len(yaw), turn)) for turn in np.arange(4) * np.pi / 2]
-    return np.column_stack([_degree(points, landmarks, grid, turn) for turn in turns])
+    return _degree(points, landmarks, grid, rotate(forward, np.full(len(yaw), turn)))
 
 
 def speaker_yaw(agent: FloatArray, landmarks: FloatArray) -> FloatArray:
@@ -165,8 +207,8 @@ def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
     along the agent's heading counts, not the one that the noise of its corners makes longer.
     """
     edges = following(landmarks) - landmarks
-    length = np.linalg.norm(edges, axis=2)
-    long = length >= 0.999 * length.max(axis=1, keepdims=True)
+    side = length(edges)
+    long = side >= 0.999 * side.max(axis=1, keepdims=True)
     yaw = np.arctan2(edges[..., 1], edges[..., 0])
     along = np.cos(yaw - agent[:, 2:] - LEAN_RAD)
     rows = np.arange(len(edges))
@@ -181,6 +223,11 @@ def frame_columns(frame: str) -> Columns:
     return tuple(Column(f"{frame}.{d}", "1", 0, 1, 6) for d in DIRECTIONS)
 
 
+def landmark_grid(batch: FactorBatch) -> Grid:
+    """Points spread over the landmarks, for all sets that need them."""
+    return batch.once("landmark grid", lambda b: footprint_grid(b.boxes("landmark").corners))
+
+
 def _centre(prisms: Boxes) -> FloatArray:
     return centroid(prisms.corners)
 
@@ -192,12 +239,12 @@ def _centre(prisms: Boxes) -> FloatArray:
     words=("relation",),
     columns=frame_columns("start"),
     scale=0.2,
+    wordless=True,
 )
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
-    return avs_directions(
-        _centre(batch.boxes("figure")), batch.boxes("landmark").corners, batch.agent[:, 2]
-    )
+    points, landmarks = _centre(batch.boxes("figure")), batch.boxes("landmark").corners
+    return avs_directions(points, landmarks, batch.agent[:, 2], landmark_grid(batch))
 
 
 @feature_set(
@@ -207,12 +254,13 @@ def avs_start(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=frame_columns("speaker"),
     scale=0.3,
+    wordless=True,
 )
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
     landmarks = batch.boxes("landmark").corners
     yaw = speaker_yaw(batch.agent, landmarks)
-    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw)
+    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw, landmark_grid(batch))
 
 
 @feature_set(
@@ -222,12 +270,13 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=frame_columns("intrinsic"),
     scale=0.3,
+    wordless=True,
 )
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
     landmarks = batch.boxes("landmark").corners
     yaw = intrinsic_yaw(landmarks, batch.agent)
-    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw)
+    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw, landmark_grid(batch))
 
 
 @feature_set(
@@ -238,6 +287,7 @@ def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     columns=(*frame_columns("end"), *frame_columns("mean")),
     default=False,
     scale=0.3,
+    wordless=True,
 )
 def avs_log(batch: FactorBatch) -> FloatArray:
     """AVS in the frames of the agent's ending and average orientation in the context's log.
@@ -248,7 +298,7 @@ def avs_log(batch: FactorBatch) -> FloatArray:
     points, landmarks = _centre(batch.boxes("figure")), batch.boxes("landmark").corners
     return np.column_stack(
         [
-            avs_directions(points, landmarks, yaw)
+            avs_directions(points, landmarks, yaw, landmark_grid(batch))
             for yaw in (batch.agent_end_yaw, batch.agent_mean_yaw)
         ]
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.bodies import SAMPLES, moved_corners
-from g3.features.frames import DIRECTIONS, avs_directions
+from g3.features.frames import DIRECTIONS, avs_directions, footprint_grid
 from g3.features.prisms import PRISM_COLUMNS, prism_pair
 from g3.features.registry import Column, Columns, feature_set
 from g3.features.trajectories import Tracks, tracks
@@ -56,9 +56,10 @@ def frame_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
     track = tracks(batch)
     end = track.xyz[:, -1, :2]
     mean = np.arctan2(np.sin(track.yaw).mean(axis=1), np.cos(track.yaw).mean(axis=1))
+    grid = footprint_grid(target.corners)
     return np.column_stack(
         [
-            avs_directions(end, target.corners, yaw)
+            avs_directions(end, target.corners, yaw, grid)
             for yaw in (track.yaw[:, 0], track.yaw[:, -1], mean)
         ]
     )
@@ -71,6 +72,7 @@ def frame_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
     words=("relation",),
     columns=MOMENT_COLUMNS,
     scale=0.1,
+    wordless=True,
 )
 def path_prisms(batch: FactorBatch) -> FloatArray:
     """The agent's prism and the landmark's, at the start, at the end and on average."""
@@ -84,6 +86,7 @@ def path_prisms(batch: FactorBatch) -> FloatArray:
     words=("relation", "goal"),
     columns=MOMENT_COLUMNS,
     scale=0.1,
+    wordless=True,
 )
 def event_prisms(batch: FactorBatch) -> FloatArray:
     """The agent's prism and the goal's, at the start, at the end and on average."""
@@ -97,6 +100,7 @@ def event_prisms(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=FRAME_COLUMNS,
     scale=0.1,
+    wordless=True,
 )
 def path_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the landmark the path ends, in its first, last and mean heading."""
@@ -110,6 +114,7 @@ def path_frames(batch: FactorBatch) -> FloatArray:
     words=("goal",),
     columns=FRAME_COLUMNS,
     scale=0.1,
+    wordless=True,
 )
 def event_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the goal the event ends, in its first, last and mean heading."""

@@ -77,6 +77,7 @@ def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
     words=("relation",),
     columns=PRISM_COLUMNS,
     scale=0.4,
+    wordless=True,
 )
 def figure_to_landmark(batch: FactorBatch) -> FloatArray:
     """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
@@ -96,6 +97,7 @@ def figure_to_landmark(batch: FactorBatch) -> FloatArray:
         Column("goal", "bool"),
     ),
     scale=0.5,
+    wordless=True,
 )
 def arguments(batch: FactorBatch) -> FloatArray:
     """Which arguments the factor has, and whether figure and landmark are several things."""
@@ -118,6 +120,7 @@ def arguments(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=(Column("straight", "1", -1, 1, 8), Column("even", "1", 0, 1, 5)),
     scale=0.3,
+    wordless=True,
 )
 def between(batch: FactorBatch) -> FloatArray:
     """How nearly the figure lies on a line between two things of a plural landmark."""

@@ -32,17 +32,36 @@ BEARING_COLUMNS: Columns = (
 
 def local_centres(batch: FactorBatch, index: IntArray) -> FloatArray:
     """Centres of bodies (n, ...) in the frame of the agent's start pose, shape (n, ..., 2)."""
-    centres = centroid(batch.bodies.corners)[index]
+    agent, shape = batch.agent, (*index.shape, 2)
+    if len(index) and index.strides[0] == agent.strides[0] == 0:
+        index, agent = index[:1], agent[:1]  # as at inference, where all rows have one scene
+    centres = centroids_of(batch.bodies.corners, index)
     lead = (slice(None),) + (None,) * (index.ndim - 1)
-    offset = centres - batch.agent[:, :2][lead]
-    return rotate(offset, -np.broadcast_to(batch.agent[:, 2][lead], index.shape))
+    offset = centres - agent[:, :2][lead]
+    local = rotate(offset, -np.broadcast_to(agent[:, 2][lead], index.shape))
+    return np.broadcast_to(local, shape)
+
+
+def centroids_of(corners: FloatArray, index: IntArray) -> FloatArray:
+    """Centres (..., 2) of some footprints of many, each computed once."""
+    used = np.zeros(len(corners), dtype=bool)
+    used[index] = True
+    rows = np.flatnonzero(used)
+    place = np.empty(len(corners), dtype=np.intp)
+    place[rows] = np.arange(len(rows))
+    return centroid(corners[rows])[place[index]]
+
+
+def peer_centres(batch: FactorBatch) -> FloatArray:
+    """Centres of the context's objects, in the frame of the agent's start pose, (n, p, 2)."""
+    return local_centres(batch, batch.peers)
 
 
 def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     """Centres of the context's objects that share the figure's labels (n, p, 2), and which."""
     labels = batch.bodies.labels
     same = (labels[batch.peers] == labels[batch.figure][:, None]).all(axis=2)
-    return local_centres(batch, batch.peers), same & (batch.peers >= 0)
+    return batch.once(peer_centres, peer_centres), same & (batch.peers >= 0)
 
 
 @feature_set(
@@ -52,6 +71,7 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     words=("figure", "relation"),
     columns=RANK_COLUMNS,
     scale=0.2,
+    wordless=True,
 )
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
@@ -97,6 +117,7 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     words=("figure", "relation"),
     columns=BEARING_COLUMNS,
     scale=0.3,
+    wordless=True,
 )
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from g3.errors import ModelError
 from g3.features.batch import FactorBatch, Role, WordField
+from g3.features.bodies import IntArray
 from g3.groundings import FloatArray
 from g3.sdc import SDC_TYPES, SDCType
 
@@ -74,6 +75,9 @@ class FeatureSet:
     scale
         How large the features' weights are expected to be, relative to other sets'
         (the standard deviation of the Gaussian prior that L2 regularisation is).
+    wordless
+        Whether the values are the same whatever the words are, so that rows which differ
+        in words alone need them once.
     data
         For a set that reads data which may be absent or differ, what tells these data
         from others; raises a ModelError where there are none.
@@ -89,6 +93,7 @@ class FeatureSet:
     default: bool = True
     alone: bool = True
     scale: float = 1.0
+    wordless: bool = False
     data: Callable[[], str] | None = None
 
     def columns_for(self, batch: FactorBatch) -> Columns:
@@ -109,6 +114,7 @@ def feature_set(
     default: bool = True,
     alone: bool = True,
     scale: float = 1.0,
+    wordless: bool = False,
     data: Callable[[], str] | None = None,
 ) -> Callable[[Compute], Compute]:
     """Register a function as a feature set; the parameters are those of `FeatureSet`."""
@@ -128,6 +134,7 @@ def feature_set(
             default,
             alone,
             scale,
+            wordless,
             data,
         )
         return compute
@@ -187,11 +194,22 @@ def scale_of(name: str) -> float:
 
 def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:
     """Values of a feature set for every row, NaN where it doesn't apply; shape (n, columns)."""
-    wanted = np.isin(batch.type, [SDC_TYPES.index(t) for t in feature.types])
-    for role in feature.roles:
-        wanted &= batch.role(role) >= 0
-    rows = np.flatnonzero(wanted)
+    rows, part = batch.once(
+        (feature.types, feature.roles), lambda b: _applicable(b, feature.types, feature.roles)
+    )
     result = np.full((len(batch), len(feature.columns_for(batch))), np.nan)
     if len(rows):
-        result[rows] = feature.compute(batch.take(rows))
+        shared = feature.wordless
+        result[rows] = part.shared(feature.compute) if shared else feature.compute(part)
     return result
+
+
+def _applicable(
+    batch: FactorBatch, types: tuple[SDCType, ...], roles: tuple[Role, ...]
+) -> tuple[IntArray, FactorBatch]:
+    """Rows of some types that have groundings in some roles, and the batch of them."""
+    wanted = np.isin(batch.type, [SDC_TYPES.index(t) for t in types])
+    for role in roles:
+        wanted &= batch.role(role) >= 0
+    rows = np.flatnonzero(wanted)
+    return rows, batch.take(rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import Boxes, FactorBatch, boxes
+from g3.features.batch import FactorBatch, boxes
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, feature_set
 from g3.groundings import FloatArray
@@ -22,12 +22,15 @@ def peer_pairs(batch: FactorBatch) -> FloatArray:
     """
     n, p = batch.peers.shape
     row, column = np.nonzero((batch.peers >= 0) & (batch.peers != batch.figure[:, None]))
-    own = boxes(batch.bodies, batch.figure)
-    pairs = np.full((n, p, len(PRISM_COLUMNS)), np.nan)
-    pairs[row, column] = prism_pair(
-        Boxes(own.corners[row], own.z_min[row], own.z_max[row]),
-        boxes(batch.bodies, batch.peers[row, column]),
+    # Rows share figures and scenes: each pair of bodies is looked at once.
+    m = len(batch.bodies.corners)
+    different, place = np.unique(
+        batch.figure[row] * m + batch.peers[row, column], return_inverse=True
     )
+    figure, peer = np.divmod(different, m)
+    found = prism_pair(boxes(batch.bodies, figure), boxes(batch.bodies, peer))
+    pairs = np.full((n, p, len(PRISM_COLUMNS)), np.nan)
+    pairs[row, column] = found[place.reshape(-1)]
     return pairs
 
 
@@ -44,6 +47,7 @@ def peer_pairs(batch: FactorBatch) -> FloatArray:
         Column("near_count", "1", 0, 4, 4),
     ),
     scale=0.3,
+    wordless=True,
 )
 def place_in_scene(batch: FactorBatch) -> FloatArray:
     """Whether a place is on the ground or on a thing, free or taken, and near what."""

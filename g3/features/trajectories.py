@@ -97,6 +97,7 @@ def shape(track: Tracks) -> FloatArray:
     scale=0.1,
     alone=False,
     default=False,
+    wordless=True,
 )
 def own_shape(batch: FactorBatch) -> FloatArray:
     """Shape of the trajectory in the frame of its own start: turns, reversing, straightness.
@@ -167,6 +168,7 @@ def _reach(batch: FactorBatch, target: Boxes) -> FloatArray:
     words=("relation",),
     columns=APPROACH_COLUMNS,
     scale=0.3,
+    wordless=True,
 )
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
     """How a path lies to its landmark: displacement towards it, distances, passing along."""
@@ -181,6 +183,7 @@ def path_to_landmark(batch: FactorBatch) -> FloatArray:
     words=("relation", "goal"),
     columns=APPROACH_COLUMNS,
     scale=0.3,
+    wordless=True,
 )
 def event_to_goal(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to the place or object that the event leads to."""
@@ -195,6 +198,7 @@ def event_to_goal(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=APPROACH_COLUMNS,
     scale=0.1,
+    wordless=True,
 )
 def event_to_theme(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to where the object acted on stood at first."""
@@ -289,6 +293,7 @@ THEME_COLUMNS: Columns = (
     words=("relation", "goal"),
     columns=THEME_COLUMNS,
     scale=0.5,
+    wordless=True,
 )
 def theme_moves(batch: FactorBatch) -> FloatArray:
     """What the event does to the object acted on: lifts, carries, puts down, leaves alone."""
@@ -329,6 +334,7 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
         Column("toward", "1", -1, 1, 8),
     ),
     scale=0.1,
+    wordless=True,
 )
 def theme_to_goal(batch: FactorBatch) -> FloatArray:
     """How the object acted on lies to the goal before and after the event."""

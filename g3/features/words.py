@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from g3.features.batch import FactorBatch
+from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
+from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 from g3.language.resources import tag_table_identity, word_vectors_identity, wordnet_identity
 from g3.language.similarity import MEASURES, best_match, mean_match
@@ -25,6 +27,7 @@ def label_columns(batch: FactorBatch) -> Columns:
     roles=("figure",),
     words=("figure", "relation"),
     columns=label_columns,
+    wordless=True,
 )
 def labels(batch: FactorBatch) -> FloatArray:
     """Labels that the semantic map gives the figure: all of it, for a plural."""
@@ -42,6 +45,7 @@ def _mixed_columns(batch: FactorBatch) -> Columns:
     words=("figure",),
     columns=_mixed_columns,
     scale=0.7,
+    wordless=True,
 )
 def mixed_labels(batch: FactorBatch) -> FloatArray:
     """Labels that some, but not all, things of a plural have."""
@@ -56,6 +60,7 @@ def mixed_labels(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=label_columns,
     scale=0.5,
+    wordless=True,
 )
 def landmark_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the landmark: what can carry, contain or be near things."""
@@ -69,6 +74,7 @@ def landmark_labels(batch: FactorBatch) -> FloatArray:
     words=("relation",),
     columns=label_columns,
     scale=0.2,
+    wordless=True,
 )
 def theme_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the object acted on: what can be picked up, moved, loaded."""
@@ -87,15 +93,34 @@ def _compare(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     vocabulary = sorted({word for words in names for word in words})
     row = {word: i for i, word in enumerate(vocabulary)}
     indices = [[row[word] for word in words] for words in names]
+    sides = batch.once("label sides", _label_sides)
+    columns = []
+    for name in measures:
+        similarity = MEASURES[name](vocabulary, batch.bodies.label_names)
+        columns += [
+            best_match(similarity, indices, factor, labels)[row] for factor, labels, row in sides
+        ]
+    return np.column_stack(columns)
+
+
+def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray]]:
+    """Labels of the figure, and those that only others in its scene have.
+
+    For each of the two: factors and labels of the pairs of them that differ, and which of
+    these each row has.
+    """
     labels = batch.bodies.labels
     own = labels[batch.figure]
     peers = labels[batch.peers] & (batch.peers >= 0)[..., None]
     other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
-    columns = []
-    for name in measures:
-        similarity = MEASURES[name](vocabulary, batch.bodies.label_names)
-        columns += [best_match(similarity, indices, batch.factor, side) for side in (own, other)]
-    return np.column_stack(columns)
+    sides = []
+    for side in (own, other):
+        patterns, pattern = np.unique(side, axis=0, return_inverse=True)
+        pair = batch.factor * len(patterns) + pattern.reshape(-1)
+        different, row = np.unique(pair, return_inverse=True)
+        factor, place = np.divmod(different, len(patterns))
+        sides.append((factor, patterns[place], row.reshape(-1)))
+    return sides
 
 
 @feature_set(

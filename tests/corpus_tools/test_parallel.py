@@ -15,8 +15,13 @@ from pathlib import Path
 import pytest
 
 from corpus_tools.cli import run
+from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.labelled import Options
 from corpus_tools.parallel import WorkerDiedError, Workers, work
+from corpus_tools.shards.making import write_shards
+from corpus_tools.shards.training import train_on_shards
 from g3.errors import CorpusError
+from tests.tiny_corpus import tiny_corpus
 
 
 def square(x):
@@ -142,6 +147,22 @@ def test_rendering_on_a_cluster(cluster, tmp_path, capsys):
     assert made
     for file in made:
         assert (tmp_path / "here" / file).read_bytes() == (tmp_path / "there" / file).read_bytes()
+
+
+@pytest.mark.slow
+def test_training_on_a_cluster(cluster, tmp_path):
+    pytest.importorskip("pyarrow")
+    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    made = []
+    for name, workers in (("here", Workers()), ("there", Workers(scheduler=cluster))):
+        options = Options(ablated=("word-wordnet",))
+        manifest, failures = write_shards(
+            [str(tmp_path / "tiny")], tmp_path / name, options, workers=workers, size=20
+        )
+        assert not failures
+        model = train_on_shards(tmp_path / name, manifest, workers=workers, tolerance=2.0)
+        made.append((manifest, model.weights.tobytes()))
+    assert made[0] == made[1]
 
 
 def test_no_scheduler(monkeypatch):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,7 +73,10 @@ def names(space: FeatureSpace, matrix: FloatArray) -> list[set[str]]:
 
 
 def objects(*relations: str) -> FactorBatch:
-    return to_batch([row(WORLD, "OBJECT", THING, relation=r) for r in relations])
+    """Rows with words of their own, even where these are the same."""
+    batch = to_batch([row(WORLD, "OBJECT", THING, relation=r) for r in relations])
+    own = np.arange(len(relations))
+    return replace(batch, factor=own, words=[batch.words[i] for i in batch.factor])
 
 
 BIAS = "OBJECT/bias"

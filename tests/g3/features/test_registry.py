@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -117,3 +118,31 @@ def test_values_of_rows_that_do_not_apply_are_not_computed() -> None:
 
     feature = FeatureSet("x", "", ("OBJECT",), ("figure",), (), (Column("a", "1"),), fail)
     assert_array_equal(values(feature, batch), np.full((len(events), 1), np.nan))
+
+
+@every_set
+def test_equal_rows_are_computed_once_and_have_the_same_values(feature: FeatureSet) -> None:
+    items = yard()
+    alone, twice = to_batch(items), to_batch([*items, *items[::-1]])
+    expected = values(feature, alone)
+    assert_array_equal(values(feature, twice), np.concatenate((expected, expected[::-1])))
+
+
+@every_set
+def test_wordless_sets_do_not_depend_on_words(feature: FeatureSet) -> None:
+    items = yard()
+    batch = to_batch(items)
+    strange = ({"figure": ("left",), "relation": ("near", "between"), "name": ("truck",)},)
+    others = replace(batch, words=strange, factor=np.zeros(len(batch), dtype=np.intp))
+    same = np.array_equal(values(feature, batch), values(feature, others), equal_nan=True)
+    assert same or not feature.wordless
+
+
+def test_rows_with_one_code_are_not_taken_for_equal(monkeypatch: pytest.MonkeyPatch) -> None:
+    batch = to_batch([*yard(), *yard()])
+    sets = select()
+    expected = [values(feature, batch) for feature in sets]
+    monkeypatch.setattr("g3.features.batch._ODD", np.uint64(0))
+    again = to_batch([*yard(), *yard()])
+    for feature, table in zip(sets, expected, strict=True):
+        assert_array_equal(values(feature, again), table)

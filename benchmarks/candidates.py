@@ -1,0 +1,68 @@
+"""Factor candidates a second: base features of groundings that inference chooses between.
+
+``python -m benchmarks.candidates``. All candidates differ in their groundings, so that nothing is
+computed for one that another has computed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from benchmarks.inference import world
+from benchmarks.timing import best, heading, show
+from g3.examples import factor_words
+from g3.features.batch import FactorBatch
+from g3.features.registry import select, values
+from g3.inference.candidates import object_groups
+from g3.inference.scene import Scene, scene_of
+from g3.sdc import SDCType
+from g3.sdc_notation import parse_brackets
+
+OBJECTS = 60
+CLAUSES: Mapping[str, tuple[SDCType, str, bool]] = {
+    "noun": ("OBJECT", "OBJ(f = the tire pallet)", False),
+    "noun with a landmark": (
+        "OBJECT",
+        "OBJ(f = OBJ(f = the pallet), r = near, l = OBJ(f = the truck))",
+        True,
+    ),
+    "place at a landmark": ("PLACE", "PLACE(r = on, l = OBJ(f = the truck))", True),
+}
+
+
+def run() -> None:
+    """Measure in processor time of one thread."""
+    context = world(OBJECTS)
+    scene = scene_of(context, object_groups(context))
+    heading(f"Base features of candidates among {len(scene.groups)} things and groups")
+    for name, (kind, text, related) in CLAUSES.items():
+        seconds, n = best(partial(_extract, scene, kind, text, related), clock=time.process_time)
+        show(name, n / seconds, "candidates/s", f"{n} candidates, {1e6 * seconds / n:.0f} µs each")
+
+
+def _extract(scene: Scene, kind: SDCType, text: str, related: bool) -> int:
+    batch = _batch(scene, kind, text, related)
+    for feature in select():
+        if kind in feature.types:
+            values(feature, batch)
+    return len(batch)
+
+
+def _batch(scene: Scene, kind: SDCType, text: str, related: bool) -> FactorBatch:
+    (sdc,) = parse_brackets(text)
+    figure = np.arange(len(scene.groups))
+    roles = {"figure": figure}
+    if related:
+        some = figure[:OBJECTS]
+        pairs = np.array([(a, b) for a in some for b in some if a != b], dtype=np.intp)
+        roles = {"figure": pairs[:, 0], "landmark": pairs[:, 1]}
+    factor = np.zeros(len(roles["figure"]), dtype=np.intp)
+    return scene.batch(kind, [factor_words(sdc)], factor, None, **roles)
+
+
+if __name__ == "__main__":
+    run()

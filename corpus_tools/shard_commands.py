@@ -1,0 +1,72 @@
+"""``ct shards``: the features of corpora that are larger than memory, to train on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from corpus_tools.model_options import selection_options
+from corpus_tools.parallel_options import JOBS, SCHEDULER
+
+
+@click.command()
+@click.argument("corpora", metavar="CORPUS...", nargs=-1, required=True)
+@click.option(
+    "--out",
+    metavar="DIR",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder of the shards; made if it isn't there, else empty.",
+)
+@selection_options
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="What hard negatives are drawn with.",
+)
+@JOBS
+@SCHEDULER
+def shards(
+    *,
+    corpora: tuple[str, ...],
+    out: Path,
+    negatives: Literal["random", "hard"],
+    ablate: tuple[str, ...],
+    plus: tuple[str, ...],
+    seed: int,
+    jobs: int,
+    scheduler: str,
+) -> None:
+    """Compute the features of corpora and write them as Parquet files, to be trained on.
+
+    For more examples than fit into memory: each process holds one CORPUS at a time, and training
+    no more than one shard. Examples with equal features are one row with their count, which
+    changes nothing in what is learned. A CORPUS that can't be read is named and left out, and the
+    exit status is 2 then.
+
+    \b
+    Examples:
+      ct shards warehouse simulated-1 simulated-2 --out shards --jobs 2
+      ct train g3 --shards shards --jobs 2 --out g3.npz
+    """
+    from corpus_tools.labelled import Options
+    from corpus_tools.parallel import Workers
+    from corpus_tools.progress import progress_bar
+    from corpus_tools.shards.making import write_shards
+
+    options = Options(negatives, seed, ablate, plus)
+    with progress_bar("making shards") as on_progress:
+        manifest, failures = write_shards(
+            corpora, out, options, workers=Workers(jobs, scheduler), on_progress=on_progress
+        )
+    rows = sum(shard.rows for shard in manifest.shards)
+    click.echo(f"{manifest.examples} examples, {rows} different rows in their shards")
+    click.echo(f"wrote {len(manifest.shards)} shards into {out}")
+    for failure in failures:
+        click.echo(failure, err=True)
+    if failures:
+        click.get_current_context().exit(2)

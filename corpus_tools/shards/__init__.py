@@ -1,0 +1,1 @@
+"""Features of corpora larger than memory, on disk, and training on them."""

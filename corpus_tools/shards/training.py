@@ -1,0 +1,228 @@
+"""Training on shards: the objective is a sum over them, and no more than one is in memory.
+
+Three passes read them: one finds the features and which of their columns are equal, one packs
+what L-BFGS needs of each shard into a scratch folder, and each of its steps sums over that.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+import g3.features  # noqa: F401  (fills the catalogue)
+from corpus_tools.parallel import Team, Workers, work_in_order
+from corpus_tools.progress import OnProgress
+from corpus_tools.shards.files import Manifest, Shard, read_shard
+from g3 import crf
+from g3.features.matrix import FeatureSpace, prior_scale
+from g3.features.registry import CATALOGUE_VERSION
+from g3.groundings import FloatArray
+from g3.model import DEFAULT_L2, Model
+
+PARTS = 16
+"""Shards are summed in so many parts, whoever does it, so that the sums are always the same."""
+MAX_ITERATIONS = 1000
+TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
+"""Of the gradient of the mean over examples, and how few they are taken for at least."""
+
+Signatures = npt.NDArray[np.uint64]
+_COLUMNS = "columns.npz"
+
+
+def train_on_shards(
+    folder: Path,
+    manifest: Manifest,
+    *,
+    l2: float = DEFAULT_L2,
+    workers: Workers,
+    corpus_hash: str = "",
+    tolerance: float | None = None,
+    on_progress: OnProgress | None = None,
+) -> Model:
+    """Train on all shards of a folder.
+
+    The optimum is that of :func:`g3.model.train_model` on the same examples.
+
+    Parameters
+    ----------
+    folder
+        Where the shards are.
+    manifest
+        What the folder holds.
+    l2
+        Strength of the regularisation.
+    workers
+        Who reads the shards. The scratch folder is made in `folder`, so that those of a
+        cluster see it.
+    tolerance
+        Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
+        examples, as in memory, and as much more as there are more examples.
+    """
+    if tolerance is None:
+        tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
+    files = [folder.absolute() / shard.file for shard in manifest.shards]
+    with (
+        tempfile.TemporaryDirectory(prefix=".training-", dir=folder.absolute()) as scratch,
+        Team(workers) as team,
+    ):
+
+        def told(step: str, count: int) -> Callable[[int], None] | None:
+            if on_progress is None:
+                return None
+            return lambda done: on_progress(step, done, count)
+
+        numbered = list(enumerate(files))
+        surveys = work_in_order(
+            _survey, numbered, team, on_done=told("finding features", len(files))
+        )
+        space, signatures = _joined(surveys, manifest.sets)
+        first, copy_of = _distinct(signatures, prior_scale(space))
+        _write_columns(Path(scratch) / _COLUMNS, space, first)
+        packed = work_in_order(
+            partial(_pack, scratch=Path(scratch)),
+            files,
+            team,
+            on_done=told("packing", len(files)),
+        )
+        root = np.sqrt(np.bincount(copy_of))
+        penalty = (l2 / prior_scale(space) ** 2)[first]
+        parts = [tuple(packed[i::PARTS]) for i in range(min(PARTS, len(packed)))]
+        steps = 0
+
+        def objective(weights: FloatArray) -> tuple[float, FloatArray]:
+            nonlocal steps
+            steps += 1
+            if on_progress is not None:
+                on_progress("training", steps, MAX_ITERATIONS)
+            sums = work_in_order(partial(_loss, weights=root * weights), parts, team)
+            value = sum(value for value, _ in sums) + (penalty * weights) @ weights / 2
+            gradient = root * np.sum([gradient for _, gradient in sums], axis=0)
+            return float(value), gradient + penalty * weights
+
+        found = crf.minimise(
+            objective, len(first), unit=root, tolerance=tolerance, max_iterations=MAX_ITERATIONS
+        )
+    return Model(space, (found / root)[copy_of], l2, CATALOGUE_VERSION, corpus_hash)
+
+
+@dataclass(frozen=True, slots=True)
+class _Survey:
+    """The features of a shard, and what tells their columns apart, shape (k, 2)."""
+
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    keys: npt.NDArray[np.int64]
+    signatures: Signatures
+
+
+def _survey(numbered: tuple[int, Path]) -> _Survey:
+    """Give each row two random numbers; a column's signature is the sum over its rows.
+
+    Sums of numbers of 64 bits wrap around. Different columns have the same two with a
+    probability of 2^-128, and the sums of all shards are those of the whole columns.
+    """
+    number, path = numbered
+    shard = read_shard(path)
+    rng = np.random.default_rng(number)
+    rows = rng.integers(0, 2**64, size=(len(shard.right), 2), dtype=np.uint64)
+    ones = np.ones(len(shard.features), dtype=np.uint64)
+    matrix = sparse.csr_array(
+        (ones, shard.features, shard.offsets), shape=(len(rows), len(shard.keys))
+    )
+    signatures: Signatures = np.asarray(matrix.T @ rows)
+    return _Survey(shard.bases, shard.words, shard.keys, signatures)
+
+
+def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureSpace, Signatures]:
+    """The features of all shards, and the sums of their signatures, shape (k, 2)."""
+    bases = tuple(sorted({name for s in surveys for name in s.bases}))
+    words = tuple(sorted({name for s in surveys for name in s.words}))
+    keys = np.zeros(0, dtype=np.int64)
+    total = np.zeros((0, 2), dtype=np.uint64)
+    for survey in surveys:
+        more = _translated(survey, bases, words)
+        united = np.union1d(keys, more)
+        added = np.zeros((len(united), 2), dtype=np.uint64)
+        added[np.searchsorted(united, keys)] = total
+        added[np.searchsorted(united, more)] += survey.signatures
+        keys, total = united, added
+    return FeatureSpace(sets, bases, words, keys), total
+
+
+def _translated(
+    shard: _Survey | Shard, bases: Sequence[str], words: Sequence[str]
+) -> npt.NDArray[np.int64]:
+    """The keys of a shard in a space with more names, in the shard's order."""
+    base_of, word_of = ({name: i for i, name in enumerate(names)} for names in (bases, words))
+    base = np.array([base_of[name] for name in shard.bases], dtype=np.int64)
+    word = np.array([word_of[name] for name in shard.words], dtype=np.int64)
+    own_base, own_word = np.divmod(shard.keys, len(shard.words))
+    return base[own_base] * len(words) + word[own_word]
+
+
+def _distinct(
+    signatures: Signatures, scale: FloatArray
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Where each distinct pair of a column and a prior comes first, and which each is."""
+    table = np.column_stack((signatures, scale.view(np.uint64)))
+    _, first, copy_of = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    return first, copy_of.reshape(-1)
+
+
+def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp]) -> None:
+    column = np.full(len(space), -1, dtype=np.int32)
+    column[first] = np.arange(len(first))
+    np.savez(
+        path,
+        bases=np.array(space.bases),
+        words=np.array(space.words),
+        keys=space.keys,
+        column=column,
+    )
+
+
+@lru_cache(maxsize=1)
+def _read_columns(
+    path: Path,
+) -> tuple[list[str], list[str], npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    with np.load(path) as file:
+        return file["bases"].tolist(), file["words"].tolist(), file["keys"], file["column"]
+
+
+def _pack(path: Path, *, scratch: Path) -> Path:
+    """Write the distinct columns of a shard as L-BFGS wants them."""
+    bases, words, keys, column = _read_columns(scratch / _COLUMNS)
+    shard = read_shard(path)
+    own = column[np.searchsorted(keys, _translated(shard, bases, words))]
+    column_of = own[shard.features]
+    kept = column_of >= 0
+    before = np.concatenate(([0], np.cumsum(kept)))
+    packed = scratch / f"{path.stem}.npy"
+    with packed.open("wb") as file:
+        for array in (column_of[kept], before[shard.offsets].astype(np.int32)):
+            np.save(file, array)
+        for array in (shard.right, shard.wrong):
+            np.save(file, array.astype(np.float64))
+    return packed
+
+
+def _loss(paths: Sequence[Path], *, weights: FloatArray) -> tuple[float, FloatArray]:
+    """The sum over some packed shards of the loss and its gradient."""
+    value, gradient = 0.0, np.zeros(len(weights))
+    for path in paths:
+        with path.open("rb") as file:
+            features, offsets, right, wrong = (np.load(file) for _ in range(4))
+        matrix = sparse.csr_array(
+            (np.ones(len(features)), features, offsets), shape=(len(right), len(weights))
+        )
+        more, slope = crf.loss(matrix, right, wrong, weights)
+        value += more
+        gradient += slope
+    return value, gradient
