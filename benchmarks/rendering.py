@@ -132,7 +132,7 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
         "azimuth": math.degrees(math.atan2(ahead[1], ahead[0])),
         "elevation": math.degrees(math.asin(ahead[2])),
     }
-    renderer = MujocoRenderer(
+    renderer: Any = MujocoRenderer(
         world.model, data, default_cam_config=view, width=SIZE[0], height=SIZE[1], max_geom=5000
     )
     with iio.imopen(path, "w", plugin="pyav") as video:
@@ -144,7 +144,7 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
             set_state(world, data, recording, k)
             mujoco.mj_camlight(world.model, data)
             video.write_frame(renderer.render("rgb_array"))
-    renderer.close()  # type: ignore[no-untyped-call]
+    renderer.close()
 
 
 def _jobs(jobs: int) -> None:
