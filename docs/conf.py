@@ -24,6 +24,7 @@ exclude_patterns = ["conf.py"]
 html_theme = "furo"
 html_title = f"corpus-tools-g3 {release}"
 smartquotes = False
+html_show_copyright = False
 html_show_sphinx = False
 
 myst_heading_anchors = 3
