@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from corpus_tools.format_option import FORMAT
-from corpus_tools.model_options import training_options
+from corpus_tools.model_options import NEGATIVES_SEED, training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 from g3.errors import FormatError, SDCError
 
@@ -208,13 +208,7 @@ def train() -> None:
     help="The model: NAME.npz, with NAME.json beside.",
 )
 @training_options
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="What hard negatives are drawn with.",
-)
+@NEGATIVES_SEED
 @JOBS
 @SCHEDULER
 @click.pass_context

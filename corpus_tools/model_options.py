@@ -22,6 +22,13 @@ def selection_options(command: Command) -> Command:
     return command
 
 
+NEGATIVES_SEED = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="What hard negatives are drawn with.",
+)
 _SELECTION = (
     click.option(
         "--negatives",

@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from corpus_tools.model_options import selection_options
+from corpus_tools.model_options import NEGATIVES_SEED, selection_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 
 
@@ -21,13 +21,7 @@ from corpus_tools.parallel_options import JOBS, SCHEDULER
     help="Folder of the shards; made if it isn't there, else empty.",
 )
 @selection_options
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="What hard negatives are drawn with.",
-)
+@NEGATIVES_SEED
 @JOBS
 @SCHEDULER
 def shards(

@@ -58,11 +58,11 @@ class Objective:
 
     def __call__(self, weights: FloatArray) -> tuple[float, FloatArray]:
         """Value and gradient at some weights (k,)."""
-        score = self._matrix @ weights
-        loss = self._times @ np.logaddexp(0.0, score) - self._correct @ score
-        gradient = self._transposed @ (self._times * expit(score) - self._correct)
+        loss, gradient = _likelihood(
+            self._matrix, self._transposed, self._correct, self._times, weights
+        )
         gradient += self._l2 * weights
-        return float(loss + (self._l2 * weights) @ weights / 2), gradient
+        return loss + float((self._l2 * weights) @ weights) / 2, gradient
 
 
 def loss(
@@ -81,10 +81,19 @@ def loss(
     weights
         Shape (k,).
     """
+    return _likelihood(matrix, matrix.T, right, right + wrong, weights)
+
+
+def _likelihood(
+    matrix: sparse.csr_array,
+    transposed: sparse.csr_array | sparse.csc_array,
+    right: FloatArray,
+    times: FloatArray,
+    weights: FloatArray,
+) -> tuple[float, FloatArray]:
     score = matrix @ weights
-    times = right + wrong
     value = times @ np.logaddexp(0.0, score) - right @ score
-    return float(value), matrix.T @ (times * expit(score) - right)
+    return float(value), transposed @ (times * expit(score) - right)
 
 
 def minimise(
