@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from g3.features.bodies import Bodies, IntArray
+from g3.geometry import area, centroid
 from g3.groundings import FloatArray
 
 Role = Literal["figure", "landmark", "theme", "goal"]
@@ -32,11 +33,23 @@ FieldWords = dict[WordField, tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Boxes:
-    """n upright prisms: corners (n, k, 2), z_min (n,), z_max (n,), in metres."""
+    """n upright prisms, in metres.
+
+    Parameters
+    ----------
+    corners
+        Footprints, shape (n, k, 2).
+    z_min, z_max
+        Shape (n,).
+    centre, area
+        Of the footprints, shapes (n, 2) and (n,).
+    """
 
     corners: FloatArray
     z_min: FloatArray
     z_max: FloatArray
+    centre: FloatArray
+    area: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,29 +124,36 @@ class FactorBatch:
         result: T = self.known[name]
         return result
 
-    def shared(self, compute: Callable[[FactorBatch], FloatArray]) -> FloatArray:
-        """Values (n, ...) of a function that sees no words, computed once for equal rows.
+    def shared(
+        self, compute: Callable[[FactorBatch], FloatArray], *roles: Role, words: bool = False
+    ) -> FloatArray:
+        """Values (n, ...) of a function, computed once for rows that are equal in what it sees.
 
         As with :meth:`once`, nobody may change them.
-        """
-        return self.once(compute, lambda batch: batch._expanded(compute))
 
-    def _expanded(self, compute: Callable[[FactorBatch], FloatArray]) -> FloatArray:
-        found = self.once("different", _different)
-        if found is None:
-            return compute(self)
-        different, row = found
+        Parameters
+        ----------
+        compute
+            It sees the scene, the groundings in some roles, and words if `words` is set.
+        roles
+            The roles that it sees.
+        """
+        different, row = self.once((roles, words), lambda batch: _different(batch, roles, words))
         return different.once(compute, compute)[row]
 
     def boxes(self, role: Role) -> Boxes:
         """Prisms of the bodies in a role, at their first pose."""
-        return boxes(self.bodies, self.role(role))
+        return self.once(("boxes", role), lambda batch: boxes(batch.bodies, batch.role(role)))
 
+
+ROLES: tuple[Role, ...] = get_args(Role)
 
 _GEOMETRY = tuple(
     f.name for f in fields(FactorBatch) if f.name not in ("bodies", "factor", "words", "known")
 )
 """All that says where things are, a value or a row of them for each row of the batch."""
+
+_SCENE = tuple(name for name in _GEOMETRY if name not in ROLES)
 
 
 def _rows(values: npt.NDArray[Any], rows: IntArray) -> npt.NDArray[Any]:
@@ -142,41 +162,49 @@ def _rows(values: npt.NDArray[Any], rows: IntArray) -> npt.NDArray[Any]:
     return values[rows]
 
 
-def _different(batch: FactorBatch) -> tuple[FactorBatch, IntArray] | None:
-    """The rows that differ in anything but words, and which of them each row is.
+def _different(
+    batch: FactorBatch, roles: tuple[Role, ...], words: bool
+) -> tuple[FactorBatch, IntArray]:
+    """The rows that differ in some roles, or words; and which of them each row is.
 
-    None where all rows differ.
+    They have nothing in other roles.
     """
-    values = [getattr(batch, name) for name in _GEOMETRY]
-    differing = [v.reshape(len(batch), -1) for v in values if v.strides[0] != 0]
-    columns = [np.ascontiguousarray(c) for v in differing for c in v.T]
-    first, row = _equal_rows(columns, len(batch))
-    if len(first) == len(batch):
-        return None
+    columns = [batch.role(role) + 1 for role in roles] + ([batch.factor] if words else [])
+    first, row = _equal_rows(batch.once("scenes", _scenes), columns)
     taken = {name: _rows(getattr(batch, name), first) for name in _GEOMETRY}
-    none = np.zeros(len(first), dtype=np.intp)
-    return FactorBatch(batch.bodies, factor=none, words=({},), **taken), row
+    unseen = np.broadcast_to(np.intp(-1), len(first))
+    taken |= {role: unseen for role in ROLES if role not in roles}
+    factor = batch.factor[first] if words else np.zeros(len(first), dtype=np.intp)
+    used = batch.words if words else ({},)
+    return FactorBatch(batch.bodies, factor=factor, words=used, **taken), row
 
 
-def _equal_rows(columns: Sequence[npt.NDArray[Any]], n: int) -> tuple[IntArray, IntArray]:
+def _scenes(batch: FactorBatch) -> IntArray:
+    """A number for each row's scene, shape (n,)."""
+    values = [getattr(batch, name) for name in _SCENE]
+    differing = [v.reshape(len(batch), -1) for v in values if v.strides[0] != 0]
+    if not differing or not len(batch):
+        return np.zeros(len(batch), dtype=np.intp)
+    table = np.column_stack([v.astype(float) for v in differing])
+    bytes_of_row = np.ascontiguousarray(table).view(f"V{table.itemsize * table.shape[1]}")
+    number: dict[bytes, int] = {}
+    return np.array([number.setdefault(row, len(number)) for row in bytes_of_row.ravel().tolist()])
+
+
+def _equal_rows(code: IntArray, columns: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
     """Where each different row of a table comes first, and which of those each row is."""
-    code = np.zeros(n, dtype=np.uint64)
-    bits = [c.view(np.uint64) if c.itemsize == 8 else c.astype(np.uint64) for c in columns]
-    for column in bits:
-        code = (code ^ column) * _ODD
-        code ^= code >> _SHIFT
-    _, first, row = np.unique(code, return_index=True, return_inverse=True)
-    row = row.reshape(-1)
-    if all(np.array_equal(column, column[first][row]) for column in bits):
-        return first, row
-    everything = np.arange(n)  # two rows have one code; nothing is gained and nothing is wrong
-    return everything, everything
-
-
-_ODD, _SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)
-"""They mix the bits of a code."""
+    first = np.arange(len(code))
+    for column in columns:
+        code = code * (column.max(initial=0) + 1) + column
+        _, first, code = np.unique(code, return_index=True, return_inverse=True)
+    return first, code.reshape(-1)
 
 
 def boxes(bodies: Bodies, index: IntArray) -> Boxes:
     """Prisms of some bodies at their first pose."""
-    return Boxes(bodies.corners[index], bodies.z_min[index], bodies.z_max[index])
+    return Boxes(*(getattr(bodies, f.name)[index] for f in fields(Boxes)))
+
+
+def measured(corners: FloatArray, z_min: FloatArray, z_max: FloatArray) -> Boxes:
+    """Prisms with the centres and areas of their footprints."""
+    return Boxes(corners, z_min, z_max, centroid(corners), area(corners))

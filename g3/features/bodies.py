@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from g3.geometry import centroid, convex_hull, cross, rotate, wrap
+from g3.geometry import area, centroid, convex_hull, cross, rotate, wrap
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 
 IntArray = npt.NDArray[np.intp]
@@ -38,6 +38,8 @@ class Bodies:
     ----------
     corners
         Convex footprints at the first pose, counter-clockwise, shape (m, k, 2).
+    centre, area
+        Of the footprints, shapes (m, 2) and (m,).
     z_min, z_max
         Heights of bottom and top at the first pose, shape (m,).
     count
@@ -61,6 +63,8 @@ class Bodies:
     """
 
     corners: FloatArray
+    centre: FloatArray
+    area: FloatArray
     z_min: FloatArray
     z_max: FloatArray
     count: FloatArray
@@ -110,8 +114,11 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
     raw_yaw = _unwrap(raw_yaw, offsets)
     t, xyz, yaw = _resample(raw_t, raw_xyz, raw_yaw, offsets)
     heights = np.array([_heights(group) for group in groups]).reshape(len(groups), 2)
+    corners = _pad(hulls)
     return Bodies(
-        corners=_pad(hulls),
+        corners=corners,
+        centre=centroid(corners),
+        area=area(corners),
         z_min=heights[:, 0],
         z_max=heights[:, 1],
         count=np.array([len(group) for group in groups], dtype=float),

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
-from g3.features.batch import Boxes, FactorBatch
+from g3.features.batch import FactorBatch, Role
+from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import BoolArray, centroid, cross, following, length, rotate
+from g3.geometry import centroid, cross, following, length
 from g3.groundings import FloatArray
 
 DIRECTIONS = ("front", "left", "back", "right")
@@ -25,16 +29,43 @@ CORNER_INSET = 0.01
 """How far from a corner attention stays, as part of the landmark's width: right at the end of
 a side that runs along the direction, the noise of its corners would choose between the two."""
 
-CORNERS = 4
-"""What most footprints have."""
-
 GRID = (np.arange(5) + 0.5) / 5
 
+BLOCK = 512
+"""Rows whose points are looked at together: so many stay in a core's cache."""
 
-def attention_vector_sum(
-    points: FloatArray, landmarks: FloatArray, direction: FloatArray
-) -> FloatArray:
-    """Degree to which a point lies in a direction from a landmark, between 0 and 1.
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Points spread over the footprints of n landmarks, of which m differ.
+
+    Parameters
+    ----------
+    corners
+        Of the m footprints, shape (2, k, m), in metres.
+    centre
+        Of each, shape (m, 2).
+    x, y
+        The points, seen from there, shape (m, g); single precision is enough for a mean.
+    share
+        Of the area that each point stands for, shape (m, g).
+    row
+        Which footprint each landmark has, shape (n,).
+    blocks
+        All n rows, those together that look at as many points; rows, and how many points.
+    """
+
+    corners: FloatArray
+    centre: FloatArray
+    x: npt.NDArray[np.float32]
+    y: npt.NDArray[np.float32]
+    share: npt.NDArray[np.float32]
+    row: IntArray
+    blocks: tuple[tuple[IntArray, int], ...]
+
+
+def attention_vector_sums(points: FloatArray, landmarks: Grid, direction: FloatArray) -> FloatArray:
+    """Degrees to which a point lies in a direction from a landmark and against it, from 0 to 1.
 
     Attention is centred on the point of the landmark's border that faces the direction
     in line with the figure, and falls off exponentially with the distance from it. The
@@ -48,14 +79,14 @@ def attention_vector_sum(
     points
         Figures, shape (n, 2), in metres.
     landmarks
-        Convex footprints, shape (n, k, 2), in metres.
+        Points spread over n convex footprints.
     direction
         Unit vectors, shape (n, 2).
 
     Returns
     -------
     FloatArray
-        Shape (n,).
+        Shape (n, 2).
 
     References
     ----------
@@ -63,135 +94,138 @@ def attention_vector_sum(
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
-    return _degree(points, landmarks, footprint_grid(landmarks), direction)
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """Points spread over footprints, and the share of the area that each stands for.
-
-    Parameters
-    ----------
-    centre
-        Of each footprint, shape (n, 2).
-    x, y
-        The points, seen from there, shape (n, g).
-    share
-        Shape (n, g).
-    simple
-        Whether only those of the first `CORNERS` corners have a share, shape (n,).
-    """
-
-    centre: FloatArray
-    x: FloatArray
-    y: FloatArray
-    share: FloatArray
-    simple: BoolArray
-
-
-def _degree(
-    points: FloatArray, landmarks: FloatArray, grid: Grid, direction: FloatArray
-) -> FloatArray:
-    focus = _focus(points, landmarks, direction)
-    sigma = np.maximum(length(points - focus), 1e-6)
-    x, y = (focus - grid.centre).T[:, :, None]
-    attention = _attention(grid, x, y, (-ATTENTION_WIDTH * sigma)[:, None], landmarks.shape[1])
-    drawn = [np.einsum("ng,ng->n", attention, part) for part in (grid.x, grid.y)]
-    total = (points - grid.centre) * attention.sum(axis=1)[:, None] - np.stack(drawn, axis=1)
-    along = (total * direction).sum(axis=1)
-    deviation = np.degrees(np.arctan2(np.abs(cross(direction, total)), along))
-    degree: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * deviation, 0.0, 1.0)
-    return degree
-
-
-def _attention(
-    grid: Grid, x: FloatArray, y: FloatArray, width: FloatArray, corners: int
-) -> FloatArray:
-    """Attention at the points of grids, shape (n, g); points without a share aren't looked at."""
-    attention = np.zeros(grid.x.shape)
-    # Most footprints are boxes, among some with more corners that decide how wide the arrays are.
-    for rows, used in ((grid.simple, CORNERS), (~grid.simple, corners)):
-        chosen = np.flatnonzero(rows)
-        if len(chosen) == 0:
-            continue
-        some = slice(None) if len(chosen) == len(rows) else chosen
-        by_corner = [
-            values.reshape(len(rows), -1, corners)[some, :, :used]
-            for values in (grid.x, grid.y, grid.share)
+    centre = landmarks.centre[landmarks.row]
+    foci = _foci(points, landmarks, direction)
+    rates = [-1 / (ATTENTION_WIDTH * np.maximum(length(points - focus), 1e-6)) for focus in foci]
+    attended = _attend(landmarks, [focus - centre for focus in foci], rates)
+    totals = [(points - centre) * total[:, None] - drawn for total, drawn in attended]
+    deviation = np.column_stack(
+        [
+            np.arctan2(np.abs(cross(direction, total)), sense * _dot(total, direction))
+            for total, sense in zip(totals, (1, -1), strict=True)
         ]
-        dx, dy = by_corner[0] - x[some, :, None], by_corner[1] - y[some, :, None]
-        found = by_corner[2] * np.exp(np.sqrt(dx**2 + dy**2) / width[some, :, None])
-        attention.reshape(len(rows), -1, corners)[some, :, :used] = found
-    return attention
+    )
+    degrees: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * np.degrees(deviation), 0.0, 1.0)
+    return degrees
 
 
-def _focus(points: FloatArray, landmarks: FloatArray, direction: FloatArray) -> FloatArray:
-    """The border point furthest in the direction, as nearly in line with the figure as can be."""
-    across = np.stack((-direction[:, 1], direction[:, 0]), axis=1)
-    side = (landmarks * across[:, None]).sum(axis=2)
-    ahead = (landmarks * direction[:, None]).sum(axis=2)
-    low, high = side.min(axis=1), side.max(axis=1)
+def _attend(
+    grid: Grid, foci: Sequence[FloatArray], rates: Sequence[FloatArray]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """For each focus (n, 2), sums over landmarks' points of attention and of attention times point.
+
+    Attention falls at a rate (n,) with the distance from the focus; it is 1 at the nearest point.
+    """
+    sums = [(np.empty(len(focus)), np.empty_like(focus)) for focus in foci]
+    single = [
+        (f.T.astype(np.float32), r.astype(np.float32)) for f, r in zip(foci, rates, strict=True)
+    ]
+    for rows, points in grid.blocks:
+        landmark = grid.row[rows]
+        x, y, share = (table[landmark, :points] for table in (grid.x, grid.y, grid.share))
+        for (attended, drawn), ((fx, fy), rate) in zip(sums, single, strict=True):
+            attention, dy = x - fx[rows, None], y - fy[rows, None]
+            attention *= attention
+            dy *= dy
+            attention += dy
+            np.sqrt(attention, out=attention)
+            # The sums' directions don't depend on it, and near the border nothing underflows.
+            attention -= attention.min(axis=1, keepdims=True)
+            attention *= rate[rows, None]
+            np.exp(attention, out=attention)
+            attention *= share
+            attended[rows] = attention.sum(axis=1)
+            drawn[rows, 0] = np.einsum("ng,ng->n", attention, x)
+            drawn[rows, 1] = np.einsum("ng,ng->n", attention, y)
+    return sums
+
+
+def _foci(points: FloatArray, grid: Grid, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The border points furthest in a direction and against it, as nearly in line as can be."""
+    x, y = grid.corners[:, :, grid.row]
+    dx, dy = np.ascontiguousarray(direction.T)
+    ahead, side = x * dx + y * dy, y * dx - x * dy
+    low, high = side.min(axis=0), side.max(axis=0)
     inset = CORNER_INSET * (high - low)
-    target = np.clip((points * across).sum(axis=1), low + inset, high - inset)[:, None]
-    next_side, next_ahead = following(side), following(ahead)
-    span = next_side - side
+    target = np.clip(points[:, 1] * dx - points[:, 0] * dy, low + inset, high - inset)
+    span = np.roll(side, -1, axis=0) - side
     flat = np.abs(span) < 1e-9
     ratio = (target - side) / np.where(flat, 1.0, span)
-    on_edge = (ratio >= -1e-9) & (ratio <= 1 + 1e-9) & ~flat
-    height = np.where(on_edge, ahead + ratio * (next_ahead - ahead), -np.inf).max(axis=1)
-    best = np.where(np.isfinite(height), height, ahead.max(axis=1))
-    focus: FloatArray = target * across + best[:, None] * direction
-    return focus
+    off_edge = (ratio < -1e-9) | (ratio > 1 + 1e-9) | flat
+    height = ahead + ratio * (np.roll(ahead, -1, axis=0) - ahead)
+    height[off_edge] = np.nan
+    front, back = np.fmax.reduce(height, axis=0), np.fmin.reduce(height, axis=0)
+    nowhere = np.isnan(front)
+    front = np.where(nowhere, ahead.max(axis=0), front)
+    back = np.where(nowhere, ahead.min(axis=0), back)
+    first, second = (
+        np.stack((best * dx - target * dy, best * dy + target * dx), axis=1)
+        for best in (front, back)
+    )
+    return first, second
 
 
-def footprint_grid(landmarks: FloatArray) -> Grid:
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+    return product
+
+
+def footprint_grid(footprints: FloatArray, row: IntArray | None = None) -> Grid:
     """Points on rays from the centre of each footprint to points along its border.
 
     A repeated corner stands for no area; where there is no area at all, shares go by the
     border's length.
+
+    Parameters
+    ----------
+    footprints
+        Convex, shape (m, k, 2), in metres.
+    row
+        Which of them each landmark has, shape (n,); each once if left out.
     """
-    n = len(landmarks)
-    centre = centroid(landmarks)
-    arm, edge = landmarks - centre[:, None], following(landmarks) - landmarks
-    border = arm[:, None] + GRID[:, None, None] * edge[:, None]
-    x, y = (
-        (GRID[:, None] * border[..., axis].reshape(n, 1, -1)).reshape(n, -1) for axis in range(2)
-    )
+    m = len(footprints)
+    row = np.arange(m) if row is None else row
+    centre = centroid(footprints)
+    arm, edge = footprints - centre[:, None], following(footprints) - footprints
     triangle, side = cross(arm, edge), length(edge)
     flat = triangle.sum(axis=1) <= 1e-12 * (side**2).sum(axis=1)
-    share = np.where(flat[:, None], side + 1e-12, np.maximum(triangle, 0.0))
-    along = np.tile(share, len(GRID))
-    simple: BoolArray = ~np.any(share[:, CORNERS:], axis=1)
-    return Grid(centre, x, y, (GRID[:, None] * along[:, None]).reshape(n, -1), simple)
+    share = np.where(flat[:, None], side, np.maximum(triangle, 0.0))
+    share[:, 0] += 1e-12 * flat
+    # Edges without a share come last, where they need not be looked at.
+    order = np.argsort(share <= 0, axis=1, kind="stable")
+    arm, edge = (np.take_along_axis(v, order[..., None], axis=1) for v in (arm, edge))
+    share = np.take_along_axis(share, order, axis=1)
+    border = arm[:, :, None] + GRID[:, None] * edge[:, :, None]
+    points = GRID[:, None, None] * border[:, :, None]
+    shares = np.broadcast_to((share[..., None] * GRID)[..., None], points.shape[:-1])
+    x, y, weight = (
+        v.reshape(m, -1).astype(np.float32) for v in (points[..., 0], points[..., 1], shares)
+    )
+    used = ((share > 0).sum(axis=1) * len(GRID) ** 2)[row]
+    by_use = np.argsort(used, kind="stable")
+    blocks = [by_use[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
+    return Grid(
+        np.ascontiguousarray(footprints.T),
+        centre,
+        x,
+        y,
+        weight,
+        row,
+        tuple((rows, int(used[rows].max())) for rows in blocks),
+    )
 
 
-def avs_directions(
-    points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid | None = None
-) -> FloatArray:
-    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4).
-
-    The landmarks' grid can be given if it is known.
-    """
-    grid = grid or footprint_grid(landmarks)
-    turns = np.arange(len(DIRECTIONS)) * np.pi / 2
-    return np.column_stack([_turned(points, landmarks, yaw, grid, turn) for turn in turns])
+def avs_directions(points: FloatArray, landmarks: Grid, yaw: FloatArray) -> FloatArray:
+    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4)."""
+    x, y = np.cos(yaw), np.sin(yaw)
+    front_back = attention_vector_sums(points, landmarks, np.column_stack((x, y)))
+    left_right = attention_vector_sums(points, landmarks, np.column_stack((-y, x)))
+    return np.stack((front_back, left_right), axis=2).reshape(-1, len(DIRECTIONS))
 
 
-def avs_ahead(points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid) -> FloatArray:
-    """AVS for the front alone, shape (n,)."""
-    return _turned(points, landmarks, yaw, grid, 0.0)
-
-
-def _turned(
-    points: FloatArray, landmarks: FloatArray, yaw: FloatArray, grid: Grid, turn: float
-) -> FloatArray:
-    forward = np.stack((np.cos(yaw), np.sin(yaw)), axis=1)
-    return _degree(points, landmarks, grid, rotate(forward, np.full(len(yaw), turn)))
-
-
-def speaker_yaw(agent: FloatArray, landmarks: FloatArray) -> FloatArray:
-    """Heading of the line of sight from the agent's start (n, 3) to each landmark; (n,)."""
-    sight = centroid(landmarks) - agent[:, :2]
+def speaker_yaw(agent: FloatArray, centre: FloatArray) -> FloatArray:
+    """Heading of the line of sight from the agent's start (n, 3) to landmarks' centres; (n,)."""
+    sight = centre - agent[:, :2]
     return np.arctan2(sight[:, 1], sight[:, 0])
 
 
@@ -223,13 +257,14 @@ def frame_columns(frame: str) -> Columns:
     return tuple(Column(f"{frame}.{d}", "1", 0, 1, 6) for d in DIRECTIONS)
 
 
-def landmark_grid(batch: FactorBatch) -> Grid:
-    """Points spread over the landmarks, for all sets that need them."""
-    return batch.once("landmark grid", lambda b: footprint_grid(b.boxes("landmark").corners))
+def grid_of(batch: FactorBatch, role: Role) -> Grid:
+    """Points spread over the bodies in a role, for all sets that need them."""
+    return batch.once(("grid", role), partial(_grid, role=role))
 
 
-def _centre(prisms: Boxes) -> FloatArray:
-    return centroid(prisms.corners)
+def _grid(batch: FactorBatch, role: Role) -> Grid:
+    used, row = np.unique(batch.role(role), return_inverse=True)
+    return footprint_grid(batch.bodies.corners[used], row.reshape(-1))
 
 
 @feature_set(
@@ -243,8 +278,8 @@ def _centre(prisms: Boxes) -> FloatArray:
 )
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
-    points, landmarks = _centre(batch.boxes("figure")), batch.boxes("landmark").corners
-    return avs_directions(points, landmarks, batch.agent[:, 2], landmark_grid(batch))
+    landmarks = grid_of(batch, "landmark")
+    return avs_directions(batch.boxes("figure").centre, landmarks, batch.agent[:, 2])
 
 
 @feature_set(
@@ -258,9 +293,8 @@ def avs_start(batch: FactorBatch) -> FloatArray:
 )
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
-    landmarks = batch.boxes("landmark").corners
-    yaw = speaker_yaw(batch.agent, landmarks)
-    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw, landmark_grid(batch))
+    yaw = speaker_yaw(batch.agent, batch.boxes("landmark").centre)
+    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw)
 
 
 @feature_set(
@@ -274,9 +308,8 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
 )
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
-    landmarks = batch.boxes("landmark").corners
-    yaw = intrinsic_yaw(landmarks, batch.agent)
-    return avs_directions(_centre(batch.boxes("figure")), landmarks, yaw, landmark_grid(batch))
+    yaw = intrinsic_yaw(batch.boxes("landmark").corners, batch.agent)
+    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw)
 
 
 @feature_set(
@@ -295,10 +328,10 @@ def avs_log(batch: FactorBatch) -> FloatArray:
     Off unless asked for: when objects and places are grounded, no action has been
     chosen yet, so these orientations are not known.
     """
-    points, landmarks = _centre(batch.boxes("figure")), batch.boxes("landmark").corners
+    points, landmarks = batch.boxes("figure").centre, grid_of(batch, "landmark")
     return np.column_stack(
         [
-            avs_directions(points, landmarks, yaw, landmark_grid(batch))
+            avs_directions(points, landmarks, yaw)
             for yaw in (batch.agent_end_yaw, batch.agent_mean_yaw)
         ]
     )

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import Boxes, FactorBatch
+from g3.features.batch import Boxes, FactorBatch, Role, measured
 from g3.features.bodies import SAMPLES, moved_corners
-from g3.features.frames import DIRECTIONS, avs_directions, footprint_grid
+from g3.features.frames import DIRECTIONS, avs_directions, grid_of
 from g3.features.prisms import PRISM_COLUMNS, prism_pair
 from g3.features.registry import Column, Columns, feature_set
 from g3.features.trajectories import Tracks, tracks
@@ -39,7 +39,7 @@ def agent_boxes(batch: FactorBatch, track: Tracks, sample: int) -> Boxes:
     bodies, index = batch.bodies, batch.agent_body
     start = np.column_stack((bodies.xyz[index, 0, :2], bodies.yaw[index, 0]))
     pose = np.column_stack((track.xyz[:, sample, :2], track.yaw[:, sample]))
-    return Boxes(
+    return measured(
         moved_corners(bodies.corners[index], start, pose), bodies.z_min[index], bodies.z_max[index]
     )
 
@@ -51,15 +51,14 @@ def prism_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
     return np.column_stack((pairs[0], pairs[-1], np.mean(pairs, axis=0)))
 
 
-def frame_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
+def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
     """AVS of the trajectory's end from a target in its first, last and mean heading."""
     track = tracks(batch)
     end = track.xyz[:, -1, :2]
     mean = np.arctan2(np.sin(track.yaw).mean(axis=1), np.cos(track.yaw).mean(axis=1))
-    grid = footprint_grid(target.corners)
     return np.column_stack(
         [
-            avs_directions(end, target.corners, yaw, grid)
+            avs_directions(end, grid_of(batch, target), yaw)
             for yaw in (track.yaw[:, 0], track.yaw[:, -1], mean)
         ]
     )
@@ -104,7 +103,7 @@ def event_prisms(batch: FactorBatch) -> FloatArray:
 )
 def path_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the landmark the path ends, in its first, last and mean heading."""
-    return frame_moments(batch, batch.boxes("landmark"))
+    return frame_moments(batch, "landmark")
 
 
 @feature_set(
@@ -118,4 +117,4 @@ def path_frames(batch: FactorBatch) -> FloatArray:
 )
 def event_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the goal the event ends, in its first, last and mean heading."""
-    return frame_moments(batch, batch.boxes("goal"))
+    return frame_moments(batch, "goal")

@@ -8,13 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.features.batch import FactorBatch, WordField
-from g3.features.frames import avs_ahead, avs_speaker, avs_start, landmark_grid, speaker_yaw
+from g3.features.frames import attention_vector_sums, avs_speaker, avs_start, grid_of, speaker_yaw
 from g3.features.prisms import between, figure_to_landmark
 from g3.features.ranks import RANK_COLUMNS, bearing, ranks
 from g3.features.registry import Column, Columns, feature_set
 from g3.features.scene import PAIR
 from g3.features.trajectories import SHAPE_COLUMNS, own_shape
-from g3.geometry import centroid
 from g3.groundings import FloatArray
 from g3.language.concepts import CONCEPTS, Concept, concepts
 
@@ -63,10 +62,13 @@ DEGREE_COLUMNS: Columns = (
 )
 def named_relation(batch: FactorBatch) -> FloatArray:
     """Degree to which figure and landmark stand as the relation's words name it."""
-    pair = batch.shared(figure_to_landmark)
-    sides = np.maximum(batch.shared(avs_start), batch.shared(avs_speaker))
+    pair = batch.shared(figure_to_landmark, "figure", "landmark")
+    sides = np.maximum(
+        batch.shared(avs_start, "figure", "landmark"),
+        batch.shared(avs_speaker, "figure", "landmark"),
+    )
     # In front of a thing is also its near side to the speaker, and behind it its far side.
-    near, far = batch.shared(_near_and_far).T
+    near, far = batch.shared(_near_and_far, "figure", "landmark").T
     sides[:, 0], sides[:, 2] = np.maximum(sides[:, 0], near), np.maximum(sides[:, 2], far)
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
 
@@ -76,7 +78,7 @@ def named_relation(batch: FactorBatch) -> FloatArray:
     for i, side in enumerate(SIDES):
         put(side, sides[:, i])
     put("on", pair[:, PAIR["supports"]])
-    straight = batch.shared(between)[:, 0]
+    straight = batch.shared(between, "figure", "landmark")[:, 0]
     put("between", np.where(np.isnan(straight), np.exp(-pair[:, PAIR["gap"]]), (1 + straight) / 2))
     put("near", np.exp(-pair[:, PAIR["gap"]]))
     wanted = named(batch, ("relation",))
@@ -85,13 +87,11 @@ def named_relation(batch: FactorBatch) -> FloatArray:
 
 def _near_and_far(batch: FactorBatch) -> FloatArray:
     """AVS of the figure on the landmark's side to the speaker and on the other; (n, 2)."""
-    landmarks = batch.boxes("landmark").corners
-    points = centroid(batch.boxes("figure").corners)
-    sight = speaker_yaw(batch.agent, landmarks)
-    grid = landmark_grid(batch)
-    return np.column_stack(
-        [avs_ahead(points, landmarks, sight + turn, grid) for turn in (np.pi, 0.0)]
-    )
+    sight = speaker_yaw(batch.agent, batch.boxes("landmark").centre)
+    away = np.column_stack((np.cos(sight), np.sin(sight)))
+    return attention_vector_sums(batch.boxes("figure").centre, grid_of(batch, "landmark"), away)[
+        :, ::-1
+    ]
 
 
 @feature_set(
@@ -105,9 +105,9 @@ def named_position(batch: FactorBatch) -> FloatArray:
     """Degree to which the figure lies, among its peers and from the agent, as words name it."""
     rank = {
         column.name: value
-        for column, value in zip(RANK_COLUMNS, batch.shared(ranks).T, strict=True)
+        for column, value in zip(RANK_COLUMNS, batch.shared(ranks, "figure").T, strict=True)
     }
-    ahead, leftward, among_ahead, among_leftward = batch.shared(bearing).T
+    ahead, leftward, among_ahead, among_leftward = batch.shared(bearing, "figure").T
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
 
     def put(concept: Concept, degree: FloatArray) -> None:
@@ -140,7 +140,9 @@ def named_position(batch: FactorBatch) -> FloatArray:
 )
 def named_shape(batch: FactorBatch) -> FloatArray:
     """Degree to which a trajectory turns, leads or reverses as the relation's words name it."""
-    shape = {c.name: v for c, v in zip(SHAPE_COLUMNS, batch.shared(own_shape).T, strict=True)}
+    shape = {
+        c.name: v for c, v in zip(SHAPE_COLUMNS, batch.shared(own_shape, "figure").T, strict=True)
+    }
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
     turn = np.tanh(shape["turn"])
     first = np.tanh(shape["first_turn"])

@@ -7,7 +7,6 @@ the words decide what the figure competes with.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from g3.features.batch import FactorBatch
 from g3.features.named import named
@@ -49,14 +48,7 @@ def is_ordinal(word: str) -> bool:
 )
 def named_order(batch: FactorBatch) -> FloatArray:
     """Place that words name ("left-most", "second from the right") among what they could mean."""
-    rival = rivals(batch)
-    own = _values(local_centres(batch, batch.figure))
-    others = _values(local_centres(batch, batch.peers))
-    ahead = (rival[..., None] & (others > own[:, None] + SAME_PLACE_M)).sum(axis=1)
-    level = (rival[..., None] & (np.abs(others - own[:, None]) <= SAME_PLACE_M)).sum(axis=1)
-    count = rival.sum(axis=1)[:, None]
-    several = count > 0
-    beaten = np.where(several, 1 - (ahead + level / 2) / np.maximum(count, 1), np.nan)
+    ahead, beaten = np.split(batch.shared(standing, "figure", words=True), 2, axis=1)
     wanted = named(batch, ("figure",)) | (
         named(batch, ("figure", "relation")) & (batch.landmark < 0)[:, None]
     )
@@ -72,6 +64,24 @@ def named_order(batch: FactorBatch) -> FloatArray:
     )
     table[is_robot(batch) | (batch.bodies.count[batch.figure] > 1)] = np.nan
     return table
+
+
+def standing(batch: FactorBatch) -> FloatArray:
+    """How many rivals are further in each direction, and how large a part is less far.
+
+    Returns
+    -------
+    FloatArray
+        Shape (n, 2 directions); the parts are NaN where there is no rival.
+    """
+    rival = rivals(batch)
+    own = _values(local_centres(batch, batch.figure))
+    others = _values(local_centres(batch, batch.peers))
+    ahead = (rival[..., None] & (others > own[:, None] + SAME_PLACE_M)).sum(axis=1)
+    level = (rival[..., None] & (np.abs(others - own[:, None]) <= SAME_PLACE_M)).sum(axis=1)
+    count = rival.sum(axis=1)[:, None]
+    beaten = np.where(count > 0, 1 - (ahead + level / 2) / np.maximum(count, 1), np.nan)
+    return np.hstack((ahead, beaten))
 
 
 def rivals(batch: FactorBatch) -> BoolArray:
@@ -109,7 +119,7 @@ def _mean(degrees: FloatArray, wanted: BoolArray) -> FloatArray:
 
 
 def _ordinal(
-    batch: FactorBatch, ahead: npt.NDArray[np.intp], side: BoolArray, from_side: BoolArray
+    batch: FactorBatch, ahead: FloatArray, side: BoolArray, from_side: BoolArray
 ) -> FloatArray:
     """1 for the place that the words count to, less the further off; NaN where none is.
 

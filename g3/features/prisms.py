@@ -6,7 +6,7 @@ import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import area, centroid, contains_point, gap, intersection_area
+from g3.geometry import contains_point, gap, intersection_area, length
 from g3.groundings import FloatArray
 
 RESTING_TOLERANCE_M = 0.35
@@ -28,7 +28,7 @@ PRISM_COLUMNS: Columns = (
 
 def size(prisms: Boxes) -> FloatArray:
     """Side in metres of a square as large as the footprint, at least 0.1; shape (n,)."""
-    return np.sqrt(np.maximum(area(prisms.corners), 0.01))
+    return np.sqrt(np.maximum(prisms.area, 0.01))
 
 
 def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
@@ -43,11 +43,10 @@ def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
         Shape (n, len(PRISM_COLUMNS)).
     """
     shared = intersection_area(figure.corners, landmark.corners)
-    figure_area = np.maximum(area(figure.corners), 1e-9)
-    landmark_area = np.maximum(area(landmark.corners), 1e-9)
+    figure_area = np.maximum(figure.area, 1e-9)
+    landmark_area = np.maximum(landmark.area, 1e-9)
     scale = (size(figure) + size(landmark)) / 2
     between = gap(figure.corners, landmark.corners)
-    centres = centroid(figure.corners), centroid(landmark.corners)
     height = np.maximum(figure.z_max - figure.z_min, 0.1)
     above = figure.z_min - landmark.z_max
     overlap = shared / figure_area
@@ -58,9 +57,9 @@ def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
         (
             (overlap > 0.3) & (np.abs(above) < RESTING_TOLERANCE_M),
             (between < 0.1 * scale) & meet_in_height,
-            contains_point(landmark.corners, centres[0]),
+            contains_point(landmark.corners, figure.centre),
             between / scale,
-            np.linalg.norm(centres[0] - centres[1], axis=1) / scale,
+            length(figure.centre - landmark.centre) / scale,
             overlap,
             shared / landmark_area,
             above / height,
@@ -97,7 +96,6 @@ def figure_to_landmark(batch: FactorBatch) -> FloatArray:
         Column("goal", "bool"),
     ),
     scale=0.5,
-    wordless=True,
 )
 def arguments(batch: FactorBatch) -> FloatArray:
     """Which arguments the factor has, and whether figure and landmark are several things."""
@@ -124,13 +122,13 @@ def arguments(batch: FactorBatch) -> FloatArray:
 )
 def between(batch: FactorBatch) -> FloatArray:
     """How nearly the figure lies on a line between two things of a plural landmark."""
-    centre = centroid(batch.boxes("figure").corners)
+    centre = batch.boxes("figure").centre
     arm = batch.bodies.members[batch.landmark] - centre[:, None]
-    length = np.maximum(np.linalg.norm(arm, axis=2), 1e-6)
+    away = np.maximum(length(arm), 1e-6)
     first, second = np.triu_indices(arm.shape[1], 1)
-    cosine = (arm[:, first] * arm[:, second]).sum(axis=2) / (length[:, first] * length[:, second])
-    ratio = np.minimum(length[:, first], length[:, second]) / np.maximum(
-        length[:, first], length[:, second]
+    cosine = (arm[:, first] * arm[:, second]).sum(axis=2) / (away[:, first] * away[:, second])
+    ratio = np.minimum(away[:, first], away[:, second]) / np.maximum(
+        away[:, first], away[:, second]
     )
     straight = np.where(np.isnan(cosine), -np.inf, -cosine)
     best = straight.argmax(axis=1)

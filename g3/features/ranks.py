@@ -7,7 +7,7 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import BoolArray, centroid, rotate
+from g3.geometry import BoolArray, rotate
 from g3.groundings import FloatArray
 
 ORDERS = ("ahead", "leftward", "far")
@@ -35,21 +35,11 @@ def local_centres(batch: FactorBatch, index: IntArray) -> FloatArray:
     agent, shape = batch.agent, (*index.shape, 2)
     if len(index) and index.strides[0] == agent.strides[0] == 0:
         index, agent = index[:1], agent[:1]  # as at inference, where all rows have one scene
-    centres = centroids_of(batch.bodies.corners, index)
+    centres = batch.bodies.centre[index]
     lead = (slice(None),) + (None,) * (index.ndim - 1)
     offset = centres - agent[:, :2][lead]
     local = rotate(offset, -np.broadcast_to(agent[:, 2][lead], index.shape))
     return np.broadcast_to(local, shape)
-
-
-def centroids_of(corners: FloatArray, index: IntArray) -> FloatArray:
-    """Centres (..., 2) of some footprints of many, each computed once."""
-    used = np.zeros(len(corners), dtype=bool)
-    used[index] = True
-    rows = np.flatnonzero(used)
-    place = np.empty(len(corners), dtype=np.intp)
-    place[rows] = np.arange(len(rows))
-    return centroid(corners[rows])[place[index]]
 
 
 def peer_centres(batch: FactorBatch) -> FloatArray:

@@ -76,8 +76,8 @@ class FeatureSet:
         How large the features' weights are expected to be, relative to other sets'
         (the standard deviation of the Gaussian prior that L2 regularisation is).
     wordless
-        Whether the values are the same whatever the words are, so that rows which differ
-        in words alone need them once.
+        Whether the values depend on nothing but the scene and the groundings in the set's
+        roles, so that rows which differ in other things alone need them once.
     data
         For a set that reads data which may be absent or differ, what tells these data
         from others; raises a ModelError where there are none.
@@ -200,7 +200,8 @@ def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:
     result = np.full((len(batch), len(feature.columns_for(batch))), np.nan)
     if len(rows):
         shared = feature.wordless
-        result[rows] = part.shared(feature.compute) if shared else feature.compute(part)
+        compute = feature.compute
+        result[rows] = part.shared(compute, *feature.roles) if shared else compute(part)
     return result
 
 

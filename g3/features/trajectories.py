@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.features.batch import Boxes, FactorBatch
+from g3.features.batch import Boxes, FactorBatch, measured
 from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import BoolArray, centroid, point_gap, rotate
+from g3.geometry import BoolArray, length, point_gap, rotate
 from g3.groundings import FloatArray
 
 REACH_M = 3.0
@@ -137,7 +137,7 @@ def approach(track: Tracks, target: Boxes, reach: FloatArray) -> FloatArray:
     """
     distance = point_gap(track.xyz[..., :2], target.corners)
     scaled = distance / reach[:, None]
-    offset = centroid(target.corners)[:, None] - track.xyz[..., :2]
+    offset = target.centre[:, None] - track.xyz[..., :2]
     facing = np.arctan2(offset[..., 1], offset[..., 0]) - track.yaw
     first, last, nearest = distance[:, 0], distance[:, -1], distance.min(axis=1)
     return np.column_stack(
@@ -265,7 +265,7 @@ def theme_boxes(batch: FactorBatch, motion: Motion, sample: int) -> Boxes:
     start = np.column_stack((bodies.xyz[index, 0, :2], bodies.yaw[index, 0]))
     pose = np.column_stack((motion.xyz[:, sample, :2], motion.yaw[:, sample]))
     rise = motion.xyz[:, sample, 2] - bodies.xyz[index, 0, 2]
-    return Boxes(
+    return measured(
         moved_corners(bodies.corners[index], start, pose),
         bodies.z_min[index] + rise,
         bodies.z_max[index] + rise,
@@ -342,8 +342,6 @@ def theme_to_goal(batch: FactorBatch) -> FloatArray:
     motion = theme_motion(batch, batch.theme, track)
     goal = batch.boxes("goal")
     first, last = (theme_boxes(batch, motion, sample) for sample in (0, SAMPLES - 1))
-    before, after = (
-        np.linalg.norm(centroid(b.corners) - centroid(goal.corners), axis=1) for b in (first, last)
-    )
+    before, after = (length(b.centre - goal.centre) for b in (first, last))
     toward = (before - after) / path_length(track)
     return np.column_stack((prism_pair(last, goal), prism_pair(first, goal), toward))

@@ -132,6 +132,10 @@ def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray
 )
 def word_form(batch: FactorBatch) -> FloatArray:
     """Likeness in form of the figure's words to its labels, and to others in its scene."""
+    return batch.shared(_form, "figure", words=True)
+
+
+def _form(batch: FactorBatch) -> FloatArray:
     return _compare(batch, ("exact", "lemma", "spelling"))
 
 
@@ -144,6 +148,10 @@ def word_form(batch: FactorBatch) -> FloatArray:
 )
 def word_domain(batch: FactorBatch) -> FloatArray:
     """Whether the figure's words are synonyms of its labels, or of others', in a warehouse."""
+    return batch.shared(_domain, "figure", words=True)
+
+
+def _domain(batch: FactorBatch) -> FloatArray:
     return _compare(batch, ("domain",))
 
 
@@ -193,6 +201,10 @@ def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
 )
 def word_wordnet(batch: FactorBatch) -> FloatArray:
     """Similarity in WordNet of the figure's words to its labels, next to others in its scene."""
+    return batch.shared(_wordnet, "figure", words=True)
+
+
+def _wordnet(batch: FactorBatch) -> FloatArray:
     return _grade(batch, ("path", "wup", "lin"))
 
 

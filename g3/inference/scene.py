@@ -142,6 +142,8 @@ def _points(pose: FloatArray, yaw: FloatArray, like: Bodies) -> Bodies:
     labels = np.zeros((n, len(like.label_names)), dtype=bool)
     return Bodies(
         corners=corners,
+        centre=pose[:, :2],
+        area=np.zeros(n),
         z_min=z_min,
         z_max=z_max,
         count=np.ones(n),
@@ -178,7 +180,10 @@ def _moving(rest: Bodies, xyz: FloatArray, yaw: FloatArray, t: FloatArray) -> Bo
     )
 
 
-_PER_BODY = ("corners", "z_min", "z_max", "count", "members", "labels", "shared_labels")
+_PER_BODY = (
+    *("corners", "centre", "area", "z_min", "z_max"),
+    *("count", "members", "labels", "shared_labels"),
+)
 _SAMPLED = ("t", "xyz", "yaw", "moves")
 
 

@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose
 
 from g3.features.frames import (
     DIRECTIONS,
-    attention_vector_sum,
+    attention_vector_sums,
     avs_directions,
+    footprint_grid,
     intrinsic_yaw,
     speaker_yaw,
 )
@@ -31,11 +32,12 @@ def avs(point: tuple[float, float], landmark: FloatArray, degrees: float) -> flo
     """AVS in one direction, counter-clockwise from +x."""
     angle = np.radians(degrees)
     direction = np.array([[np.cos(angle), np.sin(angle)]])
-    return float(attention_vector_sum(np.array([point], dtype=float), landmark[None], direction)[0])
+    grid = footprint_grid(landmark[None])
+    return float(attention_vector_sums(np.array([point], dtype=float), grid, direction)[0, 0])
 
 
 def frame(point: FloatArray, landmark: FloatArray, yaw: float) -> FloatArray:
-    return avs_directions(point[None], landmark[None], np.array([yaw]))[0]
+    return avs_directions(point[None], footprint_grid(landmark[None]), np.array([yaw]))[0]
 
 
 @pytest.mark.parametrize(
@@ -108,7 +110,17 @@ def test_a_mirror_swaps_left_and_right(
     original = frame(point, landmark, yaw)
     # Mirrored corners run clockwise: turn their order back.
     mirrored = frame(point * mirror, (landmark * mirror)[::-1], -yaw)
-    assert_allclose(mirrored[[FRONT, RIGHT, BACK, LEFT]], original, atol=1e-6)
+    assert_allclose(mirrored[[FRONT, RIGHT, BACK, LEFT]], original, atol=1e-5)
+
+
+@given(scenes)
+def test_half_a_turn_swaps_front_and_back(
+    drawn: tuple[tuple[float, float], tuple[float, float], float],
+) -> None:
+    figure, size, yaw = drawn
+    point, landmark = np.array(figure), prism(0.5, 0.2, size).xy
+    turned = frame(point, landmark, yaw + np.pi)
+    assert_allclose(turned[[BACK, RIGHT, FRONT, LEFT]], frame(point, landmark, yaw), atol=1e-5)
 
 
 @given(scenes)
@@ -148,7 +160,7 @@ def test_frames_of_start_and_speaker() -> None:
 
 def test_speaker_yaw_is_the_line_of_sight() -> None:
     agent = np.array([[1.0, 1.0, 2.0]])
-    assert_allclose(speaker_yaw(agent, SQUARE[None] + [4, 4]), np.pi / 4)
+    assert_allclose(speaker_yaw(agent, np.array([[4, 4]])), np.pi / 4)
 
 
 @pytest.mark.parametrize(

@@ -136,13 +136,3 @@ def test_wordless_sets_do_not_depend_on_words(feature: FeatureSet) -> None:
     others = replace(batch, words=strange, factor=np.zeros(len(batch), dtype=np.intp))
     same = np.array_equal(values(feature, batch), values(feature, others), equal_nan=True)
     assert same or not feature.wordless
-
-
-def test_rows_with_one_code_are_not_taken_for_equal(monkeypatch: pytest.MonkeyPatch) -> None:
-    batch = to_batch([*yard(), *yard()])
-    sets = select()
-    expected = [values(feature, batch) for feature in sets]
-    monkeypatch.setattr("g3.features.batch._ODD", np.uint64(0))
-    again = to_batch([*yard(), *yard()])
-    for feature, table in zip(sets, expected, strict=True):
-        assert_array_equal(values(feature, again), table)
