@@ -18,7 +18,8 @@ from g3.features.registry import CATALOGUE_VERSION
 MANIFEST = "shards.json"
 FORMAT_VERSION = 1
 NAMES = b"g3"
-"""Key of a file's metadata, whose value is `_Names` as JSON."""
+ORIGIN = b"g3.origin"
+"""Keys of a file's metadata, whose values are `_Names` and an `Origin` as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,30 @@ class _Names(msgspec.Struct, frozen=True):
     bases: tuple[str, ...]
     words: tuple[str, ...]
     keys: list[int]
+
+
+class Origin(msgspec.Struct, frozen=True):
+    """What a shard was made of and how; two shards of the same origin are the same.
+
+    Parameters
+    ----------
+    corpus
+        The corpus's hash.
+    first, examples
+        Which of the corpus's examples: the first one's number, and how many.
+    catalogue_version, sets
+        The features.
+    negatives, seed
+        As :func:`corpus_tools.labelled.labelled_examples` takes them.
+    """
+
+    corpus: str
+    first: int
+    examples: int
+    catalogue_version: int
+    sets: tuple[str, ...]
+    negatives: str
+    seed: int
 
 
 class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -124,7 +149,7 @@ def pyarrow() -> Any:
     return pa
 
 
-def write_shard(path: Path, shard: Shard) -> None:
+def write_shard(path: Path, shard: Shard, origin: Origin) -> None:
     """Write a shard; the same one gives the same bytes."""
     pa = pyarrow()
     names = _Names(shard.bases, shard.words, shard.keys.tolist())
@@ -139,8 +164,20 @@ def write_shard(path: Path, shard: Shard) -> None:
     settings = {"compression": "zstd", "store_schema": False}
     with pa.parquet.ParquetWriter(content, table.schema, **settings) as writer:
         writer.write_table(table)
-        writer.add_key_value_metadata({NAMES: msgspec.json.encode(names)})
+        about = {NAMES: names, ORIGIN: origin}
+        writer.add_key_value_metadata({k: msgspec.json.encode(v) for k, v in about.items()})
     write_bytes(path, content.getvalue())
+
+
+def known_rows(path: Path, origin: Origin) -> int | None:
+    """How many rows the shard of an origin has, None if it isn't there."""
+    pa = pyarrow()
+    try:
+        metadata = pa.parquet.read_metadata(path)
+        found = msgspec.json.decode(metadata.metadata[ORIGIN], type=Origin)
+    except (OSError, pa.ArrowException, KeyError, TypeError, msgspec.MsgspecError):
+        return None
+    return int(metadata.num_rows) if found == origin else None
 
 
 def read_shard(path: Path) -> Shard:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,8 +19,10 @@ from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import (
     FORMAT_VERSION,
     Manifest,
+    Origin,
     Shard,
     ShardRecord,
+    known_rows,
     pyarrow,
     write_manifest,
     write_shard,
@@ -32,6 +35,8 @@ from g3.groundings import Grounding
 
 EXAMPLES = 20_000
 """In one shard; what bounds the memory."""
+SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.parquet(\.new-\w+)?")
+"""A shard, or what a killed process left of one."""
 PORTIONS = 8
 """For a cluster, whose size isn't known, into how many portions few corpora are divided."""
 
@@ -70,7 +75,8 @@ def write_shards(
     corpora
         Names or folders.
     out
-        An empty folder; it is made if it isn't there.
+        A new folder, an empty one, or one that was left unfinished: its shards are kept if they
+        are what would be made.
     size
         How many examples a shard has at most.
 
@@ -82,12 +88,12 @@ def write_shards(
     Raises
     ------
     CorpusError
-        If nothing could be read, or the folder isn't empty.
+        If nothing could be read, or the folder has other things in it.
     """
     pyarrow()
     sets = select(without=options.ablated, plus=options.added)
     out.mkdir(parents=True, exist_ok=True)
-    if any(out.iterdir()):
+    if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
         raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
     wanted = PORTIONS if workers.scheduler else workers.jobs
     of = -(-wanted // len(corpora))
@@ -118,6 +124,8 @@ def write_shards(
         scenarios=tuple(sorted(set().union(*(m.scenarios for m in whole)))),
         shards=tuple(sorted((s for m in whole for s in m.shards), key=lambda s: s.file)),
     )
+    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
+        path.unlink()
     write_manifest(out, manifest)
     return manifest, [_line(name, error) for name, error in failures.items()]
 
@@ -131,14 +139,20 @@ def _line(corpus: str, error: Exception) -> str:
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
     digest, items = _examples(portion.corpus, options.negatives, options.seed)
     made = _Made(digest, Counter(), set(), [])
+    sets = tuple(s.name for s in select(without=options.ablated, plus=options.added))
     for first in range(portion.number * size, len(items), portion.of * size):
         part = items[first : first + size]
         made.sources.update(e.source for e in part)
         made.scenarios.update(scenario_ids(part))
         file = f"{portion.order:05}-{first // size:05}.parquet"
-        shard = to_shard(part, options)
-        write_shard(out / file, shard)
-        made.shards.append(ShardRecord(file, len(part), len(shard.right)))
+        features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
+        origin = Origin(digest, first, len(part), *features)
+        rows = known_rows(out / file, origin)
+        if rows is None:
+            shard = to_shard(part, options)
+            write_shard(out / file, shard, origin)
+            rows = len(shard.right)
+        made.shards.append(ShardRecord(file, len(part), rows))
     return made
 
 

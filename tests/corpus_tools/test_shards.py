@@ -151,3 +151,31 @@ def test_damaged_files(shards, tmp_path, capsys):
     assert run(["shards", "x", "--out", str(copy)]) == 2
     assert "isn't empty" in capsys.readouterr().err
     assert read_shard(folder / manifest.shards[0].file).right.sum() > 0
+
+
+def test_what_was_stopped_goes_on(shards, corpora, tmp_path):
+    folder, manifest = shards
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    (copy / MANIFEST).unlink()
+    kept, lost, *_ = (shard.file for shard in manifest.shards)
+    (copy / lost).rename(copy / f".{lost}.new-0123abcd")  # as a killed process leaves it
+    (copy / "00009-00000.parquet").write_bytes(b"of another corpus")
+    before = (copy / kept).stat().st_mtime_ns
+    again, _ = write_shards(corpora, copy, Options(), workers=Workers(), size=20)
+    assert again == manifest
+    assert (copy / kept).stat().st_mtime_ns == before
+    assert (copy / lost).read_bytes() == (folder / lost).read_bytes()
+    assert {p.name for p in copy.iterdir()} == {p.name for p in folder.iterdir()}
+
+
+def test_shards_of_other_features_are_made_again(shards, corpora, tmp_path):
+    folder, _ = shards
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    (copy / MANIFEST).unlink()
+    without = Options(ablated=("labels",))
+    again, _ = write_shards(corpora, copy, without, workers=Workers(), size=20)
+    assert "labels" not in again.sets
+    first = read_shard(copy / again.shards[0].file)
+    assert not any("/labels/" in base for base in first.bases)
