@@ -205,6 +205,11 @@ def boxes(bodies: Bodies, index: IntArray) -> Boxes:
     return Boxes(*(getattr(bodies, f.name)[index] for f in fields(Boxes)))
 
 
+def stacked(parts: Sequence[Boxes]) -> Boxes:
+    """Prisms one after the other, to be looked at together."""
+    return Boxes(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Boxes)))
+
+
 def measured(corners: FloatArray, z_min: FloatArray, z_max: FloatArray) -> Boxes:
     """Prisms with the centres and areas of their footprints."""
     return Boxes(corners, z_min, z_max, centroid(corners), area(corners))

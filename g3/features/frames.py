@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -49,10 +49,10 @@ class Grid:
         The points, seen from there, shape (m, g); single precision is enough for a mean.
     share
         Of the area that each point stands for, shape (m, g).
+    used
+        How many points have a share, shape (m,); the others come last.
     row
         Which footprint each landmark has, shape (n,).
-    blocks
-        All n rows, those together that look at as many points; rows, and how many points.
     """
 
     corners: FloatArray
@@ -60,8 +60,8 @@ class Grid:
     x: npt.NDArray[np.float32]
     y: npt.NDArray[np.float32]
     share: npt.NDArray[np.float32]
+    used: IntArray
     row: IntArray
-    blocks: tuple[tuple[IntArray, int], ...]
 
 
 def attention_vector_sums(points: FloatArray, landmarks: Grid, direction: FloatArray) -> FloatArray:
@@ -120,8 +120,12 @@ def _attend(
     single = [
         (f.T.astype(np.float32), r.astype(np.float32)) for f, r in zip(foci, rates, strict=True)
     ]
-    for rows, points in grid.blocks:
+    # Rows that look at as many points are looked at together.
+    by_use = np.argsort(grid.used[grid.row], kind="stable")
+    for start in range(0, len(by_use), BLOCK):
+        rows = by_use[start : start + BLOCK]
         landmark = grid.row[rows]
+        points = grid.used[landmark[-1]]
         x, y, share = (table[landmark, :points] for table in (grid.x, grid.y, grid.share))
         for (attended, drawn), ((fx, fy), rate) in zip(sums, single, strict=True):
             attention, dy = x - fx[rows, None], y - fy[rows, None]
@@ -201,26 +205,20 @@ def footprint_grid(footprints: FloatArray, row: IntArray | None = None) -> Grid:
     x, y, weight = (
         v.reshape(m, -1).astype(np.float32) for v in (points[..., 0], points[..., 1], shares)
     )
-    used = ((share > 0).sum(axis=1) * len(GRID) ** 2)[row]
-    by_use = np.argsort(used, kind="stable")
-    blocks = [by_use[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-    return Grid(
-        np.ascontiguousarray(footprints.T),
-        centre,
-        x,
-        y,
-        weight,
-        row,
-        tuple((rows, int(used[rows].max())) for rows in blocks),
-    )
+    used = (share > 0).sum(axis=1) * len(GRID) ** 2
+    return Grid(np.ascontiguousarray(footprints.T), centre, x, y, weight, used, row)
 
 
 def avs_directions(points: FloatArray, landmarks: Grid, yaw: FloatArray) -> FloatArray:
-    """AVS for the four directions of frames with heading yaw (n,); shape (n, 4)."""
+    """AVS for the four directions of k frames with headings yaw (k, n); shape (n, 4 k)."""
+    k, n = yaw.shape
     x, y = np.cos(yaw), np.sin(yaw)
-    front_back = attention_vector_sums(points, landmarks, np.column_stack((x, y)))
-    left_right = attention_vector_sums(points, landmarks, np.column_stack((-y, x)))
-    return np.stack((front_back, left_right), axis=2).reshape(-1, len(DIRECTIONS))
+    axes = np.stack(((x, -y), (y, x)), axis=-1).reshape(2 * k * n, 2)
+    everywhere = replace(landmarks, row=np.tile(landmarks.row, 2 * k))
+    both_ways = attention_vector_sums(np.tile(points, (2 * k, 1)), everywhere, axes)
+    by_frame: FloatArray = both_ways.reshape(2, k, n, 2).transpose(2, 1, 3, 0)
+    degrees: FloatArray = by_frame.reshape(n, len(DIRECTIONS) * k)
+    return degrees
 
 
 def speaker_yaw(agent: FloatArray, centre: FloatArray) -> FloatArray:
@@ -279,7 +277,7 @@ def _grid(batch: FactorBatch, role: Role) -> Grid:
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
     landmarks = grid_of(batch, "landmark")
-    return avs_directions(batch.boxes("figure").centre, landmarks, batch.agent[:, 2])
+    return avs_directions(batch.boxes("figure").centre, landmarks, batch.agent[None, :, 2])
 
 
 @feature_set(
@@ -294,7 +292,7 @@ def avs_start(batch: FactorBatch) -> FloatArray:
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
     yaw = speaker_yaw(batch.agent, batch.boxes("landmark").centre)
-    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw)
+    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw[None])
 
 
 @feature_set(
@@ -309,7 +307,7 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
     yaw = intrinsic_yaw(batch.boxes("landmark").corners, batch.agent)
-    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw)
+    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw[None])
 
 
 @feature_set(
@@ -328,10 +326,5 @@ def avs_log(batch: FactorBatch) -> FloatArray:
     Off unless asked for: when objects and places are grounded, no action has been
     chosen yet, so these orientations are not known.
     """
-    points, landmarks = batch.boxes("figure").centre, grid_of(batch, "landmark")
-    return np.column_stack(
-        [
-            avs_directions(points, landmarks, yaw)
-            for yaw in (batch.agent_end_yaw, batch.agent_mean_yaw)
-        ]
-    )
+    yaw = np.stack((batch.agent_end_yaw, batch.agent_mean_yaw))
+    return avs_directions(batch.boxes("figure").centre, grid_of(batch, "landmark"), yaw)

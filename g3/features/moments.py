@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import Boxes, FactorBatch, Role, measured
+from g3.features.batch import Boxes, FactorBatch, Role, measured, stacked
 from g3.features.bodies import SAMPLES, moved_corners
 from g3.features.frames import DIRECTIONS, avs_directions, grid_of
 from g3.features.prisms import PRISM_COLUMNS, prism_pair
@@ -47,8 +47,10 @@ def agent_boxes(batch: FactorBatch, track: Tracks, sample: int) -> Boxes:
 def prism_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
     """Prism features of the moving agent and a target, as `MOMENT_COLUMNS`."""
     track = tracks(batch)
-    pairs = [prism_pair(agent_boxes(batch, track, sample), target) for sample in AVERAGED]
-    return np.column_stack((pairs[0], pairs[-1], np.mean(pairs, axis=0)))
+    agents = stacked([agent_boxes(batch, track, sample) for sample in AVERAGED])
+    pairs = prism_pair(agents, stacked([target] * len(AVERAGED)))
+    pairs = pairs.reshape(len(AVERAGED), len(batch), -1)
+    return np.column_stack((pairs[0], pairs[-1], pairs.mean(axis=0)))
 
 
 def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
@@ -56,11 +58,8 @@ def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
     track = tracks(batch)
     end = track.xyz[:, -1, :2]
     mean = np.arctan2(np.sin(track.yaw).mean(axis=1), np.cos(track.yaw).mean(axis=1))
-    return np.column_stack(
-        [
-            avs_directions(end, grid_of(batch, target), yaw)
-            for yaw in (track.yaw[:, 0], track.yaw[:, -1], mean)
-        ]
+    return avs_directions(
+        end, grid_of(batch, target), np.stack((track.yaw[:, 0], track.yaw[:, -1], mean))
     )
 
 

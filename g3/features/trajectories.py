@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.features.batch import Boxes, FactorBatch, measured
+from g3.features.batch import Boxes, FactorBatch, measured, stacked
 from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, Columns, feature_set
@@ -344,4 +344,5 @@ def theme_to_goal(batch: FactorBatch) -> FloatArray:
     first, last = (theme_boxes(batch, motion, sample) for sample in (0, SAMPLES - 1))
     before, after = (length(b.centre - goal.centre) for b in (first, last))
     toward = (before - after) / path_length(track)
-    return np.column_stack((prism_pair(last, goal), prism_pair(first, goal), toward))
+    pairs = prism_pair(stacked((last, first)), stacked((goal, goal)))
+    return np.column_stack((*np.split(pairs, 2), toward))

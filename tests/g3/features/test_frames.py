@@ -37,7 +37,7 @@ def avs(point: tuple[float, float], landmark: FloatArray, degrees: float) -> flo
 
 
 def frame(point: FloatArray, landmark: FloatArray, yaw: float) -> FloatArray:
-    return avs_directions(point[None], footprint_grid(landmark[None]), np.array([yaw]))[0]
+    return avs_directions(point[None], footprint_grid(landmark[None]), np.array([[yaw]]))[0]
 
 
 @pytest.mark.parametrize(

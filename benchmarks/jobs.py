@@ -1,0 +1,42 @@
+"""Following commands with two processes beside one: ``python -m benchmarks.jobs``.
+
+Wall time of Table 3 with annotated SDCs, training included; both cores should be idle.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from benchmarks.timing import compare, heading, show
+from corpus_tools.parallel import Workers
+from eval.end_to_end import run as table_3
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.jobs", description=__doc__)
+    parser.add_argument("--corpus", default="warehouse", help="a corpus (default: warehouse)")
+    run(parser.parse_args().corpus)
+
+
+def run(corpus: str = "warehouse") -> None:
+    heading(f"Table 3 of the corpus {corpus}, annotated SDCs")
+    seconds, outcomes = {}, {}
+    for jobs in (1, 2):
+        start = time.perf_counter()
+        outcomes[jobs] = table_3(
+            corpus, corpus, configurations=("gold",), workers=Workers(jobs)
+        ).outcomes
+        seconds[jobs] = time.perf_counter() - start
+        show(
+            f"{jobs} job{'s' * (jobs > 1)}",
+            seconds[jobs],
+            "s",
+            f"{len(outcomes[1]['gold'])} commands",
+        )
+    assert outcomes[1] == outcomes[2]
+    compare("following commands, two jobs", "one job", seconds[2] / seconds[1], "0.50: two cores")
+
+
+if __name__ == "__main__":
+    main()
