@@ -10,6 +10,7 @@ import click
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.copy_commands import backup, copy_media, restore
 from annotation_app.crowd_commands import reconcile
+from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
 
 if TYPE_CHECKING:
     from annotation_app.config import Config
@@ -182,7 +183,8 @@ def serve(
 
 @annotate.command()
 @click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
-def init(*, study_file: Path) -> None:
+@FORMAT
+def init(*, study_file: Path, form: str) -> None:
     """Write a study's file to start from.
 
     \b
@@ -196,7 +198,7 @@ def init(*, study_file: Path) -> None:
     if study_file.exists():
         raise FormatError("the file is there already", where=str(study_file), fix="name another")
     write_bytes(study_file, TEMPLATE.format(name=_slug(study_file.stem)).encode())
-    click.echo(f"wrote {study_file}")
+    tell(form, {"files": [study_file]}, f"wrote {study_file}")
 
 
 @annotate.command()
@@ -215,6 +217,7 @@ def init(*, study_file: Path) -> None:
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option("--force", is_flag=True, help="Replace what is there.")
+@JSON
 def export(
     *,
     out: Path,
@@ -224,6 +227,7 @@ def export(
     form: str,
     licence: str,
     force: bool,
+    as_json: bool,
 ) -> None:
     """Write what people have answered.
 
@@ -245,6 +249,7 @@ def export(
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
     from g3.errors import FormatError
 
+    told = "json" if as_json else PLAIN
     if form == "corpus":
         check_writable(out, force=force)
     with (
@@ -258,17 +263,20 @@ def export(
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
             write_bytes(out, answer_tables.TABLES[form](session, study))
-            click.echo(f"wrote {out}")
+            tell(told, {"files": [out]}, f"wrote {out}")
             return
         corpus = exports.export_corpus(session, study, licence=licence)
     if form == "corpus":
         write_corpus(corpus, out, force=force)
     else:
         write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
-    click.echo(
-        f"wrote {out}: {len(corpus.commands)} commands, {len(corpus.annotations)} "
-        f"annotations, {len(corpus.judgments)} judgments"
-    )
+    counts = {
+        "commands": len(corpus.commands),
+        "annotations": len(corpus.annotations),
+        "judgments": len(corpus.judgments),
+    }
+    summary = ", ".join(f"{count} {what}" for what, count in counts.items())
+    tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
 
 
 @annotate.command("import")
@@ -282,6 +290,7 @@ def export(
 @STUDY_NAME
 @INSTANCE
 @DATABASE
+@FORMAT
 def import_(
     *,
     corpus: str,
@@ -289,6 +298,7 @@ def import_(
     study_name: str | None,
     instance: Path,
     database: str | None,
+    form: str,
 ) -> None:
     """Make a study of a corpus, to look at it, go on with it and edit it.
 
@@ -315,7 +325,8 @@ def import_(
     with opened(config.database) as engine, transaction(engine) as session:
         salt = session.get_one(Secret, SALT).value
         counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
-    click.echo(f"study {name}: " + ", ".join(f"{n} {what}" for what, n in counts.items()))
+    summary = ", ".join(f"{n} {what}" for what, n in counts.items())
+    tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
 for _command in (backup, copy_media, reconcile, restore):

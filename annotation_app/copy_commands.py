@@ -7,13 +7,15 @@ from pathlib import Path
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
+from corpus_tools.format_option import FORMAT, tell
 
 
 @click.command("copy-media")
 @click.argument("target")
 @INSTANCE
 @DATABASE
-def copy_media(*, target: str, instance: Path, database: str | None) -> None:
+@FORMAT
+def copy_media(*, target: str, instance: Path, database: str | None, form: str) -> None:
     """Copy all videos and pictures to a folder or s3://bucket/prefix, for others to give out.
 
     Their names tell nothing. Doing it again copies what is new. Then `ct annotate serve
@@ -35,14 +37,15 @@ def copy_media(*, target: str, instance: Path, database: str | None) -> None:
         progress_bar("copying videos and pictures") as on_progress,
     ):
         copied = copy(session, target, on_progress)
-    click.echo(f"copied {copied} files to {target}")
+    tell(form, {"target": target, "copied": copied}, f"copied {copied} files to {target}")
 
 
 @click.command()
 @click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
 @INSTANCE
 @DATABASE
-def backup(*, archive: Path, instance: Path, database: str | None) -> None:
+@FORMAT
+def backup(*, archive: Path, instance: Path, database: str | None, form: str) -> None:
     """Write all that is in the database, and the secret key, to a file, while it is served.
 
     \b
@@ -53,14 +56,15 @@ def backup(*, archive: Path, instance: Path, database: str | None) -> None:
     from annotation_app.config import open_instance
 
     rows = back_up(open_instance(instance, database), archive)
-    click.echo(f"wrote {archive}: {rows} rows")
+    tell(form, {"files": [archive], "rows": rows}, f"wrote {archive}: {rows} rows")
 
 
 @click.command()
 @click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @INSTANCE
 @DATABASE
-def restore(*, archive: Path, instance: Path, database: str | None) -> None:
+@FORMAT
+def restore(*, archive: Path, instance: Path, database: str | None, form: str) -> None:
     """Fill an empty database with what a backup holds; any kind of database will do.
 
     \b
@@ -70,4 +74,4 @@ def restore(*, archive: Path, instance: Path, database: str | None) -> None:
     from annotation_app.backups import restore as restore_
 
     rows = restore_(archive, instance, database)
-    click.echo(f"restored {rows} rows")
+    tell(form, {"rows": rows}, f"restored {rows} rows")

@@ -10,9 +10,13 @@ import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.crowds.registry import Provider, providers
+from corpus_tools.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
-    from annotation_app.crowds.session import CrowdSession
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from annotation_app.crowds.reconciliation import Finding
+    from annotation_app.crowds.settlement import Deed
 
 TASK_NAMES = ("describe", "segment", "ground", "check", "rate")
 SANDBOX = click.option(
@@ -77,7 +81,8 @@ def collect() -> None:
 @ENDPOINT
 @INSTANCE
 @DATABASE
-def reconcile(*, provider_name: str, study_name: str, **options: Any) -> None:
+@FORMAT
+def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
     """Hold what was received here against what a crowd platform has. Nothing is paid.
 
     \b
@@ -95,7 +100,8 @@ def reconcile(*, provider_name: str, study_name: str, **options: Any) -> None:
     from annotation_app.crowds.session import open_session
 
     with open_session(known[provider_name], study_name, **options) as session:
-        _report(session)
+        findings = session.findings()
+    tell(form, {"assignments": _records(findings)}, *_lines(findings))
 
 
 def _publish_command(provider: Provider) -> click.Command:
@@ -131,7 +137,10 @@ def _publish_command(provider: Provider) -> click.Command:
     )
     @INSTANCE
     @DATABASE
-    def command(*, study_name: str, instance: Path, database: str | None, **options: Any) -> None:
+    @FORMAT
+    def command(
+        *, study_name: str, instance: Path, database: str | None, form: str, **options: Any
+    ) -> None:
         from annotation_app.crowds.publishing import publish_links, publish_posting
         from annotation_app.crowds.session import open_session
 
@@ -145,12 +154,12 @@ def _publish_command(provider: Provider) -> click.Command:
             endpoint=endpoint,
         ) as session:
             if not provider.pays:
-                for address in publish_links(session, **options):
-                    click.echo(address)
+                links = list(publish_links(session, **options))
+                tell(form, {"links": links}, *links)
                 return
             posted = publish_posting(session, **options)
-        click.echo(f"{posted.added} assignments added, {posted.people} in all")
-        click.echo(posted.address)
+        added = f"{posted.added} assignments added, {posted.people} in all"
+        tell(form, posted, added, posted.address)
 
     if provider.pays:
         for option in ABOUT_WORKERS:
@@ -210,6 +219,7 @@ def _collect_command(provider: Provider) -> click.Command:
     )
     @INSTANCE
     @DATABASE
+    @FORMAT
     def command(
         *,
         study_name: str,
@@ -218,6 +228,7 @@ def _collect_command(provider: Provider) -> click.Command:
         sandbox: bool,
         endpoint: str | None,
         dry_run: bool,
+        form: str,
         **options: Any,
     ) -> None:
         from annotation_app.crowds.session import open_session, read_wishes
@@ -233,10 +244,9 @@ def _collect_command(provider: Provider) -> click.Command:
         ) as session:
             wishes = read_wishes(session, **options)
             deeds = [] if dry_run else session.settle(wishes)
-            for deed in deeds:
-                amount = f" {deed.amount}" if deed.amount else ""
-                click.echo(f"{deed.what}{amount}: {deed.assignment} {deed.problem}".rstrip())
-            _report(session)
+            findings = session.findings()
+        record = {"deeds": deeds, "assignments": _records(findings)}
+        tell(form, record, *map(_deed_line, deeds), *_lines(findings))
         failed = [deed for deed in deeds if deed.problem]
         if failed:
             raise CorpusError(
@@ -256,22 +266,41 @@ def _for_platforms(provider: Provider, command: Callable[..., Any]) -> click.Com
     return command
 
 
-def _report(session: CrowdSession) -> None:
+def _deed_line(deed: Deed) -> str:
+    amount = f" {deed.amount}" if deed.amount else ""
+    return f"{deed.what}{amount}: {deed.assignment} {deed.problem}".rstrip()
+
+
+def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
+    """What programs are told; platforms' ids of workers aren't among it."""
+    return [
+        {
+            "assignment": finding.assignment,
+            "state": finding.state,
+            "done": finding.done,
+            "items": finding.items,
+            "due": finding.due,
+            "was_paid": finding.was_paid,
+        }
+        for finding in findings
+    ]
+
+
+def _lines(findings: Sequence[Finding]) -> Iterator[str]:
     from collections import Counter
 
     from annotation_app.crowds.reconciliation import EXPLANATIONS
 
-    findings = session.findings()
     for finding in findings:
         if finding.state in ("settled", "working") and not finding.due:
             continue
         due = f", {finding.due} due" if finding.due and not finding.was_paid else ""
         count = f" ({finding.done} of {finding.items}{due})" if finding.items else ""
-        click.echo(f"{finding.assignment}: {finding.state}{count}")
+        yield f"{finding.assignment}: {finding.state}{count}"
     for state, number in sorted(Counter(finding.state for finding in findings).items()):
-        click.echo(f"{number:6} {state}: {EXPLANATIONS[state]}")
+        yield f"{number:6} {state}: {EXPLANATIONS[state]}"
     if not findings:
-        click.echo("there are no assignments")
+        yield "there are no assignments"
 
 
 for _provider in providers():

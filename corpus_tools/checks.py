@@ -82,15 +82,18 @@ def corpora() -> str:
 
 
 def disk() -> str:
-    """Whether there is room for results and for scratch files."""
+    """Whether there is room for results, for scratch files and for what is kept."""
+    from corpus_tools.bundled import cache_folder  # noqa: PLC0415 - slow to import
+
     rooms = []
-    for folder in (Path.cwd(), Path(tempfile.gettempdir())):
+    for folder in (Path.cwd(), Path(tempfile.gettempdir()), _nearest(cache_folder())):
         free = shutil.disk_usage(folder).free
         if free < NEEDED_BYTES:
             raise CorpusError(
                 f"only {free / GIGABYTE:.1f} GiB are free",
                 where=str(folder),
-                fix="free at least 1 GiB, or work in another folder (TMPDIR for scratch files)",
+                fix="free at least 1 GiB, or work in another folder (TMPDIR for scratch files, "
+                "XDG_CACHE_HOME for what is kept)",
             )
         rooms.append(f"{free / GIGABYTE:.0f} GiB free in {folder}")
     return ", ".join(rooms)

@@ -100,6 +100,8 @@ def cli(ctx: click.Context, verbose: bool) -> None:
     A re-implementation of Generalized Grounding Graphs (Tellex et al., AAAI 2011).
     """
     ctx.obj["verbose"] = verbose
+    if os.environ.get("NO_COLOR"):
+        ctx.color = False  # click colours what goes to a terminal, whatever this says
     _set_up_logging(verbose)
 
 

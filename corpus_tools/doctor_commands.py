@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, PLAIN, tell
 
 
-@click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --format json")
+@click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --json")
 @click.argument("names", metavar="[CHECK]...", nargs=-1)
 @FORMAT
 @click.pass_context
 def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     """Check what this machine has of what the toolkit needs; say how to get what is missing.
 
-    All checks run, or those that are named. The exit status is 0 if all is well and 1 if
+    All checks run, or those that are named. The exit status is 0 if all is well and 2 if
     something is missing.
     """
-    import msgspec
-
     from corpus_tools.doctor import checks, diagnose
 
     known = checks()
@@ -29,14 +27,13 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     findings = []
     for finding in diagnose(chosen):
         findings.append(finding)
-        if form == "table":
+        if form == PLAIN:
             mark = click.style("ok", fg="green") if finding.ok else click.style("no", fg="red")
             click.echo(f"{mark}  {finding.name:<10} {finding.found}")
             if finding.fix:
                 click.echo(f"    {'':<10} {finding.fix}")
-    if form == "json":
-        click.echo(msgspec.json.format(msgspec.json.encode({"checks": findings}), indent=2))
-    ctx.exit(0 if all(finding.ok for finding in findings) else 1)
+    tell(form, {"checks": findings})
+    ctx.exit(0 if all(finding.ok for finding in findings) else 2)
 
 
 @click.command(

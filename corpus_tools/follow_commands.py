@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from corpus_tools.format_option import FORMAT, PLAIN, tell
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ FAILED = 3
     '  ct follow "Put the tire pallet on the truck" --scenario court_put_boxes_on_loaded_truck\n'
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
     '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
-    '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --format json\n'
+    '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
     "  ct follow --scenario dock_pick_up_tires --interactive"
 )
 @click.argument("text", required=False)
@@ -72,14 +73,7 @@ FAILED = 3
     metavar="P",
     help="Ask before doing what is less probable than this.",
 )
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
-)
+@FORMAT
 def follow(
     *,
     text: str | None,
@@ -112,13 +106,13 @@ def follow(
     if text is None or not text.strip():
         raise CorpusError("the command is empty", fix="say what the robot is to do")
     result = grounder.follow(text, state, top=top, parses=parses, explain=explain)
-    if not _tell(result, state, grounder, options):
+    if not _show(result, options):
         sys.exit(NOTHING)
-    if not plan_only and _confirmed(result, confirm_below):
-        done = _carry_out(state, result, video)
-        _report(done, result, form, video)
-        if done.failure is not None:
-            sys.exit(FAILED)
+    wanted = not plan_only and _confirmed(result, confirm_below)
+    done = _carry_out(state, result, video) if wanted else None
+    _report(done, result, form, video)
+    if done is not None and done.failure is not None:
+        sys.exit(FAILED)
 
 
 def _check_options(
@@ -179,13 +173,13 @@ def _grounder(model: Path | None) -> Grounder:
         return Grounder.load(default_model(on_progress))
 
 
-def _tell(result: Result, state: State, grounder: Grounder, options: dict[str, Any]) -> bool:
-    """Show what was found; whether there is something to do."""
-    import json
-
-    if options["form"] == "json":
-        click.echo(json.dumps(_record(result), indent=2, ensure_ascii=False))
-    elif result.plan is not None:
+def _show(result: Result, options: dict[str, Any]) -> bool:
+    """Show people what was found; whether there is something to do."""
+    if result.plan is None:
+        if options["form"] != PLAIN:
+            _report(None, result, options["form"], None)
+        click.echo(f"ct: {result.note}", err=True)
+    elif options["form"] == PLAIN:
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
             click.echo(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
@@ -193,8 +187,6 @@ def _tell(result: Result, state: State, grounder: Grounder, options: dict[str, A
                 click.echo("\n".join(f"  {line}" for line in _groundings(plan)))
         if result.question is not None:
             click.echo(f"? {result.question.text}")
-    if result.plan is None:
-        click.echo(f"ct: {result.note}", err=True)
     return result.plan is not None
 
 
@@ -282,14 +274,20 @@ def _film(done: Execution, video: Path) -> None:
     write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
 
 
-def _report(done: Execution, result: Result, form: str, video: Path | None) -> None:
-    if done.failure is not None:
-        click.echo(f"ct: the plan failed: {done.failure}", err=True)
-    elif form == "text":
-        seconds = done.recording.t_s[-1]
-        click.echo(f"done in {seconds:.0f} s of the world's time")
-    if video is not None and form == "text":
-        click.echo(f"wrote {video} and {video.with_suffix('.mcap')}")
+def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
+    """Tell what came of a plan; programs are told the plan with it."""
+    lines, execution = [], None
+    if done is not None:
+        seconds = float(done.recording.t_s[-1])
+        files = [] if video is None else [video, video.with_suffix(".mcap")]
+        execution = {"failure": done.failure, "seconds": round(seconds, 3), "files": files}
+        if done.failure is not None:
+            click.echo(f"ct: the plan failed: {done.failure}", err=True)
+        else:
+            lines.append(f"done in {seconds:.0f} s of the world's time")
+        if files:
+            lines.append(f"wrote {files[0]} and {files[1]}")
+    tell(form, {**_record(result), "execution": execution}, *lines)
 
 
 def _loop(
@@ -313,7 +311,7 @@ def _loop(
         )
         if result.question is not None:
             result = _asked(grounder, state, result, options["top"])
-        if not _tell(result, state, grounder, options) or not _confirmed(result, confirm_below):
+        if not _show(result, options) or not _confirmed(result, confirm_below):
             continue
         state = _after(state, result, plan_only, options["form"])
 
@@ -335,6 +333,7 @@ def _after(state: State, result: Result, plan_only: bool, form: str) -> State:
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
     if plan_only:
+        _report(None, result, form, None)
         return result.plan.state
     done = _carry_out(state, result, None)
     _report(done, result, form, None)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, tell
 
 
 @click.group()
@@ -28,15 +28,10 @@ def show(path: Path, form: str) -> None:
     \b
     Examples:
       ct log show out/pick_up_tires.mcap
-      ct log show out/pick_up_tires.mcap --format json
+      ct log show out/pick_up_tires.mcap --json
     """
-    import msgspec
-
     from corpus_tools.logs.reading import read_log
     from corpus_tools.logs.summary import as_table, summary
 
     held = summary(read_log(path))
-    if form == "json":
-        click.echo(msgspec.json.format(msgspec.json.encode(held), indent=2))
-    else:
-        click.echo(as_table(held))
+    tell(form, held, as_table(held))

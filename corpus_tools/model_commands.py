@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, format_option, tell
 from corpus_tools.model_options import NEGATIVES_SEED, training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 from g3.errors import FormatError, SDCError
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     epilog="\b\nExamples:\n"
     '  ct graph "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the truck)))"\n'
     "  ct graph --file put.sdc --format svg --out put.svg\n"
-    "  ct graph - --format dot < put.sdc | dot -Tpdf > put.pdf"
+    "  ct graph - --format dot < put.sdc | dot -Tpdf > put.pdf\n"
+    '  ct graph "OBJ(f = the truck)" --json'
 )
 @click.argument("notation", required=False)
 @click.option(
@@ -32,14 +33,7 @@ if TYPE_CHECKING:
     help="Read the notation from a file instead.",
 )
 @click.option("--command", "text", help="The command's text, to check the words against it.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "dot", "svg"]),
-    default="text",
-    show_default=True,
-    help="A line per factor, Graphviz, or a picture.",
-)
+@format_option("dot", "svg", about="A line per factor, JSON, Graphviz, or a picture.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -54,8 +48,9 @@ def graph(
     semicolons; "-" reads them from the standard input.
     """
     from corpus_tools.atomic_file import write_bytes
+    from corpus_tools.format_option import as_json
     from g3.graph import GroundingGraph, grounding_graph
-    from g3.graph_drawing import to_dot, to_svg, to_text
+    from g3.graph_drawing import to_dot, to_record, to_svg, to_text
     from g3.sdc_notation import parse_brackets
 
     try:
@@ -67,6 +62,7 @@ def graph(
         raise SDCError("there are no clauses", where=str(source or ""))
     formats: dict[str, Callable[[GroundingGraph], str]] = {
         "text": to_text,
+        "json": lambda graph: as_json(to_record(graph)),
         "dot": to_dot,
         "svg": to_svg,
     }
@@ -111,19 +107,14 @@ def list_features(form: str) -> None:
     \b
     Examples:
       ct features list
-      ct features list --format json
+      ct features list --json
     """
-    import json
-
     import g3.features  # noqa: F401 - fills the catalogue
     from g3.features.registry import CATALOGUE_VERSION, catalogue
 
     records = [_feature_record(feature) for feature in catalogue()]
-    if form == "json":
-        content = {"catalogue_version": CATALOGUE_VERSION, "feature_sets": records}
-        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
-    else:
-        click.echo("\n\n".join(_feature_text(record) for record in records))
+    content = {"catalogue_version": CATALOGUE_VERSION, "feature_sets": records}
+    tell(form, content, "\n\n".join(_feature_text(record) for record in records))
 
 
 def _feature_record(feature: FeatureSet) -> dict[str, object]:
@@ -211,6 +202,7 @@ def train() -> None:
 @NEGATIVES_SEED
 @JOBS
 @SCHEDULER
+@FORMAT
 @click.pass_context
 def g3(
     ctx: click.Context,
@@ -225,6 +217,7 @@ def g3(
     seed: int,
     jobs: int,
     scheduler: str,
+    form: str,
 ) -> None:
     """Train the grounding model on a corpus (section 3.2).
 
@@ -254,9 +247,21 @@ def g3(
     save_model(model, out, scenarios=trained.scenarios, training=trained.card)
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
     arrays, card = model_files(out)
-    click.echo(f"{trained.name}: {sum(trained.sources.values())} examples ({counts})")
-    click.echo(f"{len(model.sets)} feature sets, {len(model.space)} features, l2 {strength:g}")
-    click.echo(f"wrote {arrays} and {card}")
+    record = {
+        "corpus": trained.name,
+        "examples": trained.sources,
+        "feature_sets": len(model.sets),
+        "features": len(model.space),
+        "l2": strength,
+        "files": [arrays, card],
+    }
+    tell(
+        form,
+        record,
+        f"{trained.name}: {sum(trained.sources.values())} examples ({counts})",
+        f"{len(model.sets)} feature sets, {len(model.space)} features, l2 {strength:g}",
+        f"wrote {arrays} and {card}",
+    )
 
 
 _OF_CORPORA = ("ablate", "plus", "negatives", "seed")
@@ -297,7 +302,8 @@ def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> 
 @click.option(
     "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )
-def sdc(*, names: tuple[str, ...], out: Path, l2: float | None) -> None:
+@FORMAT
+def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> None:
     """Train the extractor of SDCs from text on annotated trees (section 3.1).
 
     \b
@@ -328,7 +334,9 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None) -> None:
     own, besides = lessons[: len(first)], lessons[len(first) :]
     content = to_bytes(train_extractor(own, others=besides, l2=strength, card=card))
     write_bytes(out, content)
-    click.echo(
-        f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}"
+    tell(
+        form,
+        {**card, "files": [out]},
+        f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}",
+        f"wrote {out} ({len(content) / 1024:.0f} KiB)",
     )
-    click.echo(f"wrote {out} ({len(content) / 1024:.0f} KiB)")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from corpus_tools.format_option import format_option
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     '  ct parse "Put the pallet on the truck."\n'
     '  ct parse "Go to the pallet on the truck" --n-best 3\n'
     '  ct parse "Put the tire pallet down" --format svg --out put.svg\n'
-    "  ct parse --file commands.txt --format json\n"
+    "  ct parse --file commands.txt --json\n"
     '  echo "lift the pallet" | ct parse - | ct graph -'
 )
 @click.argument("text", required=False)
@@ -29,13 +30,10 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Read commands from a file instead, one a line.",
 )
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["brackets", "json", "svg", "conllu"]),
-    default="brackets",
-    show_default=True,
-    help="The paper's notation, JSON (one object a command), a picture, or words in CoNLL-U.",
+@format_option(
+    "svg",
+    "conllu",
+    about="The paper's notation, JSON (a line a command), a picture, or words in CoNLL-U.",
 )
 @click.option(
     "--n-best",

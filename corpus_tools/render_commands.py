@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ SMALLEST, LARGEST = 64, 4096
 @JOBS
 @SCHEDULER
 @click.option("--force", is_flag=True, help="Make again what is there already.")
+@FORMAT
 @click.pass_context
 def render_videos(
     ctx: click.Context,
@@ -85,6 +87,7 @@ def render_videos(
     jobs: int,
     scheduler: str,
     force: bool,
+    form: str,
 ) -> None:
     """Make videos of scenarios, with logs of everything that happens in them.
 
@@ -102,6 +105,7 @@ def render_videos(
       ct render-videos dock_pick_up_tires --out videos --camera follow --size 1280x720
       ct render-videos my_scenario.yaml --out videos --quality draft
       ct render-videos --corpus aaai11 --only "*_tire_*" --out replays --jobs 4
+      ct render-videos --out videos --json
       ct render-videos --out /shared/videos --scheduler tcp://head:8786
     """
     from fnmatch import fnmatchcase
@@ -131,9 +135,8 @@ def render_videos(
         )
     out.mkdir(parents=True, exist_ok=True)
     settings = Settings(camera, pixels, fps, quality)
-    ctx.exit(
-        _report(_produce(chosen, out, settings, workers=Workers(jobs, scheduler), force=force))
-    )
+    outcomes = _produce(chosen, out, settings, workers=Workers(jobs, scheduler), force=force)
+    ctx.exit(_report(outcomes, out, form))
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -174,18 +177,18 @@ def _produce(
     return outcomes
 
 
-def _report(outcomes: list[Outcome]) -> int:
+def _report(outcomes: list[Outcome], out: Path, form: str) -> int:
     """Tell what became of the items; return the exit status."""
     failed = [outcome for outcome in outcomes if outcome.problem]
     for outcome in failed:
         click.echo(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}", err=True)
-    made = sum(outcome.made for outcome in outcomes)
-    counts = {
-        "skipped": len(outcomes) - made - len(failed),
-        "rendered": made,
-        "failed": len(failed),
+    names = {
+        "skipped": [o.name for o in outcomes if not o.made and not o.problem],
+        "rendered": [o.name for o in outcomes if o.made],
     }
-    click.echo(", ".join(f"{what} {n}" for what, n in counts.items() if n))
+    record = {"folder": out, **names, "failed": {o.name: o.problem for o in failed}}
+    counts = {**{what: len(those) for what, those in names.items()}, "failed": len(failed)}
+    tell(form, record, ", ".join(f"{what} {n}" for what, n in counts.items() if n))
     if any(outcome.is_bug for outcome in failed):
         return 1
     return 2 if failed else 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -42,14 +42,14 @@ def list_(dataset: str, form: str) -> None:
     \b
     Examples:
       ct scenarios list
-      ct scenarios list --dataset my-dataset --format json
+      ct scenarios list --dataset my-dataset --json
     """
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
     from corpus_tools.world.scenarios.reading import read_scenario
 
     found = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
     rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in found]
-    _print("scenarios", rows, form)
+    tell(form, {"scenarios": rows}, *_table(rows))
 
 
 @scenarios.command()
@@ -60,10 +60,8 @@ def kinds(form: str) -> None:
     \b
     Examples:
       ct scenarios kinds
-      ct scenarios kinds --format json
+      ct scenarios kinds --json
     """
-    import json
-
     from corpus_tools.world.kinds import KINDS
     from corpus_tools.world.script import ACTIONS
 
@@ -81,12 +79,8 @@ def kinds(form: str) -> None:
         {"action": action.name, "argument": action.argument, "summary": action.summary}
         for action in ACTIONS.values()
     ]
-    if form == "json":
-        click.echo(json.dumps({"kinds": things, "actions": actions}, indent=2))
-        return
-    _print("kinds", things, form)
-    click.echo()
-    _print("actions", actions, form)
+    lines = (*_table(things), "", *_table(actions))
+    tell(form, {"kinds": things, "actions": actions}, *lines)
 
 
 @scenarios.command()
@@ -101,23 +95,17 @@ def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
     \b
     Examples:
       ct scenarios check my-scenario.yaml
-      ct scenarios check datasets/warehouse/scenarios --format json
+      ct scenarios check datasets/warehouse/scenarios --json
     """
-    import json
-
     from corpus_tools.world.scenarios.reading import all_errors
 
     files = [
         f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])
     ]
     problems = [error for file in files for error in all_errors(file)]
-    if form == "json":
-        rows = [{"where": e.where, "what": e.what, "fix": e.fix} for e in problems]
-        click.echo(json.dumps({"files": len(files), "problems": rows}, indent=2))
-    else:
-        for problem in problems:
-            click.echo(str(problem))
-        click.echo(f"{_count(len(files), 'scenario')}: {_count(len(problems), 'problem')}")
+    rows = [{"where": e.where, "what": e.what, "fix": e.fix} for e in problems]
+    counts = f"{_count(len(files), 'scenario')}: {_count(len(problems), 'problem')}"
+    tell(form, {"files": len(files), "problems": rows}, *map(str, problems), counts)
     if problems:
         ctx.exit(2)
 
@@ -147,7 +135,7 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
     found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
     if out is not None:
         write_bytes(out, draw_map(found).encode())
-    _show(found, form)
+    tell(form, found, *_lines(found))
 
 
 @scenarios.command()
@@ -199,16 +187,14 @@ def generate(
             rows.append({"id": made.id, "layout": made.layout.name, "title": made.title})
             if on_progress is not None:
                 on_progress("generating", len(rows), count)
-    if form == "json":
-        _print("scenarios", rows, form)
-    else:
-        click.echo(f"{_count(count, 'scenario')} in {out}")
+    tell(form, {"folder": out, "scenarios": rows}, f"{_count(count, 'scenario')} in {out}")
 
 
 @scenarios.command()
 @click.argument("names", metavar="[SCENARIO]...", nargs=-1)
 @DATASET
-def log(names: tuple[str, ...], dataset: str) -> None:
+@FORMAT
+def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     """Execute a dataset's scenarios in physics and keep what happens in its logs.
 
     Without names, the scenarios whose logs are missing or show what they said before they
@@ -221,6 +207,7 @@ def log(names: tuple[str, ...], dataset: str) -> None:
       ct scenarios log dock_pick_up_tires --dataset datasets/warehouse
     """
     from corpus_tools.progress import progress_bar
+    from corpus_tools.world.scenarios.execution import log_scenario
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
     from corpus_tools.world.scenarios.logs import scenario_log
     from corpus_tools.world.scenarios.reading import read_scenario
@@ -230,8 +217,7 @@ def log(names: tuple[str, ...], dataset: str) -> None:
     files = [scenario_file(n, folder) for n in names] or list(scenario_files(folder).values())
     found = [read_scenario(file) for file in files]
     wanted = [s for s in found if names or not _is_sound(scenario_log, s, folder)]
-    log_scenario = _physics()
-    failures: list[CorpusError] = []
+    failures: dict[str, CorpusError] = {}
     with progress_bar("executing") as on_progress:
         for number, scenario in enumerate(wanted):
             if on_progress is not None:
@@ -239,10 +225,16 @@ def log(names: tuple[str, ...], dataset: str) -> None:
             try:
                 log_scenario(scenario, folder)
             except CorpusError as error:
-                failures.append(error)
-    click.echo(f"{_count(len(wanted) - len(failures), 'log')} written to {folder / 'logs'}")
-    for failure in failures:
-        click.echo(str(failure), err=True)
+                failures[scenario.id] = error
+    record = {
+        "folder": folder / "logs",
+        "logged": [s.id for s in wanted if s.id not in failures],
+        "failed": {name: str(error) for name, error in failures.items()},
+    }
+    count = _count(len(wanted) - len(failures), "log")
+    tell(form, record, f"{count} written to {folder / 'logs'}")
+    for failure in failures.values():
+        click.echo(f"ct: {failure}", err=True)
     if failures:
         click.get_current_context().exit(2)
 
@@ -257,31 +249,8 @@ def _is_sound(check: Callable[[Scenario, Path], object], scenario: Scenario, fol
     return True
 
 
-def _physics() -> Callable[[Scenario, Path], Path]:
-    from g3.errors import CorpusError
-
-    try:
-        from corpus_tools.world.scenarios.execution import log_scenario
-    except ModuleNotFoundError as error:
-        raise CorpusError(
-            f"executing scenarios needs the package {error.name}",
-            fix="pip install 'corpus-tools-g3[render]'",
-        ) from error
-    return log_scenario
-
-
 def _count(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
-
-
-def _print(name: str, rows: Sequence[dict[str, str]], form: str) -> None:
-    import json
-
-    if form == "json":
-        click.echo(json.dumps({name: rows}, indent=2, ensure_ascii=False))
-        return
-    for line in _table(rows):
-        click.echo(line)
 
 
 def _table(rows: Sequence[dict[str, str]]) -> Iterable[str]:
@@ -293,22 +262,14 @@ def _table(rows: Sequence[dict[str, str]]) -> Iterable[str]:
         yield "  ".join(cells).rstrip()
 
 
-def _show(scenario: Scenario, form: str) -> None:
-    import json
-
-    import msgspec
-
-    if form == "json":
-        click.echo(json.dumps(msgspec.to_builtins(scenario), indent=2, ensure_ascii=False))
-        return
-
+def _lines(scenario: Scenario) -> Iterable[str]:
     def where(at: tuple[float, float] | None, deck: str | None) -> str:
         if at is None:
             return "on the forks"
         return "{:g}, {:g}".format(*at) + (f" on {deck}" if deck else "")
 
-    click.echo(f"{scenario.id}: {scenario.title}")
-    click.echo(f"\nLayout {scenario.layout.name}: {scenario.layout.title}")
+    yield f"{scenario.id}: {scenario.title}"
+    yield f"\nLayout {scenario.layout.name}: {scenario.layout.title}"
     rows = [
         *((name, t.kind, where(t.at, t.deck)) for name, t in scenario.all_objects.items()),
         *(
@@ -318,7 +279,7 @@ def _show(scenario: Scenario, form: str) -> None:
         ("forklift", "robot", where(scenario.robot.at, None)),
     ]
     for line in _table([dict(zip("abc", row, strict=True)) for row in rows]):
-        click.echo(f"  {line}")
-    click.echo("\nScript")
+        yield f"  {line}"
+    yield "\nScript"
     for i, step in enumerate(scenario.script, start=1):
-        click.echo(f"  {i}. {step.action} {step.argument}")
+        yield f"  {i}. {step.action} {step.argument}"

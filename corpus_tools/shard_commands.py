@@ -7,6 +7,7 @@ from typing import Literal
 
 import click
 
+from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.model_options import NEGATIVES_SEED, selection_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 
@@ -18,12 +19,13 @@ from corpus_tools.parallel_options import JOBS, SCHEDULER
     metavar="DIR",
     required=True,
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the shards; made if it isn't there, else empty.",
+    help="Folder of the shards; made if it isn't there. What was stopped there goes on.",
 )
 @selection_options
 @NEGATIVES_SEED
 @JOBS
 @SCHEDULER
+@FORMAT
 def shards(
     *,
     corpora: tuple[str, ...],
@@ -34,6 +36,7 @@ def shards(
     seed: int,
     jobs: int,
     scheduler: str,
+    form: str,
 ) -> None:
     """Compute the features of corpora and write them as Parquet files, to be trained on.
 
@@ -58,9 +61,20 @@ def shards(
             corpora, out, options, workers=Workers(jobs, scheduler), on_progress=on_progress
         )
     rows = sum(shard.rows for shard in manifest.shards)
-    click.echo(f"{manifest.examples} examples, {rows} different rows in their shards")
-    click.echo(f"wrote {len(manifest.shards)} shards into {out}")
+    record = {
+        "folder": out,
+        "shards": len(manifest.shards),
+        "examples": manifest.examples,
+        "rows": rows,
+        "failed": failures,
+    }
+    tell(
+        form,
+        record,
+        f"{manifest.examples} examples, {rows} different rows in their shards",
+        f"wrote {len(manifest.shards)} shards into {out}",
+    )
     for failure in failures:
-        click.echo(failure, err=True)
+        click.echo(f"ct: {failure}", err=True)
     if failures:
         click.get_current_context().exit(2)

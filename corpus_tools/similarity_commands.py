@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.progress import progress_bar
 
 
@@ -39,7 +39,8 @@ def similarity() -> None:
     show_default=True,
     help="How many of the most frequent tags to keep; memory grows with the square of it.",
 )
-def build(source: Path, out: Path, limit: int) -> None:
+@FORMAT
+def build(source: Path, out: Path, limit: int, form: str) -> None:
     """Count which tags occur together in a list of tags per image.
 
     TAGS has the tags of one image on each line, with commas, tabs or spaces between, and
@@ -52,14 +53,18 @@ def build(source: Path, out: Path, limit: int) -> None:
 
     with progress_bar("reading") as on_progress:
         table = build_table(source, out, limit=limit, on_progress=on_progress)
-    click.echo(f"{table.images} images, {len(table.tags)} tags")
-    click.echo(f"wrote {out}; name it in CT_TAGS to use it")
+    tell(
+        form,
+        {"images": table.images, "tags": len(table.tags), "files": [out]},
+        f"{table.images} images, {len(table.tags)} tags",
+        f"wrote {out}; name it in CT_TAGS to use it",
+    )
 
 
 @similarity.command(
     epilog="\b\nExamples:\n"
     "  ct similarity show skid --label pallet --label truck\n"
-    "  ct similarity show wheel 'loading dock' --label tire --label trailer --format json"
+    "  ct similarity show wheel 'loading dock' --label tire --label trailer --json"
 )
 @click.argument("words", nargs=-1, required=True)
 @click.option(
@@ -68,8 +73,6 @@ def build(source: Path, out: Path, limit: int) -> None:
 @FORMAT
 def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
     """Show each measure's similarity of words and labels, from 0 to 1."""
-    import json
-
     from g3.errors import ModelError
     from g3.language.similarity import MEASURES
 
@@ -85,12 +88,10 @@ def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
             for word, row in zip(words, values, strict=True)
             for label, value in zip(labels, row, strict=True)
         ]
-    if form == "json":
-        click.echo(json.dumps(records, indent=2, ensure_ascii=False))
-        return
     width = max(len("word"), *map(len, words))
-    click.echo(f"{'measure':10}  {'word':{width}}  " + "  ".join(f"{x:>8}" for x in labels))
+    lines = [f"{'measure':10}  {'word':{width}}  " + "  ".join(f"{x:>8}" for x in labels)]
     for start in range(0, len(records), len(labels)):
         line = records[start : start + len(labels)]
         figures = "  ".join(f"{r['similarity']:>{max(8, len(str(r['label'])))}.2f}" for r in line)
-        click.echo(f"{line[0]['measure']:10}  {line[0]['word']:{width}}  {figures}")
+        lines.append(f"{line[0]['measure']:10}  {line[0]['word']:{width}}  {figures}")
+    tell(form, records, *lines)

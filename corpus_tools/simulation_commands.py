@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 
 SEED = click.option(
@@ -46,6 +47,7 @@ def simulate_workers() -> None:
 )
 @JOBS
 @SCHEDULER
+@FORMAT
 def describe(
     *,
     scenarios: int,
@@ -56,6 +58,7 @@ def describe(
     out: Path,
     jobs: int,
     scheduler: str,
+    form: str,
 ) -> None:
     """Write a dataset of random scenarios, executed in physics, with commands, trees, groundings.
 
@@ -87,9 +90,15 @@ def describe(
             on_progress=on_progress,
         )
     done = scenarios - len(failures)
-    click.echo(f"simulated {done * commands} commands for {done} scenarios in {out}")
+    record = {
+        "folder": out,
+        "scenarios": done,
+        "commands": done * commands,
+        "failed": [str(failure) for failure in failures],
+    }
+    tell(form, record, f"simulated {done * commands} commands for {done} scenarios in {out}")
     for failure in failures:
-        click.echo(str(failure), err=True)
+        click.echo(f"ct: {failure}", err=True)
     if failures:
         click.get_current_context().exit(2)
 
@@ -105,7 +114,8 @@ def describe(
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder of the new corpus.",
 )
-def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path) -> None:
+@FORMAT
+def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form: str) -> None:
     """Write a corpus with simulated judgments: each command with its own video and another one.
 
     The corpus's own judgments are not kept, so that simulated ones are never among people's.
@@ -133,4 +143,5 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path) -> N
         licence=rated.licence,
     )
     write_corpus(made, out)
-    click.echo(f"simulated {len(given)} judgments in {out}")
+    record = {"folder": out, "judgments": len(given)}
+    tell(form, record, f"simulated {len(given)} judgments in {out}")

@@ -6,6 +6,7 @@ import os
 import re
 from pathlib import Path
 
+import click
 from sphinx.application import Sphinx
 
 from corpus_tools import __version__
@@ -91,7 +92,20 @@ def read_copy(app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = _LINK.sub(led, source[0])
 
 
+def show_examples(_app: Sphinx, _command: click.Context, lines: list[str]) -> None:
+    """Set the examples of a command's help as what they are: lines of a shell."""
+    shown = []
+    for line in lines:
+        if line.startswith("| Example"):
+            shown += [line[2:], "", ".. code-block:: shell", ""]
+        else:
+            shown.append(f"    {line[2:].strip()}" if line.startswith("| ") else line)
+    lines[:] = shown
+
+
 def setup(app: Sphinx) -> None:
     """Connect what is done while the site is built."""
     draw_figures()
     app.connect("source-read", read_copy)
+    for part in ("description", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", show_examples)

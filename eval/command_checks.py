@@ -54,7 +54,7 @@ def is_given(ctx: click.Context, name: str) -> bool:
     """Whether somebody gave an option that isn't the same as giving none."""
     if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
         return False
-    return ctx.params[name] not in (None, False, "", ())
+    return ctx.params.get(name) not in (None, False, "", ())
 
 
 def check_sources(ctx: click.Context) -> None:
@@ -82,7 +82,7 @@ def check_plan_options(ctx: click.Context) -> None:
             "--table 3 needs --judge automatic; people's ratings are shown by --table 2."
         )
     if ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--table 3 has the formats table and json.")
+        raise click.UsageError("--table 3 has the formats text and json.")
     own = {"table", "train", "test", "cv", "l2", "draws", "seed", "form", "out", *OF_PLANS}
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --table 3")
@@ -101,7 +101,7 @@ def check_study_options(ctx: click.Context, mode: str) -> None:
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, f"doesn't go with {what}")
     if mode == "validity" and ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--judge-validity has the formats table and json.")
+        raise click.UsageError("--judge-validity has the formats text and json.")
 
 
 def check_end_to_end_options(ctx: click.Context) -> None:
@@ -109,7 +109,7 @@ def check_end_to_end_options(ctx: click.Context) -> None:
     if not (is_given(ctx, "train") and is_given(ctx, "test")):
         raise click.UsageError("--end-to-end needs --train and --test, which may be the same.")
     if ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--end-to-end has the formats table and json.")
+        raise click.UsageError("--end-to-end has the formats text and json.")
     if is_given(ctx, "crowd") != is_given(ctx, "url"):
         raise click.UsageError("--crowd and --url go together.")
     if not is_given(ctx, "crowd"):
@@ -125,7 +125,9 @@ def check_report_options(ctx: click.Context) -> None:
     if not is_given(ctx, "corpus"):
         raise click.UsageError("--report needs a --corpus; its scenarios are held out in turn.")
     own = {"report", "corpus", "cv", "plans", "videos", "study", "negatives", "l2", "threshold"}
-    own |= {"seed", "draws", "top", "repeats"}
+    own |= {"seed", "draws", "top", "repeats", "form"}
+    if ctx.params["form"] in ("csv", "latex"):
+        raise click.UsageError("--report writes all formats; what is told of it is text or json.")
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --report")
 
@@ -145,9 +147,12 @@ def check_options(ctx: click.Context, mode: str) -> None:
         if not ctx.params["repeats"]:
             raise click.UsageError("--learning-curve needs --repeats of 1 or more.")
         _refuse(ctx, ("model",), "can't go with --learning-curve, which trains models")
-        _refuse(ctx, ("form",), "can't go with --learning-curve, which writes a plot and a CSV")
+        if ctx.params["form"] in ("csv", "latex"):
+            raise click.UsageError(
+                "--format can't go with --learning-curve, which writes a plot and a CSV."
+            )
     if mode == "errors" and ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--errors has the formats table and json.")
+        raise click.UsageError("--errors has the formats text and json.")
 
 
 def check_sdc_options(ctx: click.Context) -> None:
@@ -170,7 +175,7 @@ def check_sdc_options(ctx: click.Context) -> None:
         "doesn't go with --sdc",
     )
     if ctx.params["form"] in ("csv", "latex"):
-        raise click.UsageError("--sdc has the formats table and json.")
+        raise click.UsageError("--sdc has the formats text and json.")
 
 
 def _refuse(ctx: click.Context, names: tuple[str, ...], why: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from corpus_tools.format_option import format_option
 from corpus_tools.model_options import training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 from eval.command_checks import check_together, read_mode
@@ -18,20 +19,20 @@ from eval.command_checks import check_together, read_mode
     epilog="\b\nExamples:\n"
     "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
     "  ct eval --table 1 --corpus aaai11 --split scenario --test-scenarios go_to_truck1,lift3\n"
-    "  ct eval --table 1 --train aaai11 --test warehouse --format json\n"
+    "  ct eval --table 1 --train aaai11 --test warehouse --json\n"
     "  ct eval --table 1 --model g3.npz --test warehouse --negatives hard\n"
     "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex\n"
     "  ct eval --learning-curve --corpus aaai11 --out curve.png\n"
     "  ct eval --errors --corpus aaai11 --cv scenario --top 5\n"
     "  ct eval --table 2 --corpus aaai11\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --format json\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --json\n"
     "  ct eval --end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
     "  ct eval --end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
     "--pay 0.05 --url https://lab.example.org\n"
     "  ct eval --judge-validity --corpus aaai11\n"
     "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos\n"
     "  ct eval --power --half-width 0.02 --corpus aaai11\n"
-    "  ct eval --sdc --test warehouse --train aaai11 --format json\n"
+    "  ct eval --sdc --test warehouse --train aaai11 --json\n"
     "  ct eval --sdc --corpus aaai11 --cv scenario",
 )
 @click.option("--table", type=int, metavar="1|2|3", help="Print this table of the paper.")
@@ -183,14 +184,7 @@ from eval.command_checks import check_together, read_mode
     show_default=True,
     help="Phrases in each list of --errors, or commands listed by --sdc.",
 )
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json", "csv", "latex"]),
-    default="table",
-    show_default=True,
-    help="For people, for programs, or for a paper.",
-)
+@format_option("csv", "latex", about="For people, for programs, or for a paper.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 Score = Literal["highest", "lowest"]
-ListFormat = Literal["table", "json"]
+ListFormat = Literal["text", "json"]
 LIST_FORMATS: tuple[ListFormat, ...] = get_args(ListFormat)
 
 KINDS: tuple[tuple[bool, Score], ...] = (
@@ -193,7 +193,7 @@ def render_lists(
     """
     if format == "json":
         return document({"lists": [asdict(one) for one in lists]}, metadata)
-    if format == "table":
+    if format == "text":
         notes = (
             "p: probability that the groundings are right",
             "n: examples in the list, of all of the type with these words",

@@ -24,7 +24,7 @@ from eval.statistics import FIGURES, Estimate
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-Format = Literal["table", "json", "csv", "latex"]
+Format = Literal["text", "json", "csv", "latex"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 HEADINGS = ("Precision", "Recall", "F-score", "Accuracy")
@@ -66,7 +66,7 @@ def render(
     ValueError
         Where a key of the metadata is also the name of a column, or no such format exists.
     """
-    if format == "table":
+    if format == "text":
         return _table(rows, metadata, terminal=terminal)
     if format == "json":
         return document({"rows": [_nested(row) for row in rows]}, metadata)

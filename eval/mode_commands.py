@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import click
 
+from corpus_tools.format_option import tell
 from corpus_tools.progress import progress_bar
-from g3.errors import CorpusError
 
 if TYPE_CHECKING:
     from eval.protocol import Choices
@@ -108,7 +108,7 @@ def table_3(given: Given, *, terminal: bool) -> str | None:
     if given["form"] == "json":
         text = with_validity(render(result, "json", **drawn), validity)
     else:
-        text = f"{render(result, 'table', **drawn)}\n{in_a_line(validity)}"
+        text = f"{render(result, 'text', **drawn)}\n{in_a_line(validity)}"
     if kept is None:
         return text
     write_bytes(out, f"{text}\n".encode())
@@ -190,7 +190,8 @@ def learning_curve(given: Given, *, terminal: bool) -> None:
     bounds = f"range of {repeats} random orders"
     write_csv(points, out.with_suffix(".csv"), metadata=metadata)
     write_plot(points, out, metadata=metadata, bounds=bounds)
-    click.echo(f"wrote {out} and {out.with_suffix('.csv')}")
+    files = [out, out.with_suffix(".csv")]
+    tell(given["form"], {**metadata, "files": files}, f"wrote {files[0]} and {files[1]}")
 
 
 def report(given: Given, *, terminal: bool) -> None:
@@ -208,7 +209,9 @@ def report(given: Given, *, terminal: bool) -> None:
     with progress_bar("extracting features") as on_progress:
         contents = gather(choices, on_progress)
     names = write_report(contents, folder)
-    click.echo(f"wrote {len(names)} files to {folder}; open {folder / 'report.html'} in a browser")
+    count = f"wrote {len(names)} files to {folder}"
+    record = {"folder": folder, "files": list(names)}
+    tell(given["form"], record, f"{count}; open {folder / 'report.html'} in a browser")
 
 
 def end_to_end(given: Given, *, terminal: bool) -> str:
@@ -218,14 +221,7 @@ def end_to_end(given: Given, *, terminal: bool) -> str:
     # Before MuJoCo is imported, which reads what this chooses.
     choose_back_end()
     from eval.plan_study.settings import settings_for
-
-    try:
-        from eval.plan_study.study import go_on, render
-    except ModuleNotFoundError as error:
-        raise CorpusError(
-            f"carrying plans out needs the package {error.name}",
-            fix="pip install 'corpus-tools-g3[language,render]'",
-        ) from error
+    from eval.plan_study.study import go_on, render
 
     settings = settings_for(
         given["train"],
@@ -250,13 +246,8 @@ def end_to_end(given: Given, *, terminal: bool) -> str:
 
 def _offer(file: Path, given: Given) -> None:
     """Offer a study's work at a crowd platform."""
-    try:
-        from eval.plan_study.rating import Crowd, offer
-    except ModuleNotFoundError as error:
-        raise CorpusError(
-            f"offering work needs the package {error.name}",
-            fix="pip install 'corpus-tools-g3[app]'",
-        ) from error
+    from eval.plan_study.rating import Crowd, offer
+
     endpoint = os.environ.get("CT_CROWD_ENDPOINT")
     crowd = Crowd(given["crowd"], given["url"], given["items"], given["sandbox"], endpoint)
     for line in offer(file, crowd):
@@ -295,5 +286,5 @@ def _choices(given: Given) -> Choices:
     )
 
 
-def _read_or_json(given: Given) -> Literal["table", "json"]:
-    return "json" if given["form"] == "json" else "table"
+def _read_or_json(given: Given) -> Literal["text", "json"]:
+    return "json" if given["form"] == "json" else "text"

@@ -14,7 +14,7 @@ PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.4
 
 
 def render(
-    result: EndToEnd, form: Literal["table", "json"], *, draws: int = 2000, seed: int = 0
+    result: EndToEnd, form: Literal["text", "json"], *, draws: int = 2000, seed: int = 0
 ) -> str:
     """The rows of Table 3, and what else was measured."""
     rows = table(result, draws=draws, seed=seed)

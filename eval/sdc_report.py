@@ -74,7 +74,7 @@ def errors(trials: Sequence[Trial]) -> list[dict[str, object]]:
 
 def render(
     trials: Sequence[Trial],
-    form: Literal["table", "json"],
+    form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
     top: int,

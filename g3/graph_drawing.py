@@ -1,4 +1,4 @@
-"""Grounding graphs as pictures: DOT for Graphviz, SVG laid out here, and plain text.
+"""Grounding graphs as pictures and text: DOT for Graphviz, SVG laid out here, plain text, records.
 
 As in Figures 2b and 3b, φ and γ are circles, the words λ are boxes (shaded, for they are
 always observed) and the factors are small filled squares.
@@ -38,6 +38,38 @@ def to_text(graph: GroundingGraph) -> str:
         )
         lines.append(f"Ψ_{factor.number}({arguments})")
     return "\n".join(lines)
+
+
+# Records
+
+
+def to_record(graph: GroundingGraph) -> dict[str, list[dict[str, object]]]:
+    """The variables and factors as what JSON can hold; factors name their variables."""
+    return {
+        "variables": [
+            {
+                "name": str(variable),
+                "kind": variable.kind,
+                "node": variable.node,
+                "field": variable.field,
+                "text": variable.text if variable.words else None,
+            }
+            for variable in graph.variables
+        ],
+        "factors": [
+            {
+                "name": f"Ψ_{factor.number}",
+                "type": factor.type,
+                "node": factor.node,
+                "phi": str(factor.phi),
+                "words": str(factor.words) if factor.words else None,
+                "figure": [str(variable) for variable in factor.figure],
+                "landmark1": [str(variable) for variable in factor.landmark1],
+                "landmark2": [str(variable) for variable in factor.landmark2],
+            }
+            for factor in graph.factors
+        ],
+    }
 
 
 # DOT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import zipfile
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from hatchling.builders.wheel import WheelBuilder
 
+import corpus_tools
 from corpus_tools.extras import extra_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,6 +73,21 @@ def test_the_lock_file_holds_all_and_names_no_host(requirements):
     names = {name for extra in RUNTIME for name in requirements[extra]}
     assert {n for n in names if n.lower() not in locked} == set()
     assert "://" not in lock
+
+
+def test_the_bill_of_materials_is_of_what_is_locked():
+    bill = json.loads((ROOT / "docs/sbom.cdx.json").read_text())
+    lock = (ROOT / "requirements.lock").read_text()
+    locked = re.findall(r"^([\w.-]+)==([\w.+-]+)", lock, re.MULTILINE)
+    parts = bill["components"]
+    assert [(part["name"], part["version"]) for part in parts] == sorted(locked)
+    assert all(part["licenses"] for part in parts)
+    assert bill["metadata"]["component"]["version"] == corpus_tools.__version__
+    assert {d["ref"] for d in bill["dependencies"]} == {
+        "corpus-tools-g3",
+        *(part["bom-ref"] for part in parts),
+    }
+    assert "://" not in json.dumps(bill)
 
 
 def test_a_missing_extra_can_be_named(requirements):

@@ -1,7 +1,8 @@
 """The crowd providers by name. Each becomes a command of ``ct publish`` and ``ct collect``.
 
-They are named by module and object and loaded when they are used. :func:`register` adds one
-from outside.
+They are named by module and object and loaded when they are used. :func:`register` adds one;
+modules that other distributions name in the entry point group ``ct.crowds`` do so when this one is
+imported.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
+
+from g3.extensions import load_extensions
 
 if TYPE_CHECKING:
     from annotation_app.crowds.platform import Gateway
@@ -101,3 +104,5 @@ register(
         target="annotation_app.crowds.prolific:PROLIFIC",
     )
 )
+
+load_extensions("ct.crowds")

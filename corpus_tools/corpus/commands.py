@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.format_option import FORMAT
+from corpus_tools.format_option import FORMAT, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
 
@@ -24,20 +24,26 @@ def corpus() -> None:
 @corpus.command()
 @CORPUS
 @click.argument("id", required=False)
-def show(path: Path, id: str | None) -> None:  # noqa: A002 (the argument's name in the help)
+@FORMAT
+def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argument's name in the help)
     """Show a corpus, or the command, annotation or context with an ID.
 
     \b
     Examples:
       ct corpus show aaai11
       ct corpus show aaai11 move_tire_pallet-03
-      ct corpus show aaai11 move_tire_pallet-03/positive
+      ct corpus show aaai11 move_tire_pallet-03/positive --json
     """
     from corpus_tools.bundled import open_corpus
     from corpus_tools.corpus import display
+    from corpus_tools.corpus.excerpt import excerpt
 
     loaded = open_corpus(str(path))
-    click.echo(display.overview(loaded) if id is None else display.show(loaded, id))
+    if id is None:
+        tell(form, display.overview_record(loaded), display.overview(loaded))
+    else:
+        text = display.show(loaded, id)
+        tell(form, excerpt(loaded, id), text)
 
 
 @corpus.command()
@@ -49,19 +55,14 @@ def stats(path: Path, form: str) -> None:
     \b
     Examples:
       ct corpus stats aaai11
-      ct corpus stats aaai11 --format json
+      ct corpus stats aaai11 --json
     """
-    import msgspec
-
     from corpus_tools.bundled import open_corpus
     from corpus_tools.corpus.display import statistics_table
     from corpus_tools.corpus.statistics import statistics
 
     counted = statistics(open_corpus(str(path)))
-    if form == "json":
-        click.echo(msgspec.json.format(msgspec.json.encode(counted), indent=2))
-    else:
-        click.echo(statistics_table(counted))
+    tell(form, counted, statistics_table(counted))
 
 
 @corpus.command()
@@ -71,26 +72,19 @@ def stats(path: Path, form: str) -> None:
 def validate(ctx: click.Context, path: Path, form: str) -> None:
     """Check all of a corpus and list every problem.
 
-    The exit status is 0 if it is sound, 1 if it has problems, and 2 if it is no corpus.
+    The exit status is 0 if it is sound, and 2 if it has problems or is no corpus.
 
     \b
     Examples:
       ct corpus validate aaai11
-      ct corpus validate aaai11 --format json
+      ct corpus validate aaai11 --json
     """
-    import json
-
     from corpus_tools.bundled import resolve
     from corpus_tools.corpus import validation
 
     problems = validation.validate(resolve(str(path)))
-    if form == "json":
-        rows = [{"what": p.what, "where": p.where, "fix": p.fix} for p in problems]
-        click.echo(json.dumps({"problems": rows}, indent=2))
-    else:
-        for problem in problems:
-            click.echo(str(problem))
-        count = len(problems)
-        click.echo(f"{path}: {count or 'no'} problem{'' if count == 1 else 's'}")
+    rows = [{"what": p.what, "where": p.where, "fix": p.fix} for p in problems]
+    count = f"{len(problems) or 'no'} problem{'' if len(problems) == 1 else 's'}"
+    tell(form, {"problems": rows}, *map(str, problems), f"{path}: {count}")
     if problems:
-        ctx.exit(1)
+        ctx.exit(2)

@@ -44,20 +44,7 @@ def show(corpus: Corpus, name: str) -> str:
 
 def overview(corpus: Corpus) -> str:
     """Describe a corpus: where it is from, and its scenarios with an example each."""
-    typed = Counter(command.scenario for command in corpus.commands.values())
-    annotated: dict[str, dict[str, Command]] = {}
-    for annotation in corpus.annotations:
-        command = annotation.command
-        annotated.setdefault(command.scenario, {})[command.id] = command
-    rows = [
-        (
-            scenario,
-            str(count),
-            str(len(annotated.get(scenario, {}))),
-            *_example(annotated.get(scenario, {})),
-        )
-        for scenario, count in sorted(typed.items())
-    ]
+    rows = [tuple(map(str, row.values())) for row in _scenarios(corpus)]
     lines = [
         corpus.name,
         f"  source   {corpus.source}",
@@ -72,6 +59,36 @@ def overview(corpus: Corpus) -> str:
         example = corpus.annotations[0]
         lines += ["", f"Ids: {example.command.id} (command), {example.id}, {example.context.id}"]
     return "\n".join(lines)
+
+
+def overview_record(corpus: Corpus) -> Mapping[str, object]:
+    """The same as :func:`overview`, for programs."""
+    return {
+        "name": corpus.name,
+        "source": corpus.source,
+        "licence": corpus.licence,
+        "hash": corpus.hash,
+        "contexts": len(corpus.contexts),
+        "commands": len(corpus.commands),
+        "annotations": len(corpus.annotations),
+        "judgments": len(corpus.judgments),
+        "scenarios": _scenarios(corpus),
+    }
+
+
+def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
+    typed = Counter(command.scenario for command in corpus.commands.values())
+    annotated: dict[str, dict[str, Command]] = {}
+    for annotation in corpus.annotations:
+        command = annotation.command
+        annotated.setdefault(command.scenario, {})[command.id] = command
+    rows = []
+    for scenario, count in sorted(typed.items()):
+        commands = annotated.get(scenario, {})
+        name, text = _example(commands)
+        row = {"typed": count, "annotated": len(commands), "id": name, "command": text}
+        rows.append({"scenario": scenario, **row})
+    return rows
 
 
 def _example(annotated: Mapping[str, Command]) -> tuple[str, str]:

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.importers.registry import Importer, importers
 from corpus_tools.progress import progress_bar
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from corpus_tools.importers.report import ImportReport
 
 SHOWN = 5
@@ -63,7 +66,10 @@ def _command(importer: Importer) -> click.Command:
         show_envvar=True,
         help="Secret for the hashes that stand for people.",
     )
-    def command(path: Path, out: Path, force: bool, keep_going: bool, salt: str | None) -> None:
+    @FORMAT
+    def command(
+        *, path: Path, out: Path, force: bool, keep_going: bool, salt: str | None, form: str
+    ) -> None:
         import secrets
 
         from corpus_tools.corpus.writing import check_writable, write_corpus
@@ -78,25 +84,25 @@ def _command(importer: Importer) -> click.Command:
                 on_progress=on_progress,
             )
         write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
-        _summarise(report, out)
+        tell(form, {"folder": out, "report": report}, *_summary(report, out))
 
     return command
 
 
-def _summarise(report: ImportReport, out: Path) -> None:
+def _summary(report: ImportReport, out: Path) -> Iterator[str]:
     from corpus_tools.importers.report import REPORT
 
     for what, count in report.counts.items():
-        click.echo(f"{count:6} {what}")
+        yield f"{count:6} {what}"
     for note in report.notes:
         names = ", ".join(note.records[:SHOWN])
         more = f" and {len(note.records) - SHOWN} more" if len(note.records) > SHOWN else ""
-        click.echo(f"note: {note.what}: {names}{more}")
+        yield f"note: {note.what}: {names}{more}"
     for name in report.missing:
-        click.echo(f"note: there is no {name}")
+        yield f"note: there is no {name}"
     for skipped in report.skipped:
-        click.echo(f"skipped: {skipped.error()}")
-    click.echo(f"imported into {out}; {out / REPORT} has the details")
+        yield f"skipped: {skipped.error()}"
+    yield f"imported into {out}; {out / REPORT} has the details"
 
 
 for _importer in importers():

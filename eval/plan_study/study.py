@@ -128,7 +128,7 @@ def _half(on_progress: OnProgress | None, which: int) -> OnProgress | None:
     return lambda step, done, total: on_progress(step, which * total + done, 2 * total)
 
 
-def render(study: Study, form: Literal["table", "json"], *, terminal: bool = False) -> str:
+def render(study: Study, form: Literal["text", "json"], *, terminal: bool = False) -> str:
     """People's rows and the judge's, in tables of their own."""
     about = {"table": 3, "train": study.settings.train, "test": study.settings.test}
     about |= {"seed": study.settings.seed}

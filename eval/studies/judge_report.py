@@ -19,7 +19,7 @@ CONFIGURATIONS = {"original": True, "random": False}
 
 def render(
     validity: Validity,
-    form: Literal["table", "json"],
+    form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
     terminal: bool = False,

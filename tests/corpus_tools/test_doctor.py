@@ -41,7 +41,7 @@ def test_all_checks_pass_where_the_tests_run(doctor):
 def test_what_is_missing_is_told_with_its_remedy(doctor, monkeypatch, tmp_path):
     monkeypatch.setenv("CT_WORDNET", str(tmp_path))
     status, found = doctor("wordnet", "disk")
-    assert status == 1
+    assert status == 2
     assert found["disk"]["ok"]
     assert not found["wordnet"]["ok"]
     assert str(tmp_path) in found["wordnet"]["found"]
@@ -50,7 +50,7 @@ def test_what_is_missing_is_told_with_its_remedy(doctor, monkeypatch, tmp_path):
 
 def test_a_table_for_people(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("CT_WORDNET", str(tmp_path))
-    assert run(["doctor", "wordnet", "image-tags"]) == 1
+    assert run(["doctor", "wordnet", "image-tags"]) == 2
     failed, remedy, passed = capsys.readouterr().out.splitlines()
     assert failed.startswith("no  wordnet")
     assert "wordnet-base" in remedy
@@ -81,7 +81,7 @@ def test_unknown_check(capsys):
 def test_a_database_that_cannot_be_reached(doctor, monkeypatch):
     monkeypatch.setenv("CT_ANNOTATE_DATABASE", "postgresql://me:secret@127.0.0.1:1/none")
     status, found = doctor("database")
-    assert status == 1
+    assert status == 2
     assert "secret" not in json.dumps(found)
     assert "CT_ANNOTATE_DATABASE" in found["database"]["fix"]
 
@@ -90,7 +90,7 @@ def test_too_little_room(doctor, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(2**40, 2**40 - 2**20, 2**20))
     status, found = doctor("disk")
-    assert status == 1
+    assert status == 2
     assert "0.0 GiB" in found["disk"]["found"]
 
 

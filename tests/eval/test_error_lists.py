@@ -58,7 +58,7 @@ def test_lists_come_type_by_type():
 def test_no_examples():
     nothing = Predictions([], [], [], [], [])
     assert all(one.phrases == () for one in error_lists(nothing, []))
-    assert render_lists(error_lists(nothing, []), "table", {}).startswith("p: ")
+    assert render_lists(error_lists(nothing, []), "text", {}).startswith("p: ")
 
 
 def test_unaligned_examples_are_refused():
@@ -116,7 +116,7 @@ def test_json_has_lists_beside_metadata():
 
 
 def test_table_shows_only_lists_with_phrases():
-    text = render_lists(error_lists(*split(HAND)), "table", {"seed": 1})
+    text = render_lists(error_lists(*split(HAND)), "text", {"seed": 1})
     assert text.isascii()
     assert "EVENT, incorrect, highest-scoring (phrases: 1, of 1 examples)" in text
     assert "PLACE" not in text
@@ -126,11 +126,11 @@ def test_table_shows_only_lists_with_phrases():
 def test_words_typed_by_people_cannot_drive_the_terminal():
     words = "\x1b[31mpick [bold]up"
     lists = error_lists(*split([("EVENT", True, 0.9, "a", words, "positive")]))
-    text = render_lists(lists, "table", {}, terminal=True)
+    text = render_lists(lists, "text", {}, terminal=True)
     assert "\x1b[31m" not in text
     assert "[31mpick [bold]up" in text
 
 
 def test_unknown_format_is_refused():
-    with pytest.raises(ValueError, match="expected one of table, json"):
+    with pytest.raises(ValueError, match="expected one of text, json"):
         render_lists((), "csv", {})

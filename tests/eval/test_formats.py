@@ -66,7 +66,7 @@ def test_csv_can_be_read_back():
 
 
 def test_table_for_a_file_is_ascii_and_fits_80_columns():
-    text = render(ROWS, "table", {"corpus": "wärehouse"})
+    text = render(ROWS, "text", {"corpus": "wärehouse"})
     assert text.isascii()
     assert r"w\xe4rehouse" in text
     assert max(map(len, text.splitlines())) <= 80
@@ -78,13 +78,13 @@ def test_table_for_a_file_is_ascii_and_fits_80_columns():
 
 
 def test_table_for_a_terminal_has_styles():
-    text = render(ROWS, "table", METADATA, terminal=True)
+    text = render(ROWS, "text", METADATA, terminal=True)
     assert "\x1b[1m" in text
     assert "0.80–1.00" in text
 
 
 def test_metadata_cannot_style_or_break_lines():
-    text = render(ROWS, "table", {"note": "[bold]x[/]\n\x1b[31mred"}, terminal=True)
+    text = render(ROWS, "text", {"note": "[bold]x[/]\n\x1b[31mred"}, terminal=True)
     assert "[bold]x[/]  [31mred" in text
     assert "\x1b[31m" not in text
 
@@ -117,7 +117,7 @@ def test_clashing_metadata_is_refused():
 
 
 def test_unknown_format_is_refused():
-    with pytest.raises(ValueError, match="expected one of table, json, csv, latex"):
+    with pytest.raises(ValueError, match="expected one of text, json, csv, latex"):
         render(ROWS, "xml", {})
 
 

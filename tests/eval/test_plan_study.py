@@ -108,7 +108,7 @@ def test_rows_by_people_and_by_the_judge_are_apart(found, records, tmp_path):
     assert rows["gold-all"]["precision"] == 0.5
     assert rows["gold-top30"]["precision"] == pytest.approx(20 / 30)
     assert {row["judge"] for row in rows.values()} == {"automatic"}
-    text = render(study, "table")
+    text = render(study, "text")
     assert text.index("People's judgments") < text.index("The automatic judge")
     again = by_people(found, records, judgments, seed=0, draws=50)
     assert again == people
@@ -130,14 +130,14 @@ def test_configurations_are_compared_on_the_commands_they_share(found, records, 
     )
     shown = json.loads(render(study, "json"))
     assert len(shown["people_compared"]) == len(shown["automatic"]["comparisons"]) == 3
-    assert "People's judgments: configurations compared" in render(study, "table")
+    assert "People's judgments: configurations compared" in render(study, "text")
 
 
 def test_without_ratings_only_the_judge_speaks(found, records, tmp_path):
     automatic = by_judge(records, seed=0, draws=50)
     study = Study(Settings("a", "b", 0, 1.0, 0), tmp_path, found, records, (), automatic, None)
     assert json.loads(render(study, "json"))["people"] is None
-    text = render(study, "table")
+    text = render(study, "text")
     assert "People's judgments" not in text
     assert "nobody has rated yet" in text
 

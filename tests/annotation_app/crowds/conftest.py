@@ -1,18 +1,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import msgspec
 import pytest
-from flask import Flask
 
-from annotation_app.config import Config
-from annotation_app.database import open_database, transaction
-from annotation_app.factory import create_app
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study, rendered_videos
-from annotation_app.study import Payment, TaskConfig
+from annotation_app.study import Payment, StudyConfig, TaskConfig
 from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk, Prolific, serving
 
@@ -35,14 +28,9 @@ def credentials(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def app(config: Config, videos: Path) -> Iterator[Flask]:
-    """An app with a study that pays ten cents an item."""
-    engine = open_database(config.database)
-    migrate(engine)
-    with transaction(engine) as session:
-        put_study(session, PAID, rendered_videos(videos))
-    yield create_app(config, engine)
-    engine.dispose()
+def study() -> StudyConfig:
+    """A study that pays ten cents an item."""
+    return PAID
 
 
 @pytest.fixture

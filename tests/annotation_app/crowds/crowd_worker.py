@@ -74,8 +74,8 @@ class Lab:
     def collect(self, *options: str) -> Result:
         return self._run(collect, [self.provider, "tests", *options, *self.rest])
 
-    def reconcile(self) -> Result:
-        return self._run(annotate, ["reconcile", self.provider, "tests", *self.rest])
+    def reconcile(self, *options: str) -> Result:
+        return self._run(annotate, ["reconcile", self.provider, "tests", *options, *self.rest])
 
     def _run(self, command: Any, arguments: list[str]) -> Result:
         return CliRunner().invoke(command, arguments)

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
@@ -61,3 +64,22 @@ def test_providers_are_registered() -> None:
     assert isinstance(known, Provider)
     with pytest.raises(ValueError, match="already"):
         register(known)
+
+
+def test_other_distributions_add_providers(tmp_path: Path) -> None:
+    (tmp_path / "my_crowd.py").write_text(
+        "from annotation_app.crowds.registry import Provider, register\n"
+        "register(Provider('friends', 'Friends', 'Ask your friends.', '', 'my_crowd:FRIENDS'))\n"
+    )
+    info = tmp_path / "my_crowd-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-crowd\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[ct.crowds]\nfriends = my_crowd\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "corpus_tools", "collect", "--help"],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )
+    assert ["friends", "What", "workers"] in [line.split()[:3] for line in done.stdout.splitlines()]

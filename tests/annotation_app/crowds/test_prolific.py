@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from urllib.parse import urlsplit
 
 import pytest
@@ -67,12 +68,18 @@ def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) 
     # The work is here, and Prolific has not been told.
     assert "sub1: not confirmed" in lab.reconcile().output
     prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
-    assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
+    told = json.loads(lab.collect("--bonus", "sub1", "0.50", "For care", "--json").stdout)
+    deeds = [(deed["what"], deed["amount"], deed["problem"]) for deed in told["deeds"]]
+    assert deeds == [("approve", "0", ""), ("bonus", "0.50", "")]
     assert prolific.submissions["sub1"]["status"] == "APPROVED"
     (bulk,) = prolific.bulk.values()
     assert bulk["csv_bonuses"] == "5f0private,0.50"
     assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
     assert bulk["paid"] == 1
+    told = lab.reconcile("--json").stdout
+    (finding,) = json.loads(told)["assignments"]
+    assert (finding["assignment"], finding["state"]) == ("sub1", "settled")
+    assert "private" not in told
     with reading(engine_of(app)) as session:
         (person,) = session.scalars(select(Person).where(Person.provider == "prolific"))
         (mine,) = session.scalars(select(Participation))

@@ -77,7 +77,7 @@ def test_validate_a_broken_corpus(corpus_path):
     path = corpus_path / "judgments.jsonl"
     path.write_text(path.read_text().replace('"SA"', '"sa"').replace('"D"', '"d"'))
     result = run("validate", corpus_path)
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "4 problems" in result.output  # two ratings, the count and the hash
     problems = json.loads(run("validate", corpus_path, "--format", "json").output)["problems"]
     assert len(problems) == 4

@@ -89,7 +89,7 @@ def test_particles_stand_apart_and_pronouns_before_them():
     assert not any("up it" in text or "down it" in text for text in said)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(number=st.integers(0, 400), seed=st.integers(0, 1000))
 def test_trees_are_well_formed_and_stand_in_the_text(number, seed):
     made = generate(number, number, LAYOUTS)

@@ -25,9 +25,10 @@ def ct(capsys, monkeypatch, tmp_path):
 @pytest.mark.slow
 def test_a_dataset_that_is_a_corpus(ct, tmp_path):
     options = ("--commands", "3", "--workers", "4", "--seed", "5", "--out", "made")
-    status, out, err = ct("simulate-workers", "describe", "--scenarios", "2", *options)
+    status, out, err = ct("simulate-workers", "describe", "--scenarios", "2", *options, "--json")
     assert (status, err) == (0, "")
-    assert "6 commands for 2 scenarios" in out
+    told = json.loads(out)
+    assert (told["commands"], told["scenarios"], told["failed"]) == (6, 2, [])
     corpus = open_corpus(tmp_path / "made")
     assert "Simulated" in corpus.source
     assert len(corpus.commands) == 6
