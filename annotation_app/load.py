@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.installation import now
-from annotation_app.models import Answer, Event, Handout, Item, Person, Record, Slot, Study, Task
+from annotation_app.models import (
+    Answer,
+    Base,
+    Event,
+    Handout,
+    Item,
+    Person,
+    Record,
+    Slot,
+    Study,
+    Task,
+)
 from annotation_app.people import hashed, new_id
 from annotation_app.setup import Rendered, add_video, put_media
 from annotation_app.study import StudyConfig, TaskConfig, stored
@@ -74,17 +86,17 @@ def import_corpus(
     for key in corpus.contexts:
         add_video(session, study.id, shown[key])
         put_media(session, study.id, key, "corpus", folder)
-    positives = [a for a in corpus.annotations if a.source == "positive"]
-    contexts = _contexts(corpus)
     annotated: dict[str, list[Annotation]] = {}
-    for annotation in positives:
-        annotated.setdefault(annotation.command.id, []).append(annotation)
-    loader = _Loader(session, study, corpus.hash, salt)
-    for command in corpus.commands.values():
-        video = contexts.get(command.id) or contexts.get(command.scenario)
-        if video is not None:
-            loader.command(command, video, annotated.get(command.id, []))
-    return loader.counts
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            annotated.setdefault(annotation.command.id, []).append(annotation)
+    contexts = _contexts(corpus)
+    found = [
+        (command, video, annotated.get(command.id, []))
+        for command in corpus.commands.values()
+        if (video := contexts.get(command.id) or contexts.get(command.scenario)) is not None
+    ]
+    return _Loader(session, study, corpus.hash, salt).load(found)
 
 
 def _contexts(corpus: Corpus) -> dict[str, str]:
@@ -96,8 +108,20 @@ def _contexts(corpus: Corpus) -> dict[str, str]:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """An answer, and what it answers."""
+
+    task: Task
+    subject: str
+    payload: Record
+    person: Person
+    body: Record
+    rank: int
+
+
 class _Loader:
-    """Adds items with answers, and counts them."""
+    """Adds items with answers, those of one task after those of the other."""
 
     def __init__(self, session: Session, study: Study, corpus_hash: str, salt: bytes) -> None:
         self.session = session
@@ -105,11 +129,49 @@ class _Loader:
         self.corpus_hash = corpus_hash
         self.salt = salt
         self.people: dict[str, Person] = {}
-        self.counts = {"commands": 0, "segmentations": 0, "groundings": 0}
 
-    def command(self, command: Command, video: str, annotations: list[Annotation]) -> None:
-        """Add a command, and what it is annotated with."""
-        person = self.person(command.subject or command.id)
+    def load(self, found: Sequence[tuple[Command, str, list[Annotation]]]) -> Mapping[str, int]:
+        """Add commands, each with its video and what it is annotated with; count them."""
+        described = self.answers([self.typed(c, video, i) for i, (c, video, _) in enumerate(found)])
+        trees: list[tuple[Annotation, _Given]] = []
+        for rank, (typed, (command, video, annotated)) in enumerate(
+            zip(described, found, strict=True)
+        ):
+            about = {"text": command.text, "command": typed.id, "video": video}
+            if not annotated:
+                self.session.add(self.item("segment", typed.subject, about, rank))
+            for annotation in annotated:
+                sdcs = to_json(annotation.sdcs)
+                given = _Given(
+                    "segment",
+                    f"study {self.study.name} {annotation.id}",
+                    {**about, "suggestion": sdcs},
+                    self.person(command),
+                    {"sdcs": sdcs},
+                    rank,
+                )
+                trees.append((annotation, given))
+        segmented = self.answers([given for _, given in trees])
+        groundings = [
+            _Given(
+                "ground",
+                f"answer {answer.id}",
+                {name: given.payload[name] for name in ("text", "command", "video")} | given.body,
+                given.person,
+                {"groundings": _groundings(annotation), "trims": {}, "imported": annotation.id},
+                given.rank,
+            )
+            for (annotation, given), answer in zip(trees, segmented, strict=True)
+        ]
+        grounded = self.answers(groundings)
+        return {
+            "commands": len(described),
+            "segmentations": len(segmented),
+            "groundings": len(grounded),
+        }
+
+    def typed(self, command: Command, video: str, rank: int) -> _Given:
+        """A command as the answer of who typed it."""
         body = {
             "text": command.text,
             "watched_s": 0.0,
@@ -119,32 +181,11 @@ class _Loader:
             "subject": command.subject,
         }
         subject = f"study {self.study.name} {command.id}"
-        described = self.answer("describe", subject, {"video": video}, person, body)
-        self.counts["commands"] += 1
-        about = {"text": command.text, "command": described.id, "video": video}
-        if not annotations:
-            self.item("segment", subject, about)
-        for annotation in annotations:
-            sdcs = to_json(annotation.sdcs)
-            segmented = self.answer(
-                "segment",
-                f"study {self.study.name} {annotation.id}",
-                {**about, "suggestion": sdcs},
-                person,
-                {"sdcs": sdcs},
-            )
-            self.answer(
-                "ground",
-                f"answer {segmented.id}",
-                {**about, "sdcs": sdcs},
-                person,
-                {"groundings": _groundings(annotation), "trims": {}, "imported": annotation.id},
-            )
-            self.counts["segmentations"] += 1
-            self.counts["groundings"] += 1
+        return _Given("describe", subject, {"video": video}, self.person(command), body, rank)
 
-    def person(self, subject: str) -> Person:
-        """Whoever the corpus's subject stands for."""
+    def person(self, command: Command) -> Person:
+        """Whoever the command's subject stands for."""
+        subject = command.subject or command.id
         if subject not in self.people:
             digest = hashed(self.salt, PROVIDER, f"{self.corpus_hash} {subject}")
             known = self.session.scalars(
@@ -163,54 +204,62 @@ class _Loader:
             self.people[subject] = person
         return self.people[subject]
 
-    def item(self, task: Task, subject: str, payload: Record) -> Item:
-        """Add an item with one slot."""
+    def item(self, task: Task, subject: str, payload: Record, rank: int) -> Item:
+        """An item with one slot."""
         item = Item(
             id=new_id(),
             study_id=self.study.id,
             task=task,
             subject=subject,
             payload=payload,
-            rank=float(self.counts["commands"]),
+            rank=float(rank),
             attention=False,
         )
         item.slots = [Slot(answered=False)]
-        self.session.add(item)
-        self.session.flush()
         return item
 
-    def answer(
-        self, task: Task, subject: str, payload: Record, person: Person, body: Record
-    ) -> Answer:
-        """Add an item that is answered."""
-        item, at = self.item(task, subject, payload), now()
-        slot = item.slots[0]
-        slot.answered, slot.person_id, slot.expires_at = True, person.id, at
-        event = Event(
-            uuid=str(uuid.uuid4()),
-            item_id=item.id,
-            person_id=person.id,
-            name="submit",
-            body=body,
-            at=at,
-        )
-        self.session.add_all([event, Handout(item_id=item.id, person_id=person.id, at=at)])
+    def answers(self, given: Sequence[_Given]) -> list[Answer]:
+        """Add items that are answered."""
+        at = now()
+        items = [self.item(g.task, g.subject, g.payload, g.rank) for g in given]
+        for g, item in zip(given, items, strict=True):
+            (slot,) = item.slots
+            slot.answered, slot.person_id, slot.expires_at = True, g.person.id, at
+        self._add(items)
+        events = [
+            Event(
+                uuid=str(uuid.uuid4()),
+                item_id=item.id,
+                person_id=g.person.id,
+                name="submit",
+                body=g.body,
+                at=at,
+            )
+            for g, item in zip(given, items, strict=True)
+        ]
+        self._add(events)
+        self._add([Handout(item_id=e.item_id, person_id=e.person_id, at=at) for e in events])
+        answers = [
+            Answer(
+                item_id=event.item_id,
+                person_id=event.person_id,
+                task=g.task,
+                subject=g.subject,
+                event_id=event.id,
+                body=g.body,
+                surplus=False,
+                adopted=True,
+                seconds=0.0,
+                at=at,
+            )
+            for g, event in zip(given, events, strict=True)
+        ]
+        self._add(answers)
+        return answers
+
+    def _add(self, rows: Sequence[Base]) -> None:
+        self.session.add_all(rows)
         self.session.flush()
-        answer = Answer(
-            item_id=item.id,
-            person_id=person.id,
-            task=task,
-            subject=item.subject,
-            event_id=event.id,
-            body=body,
-            surplus=False,
-            adopted=True,
-            seconds=0.0,
-            at=at,
-        )
-        self.session.add(answer)
-        self.session.flush()
-        return answer
 
 
 def _groundings(annotation: Annotation) -> dict[str, Any]:

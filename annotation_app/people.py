@@ -26,11 +26,12 @@ OPEN = "open"
 INVITED = "invited"
 LOGIN = "login"
 
+_METHOD = "scrypt:32768:8:1"
+_NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
+"""Checked where there is no such login, so that time doesn't tell which logins there are."""
+
 RANKS: dict[Role, int] = {"worker": 0, "annotator": 1, "adjudicator": 2, "admin": 3}
 """Who may do what others may: each what those before may."""
-
-_NOBODY = generate_password_hash(secrets.token_hex(), method="scrypt")
-"""Checked where there is no such login, so that time doesn't tell which logins there are."""
 
 
 def new_id() -> str:
@@ -170,7 +171,7 @@ def find_login(session: Session, login: str, password: str) -> Person | None:
 
 
 def _password_hash(password: str) -> str:
-    return generate_password_hash(password, method="scrypt")
+    return generate_password_hash(password, method=_METHOD)
 
 
 # Invitations

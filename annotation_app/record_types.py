@@ -17,12 +17,14 @@ from corpus_tools.corpus.records import (
     JudgmentRecord,
     Manifest,
 )
+from corpus_tools.logs.channels import CHANNELS
 
 
 def record_types() -> Iterable[type]:
     """All types that requests may need."""
     of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
-    return (StudyConfig, Shown, *of_corpora, *REQUESTS.values(), *ANSWERS.values())
+    of_logs = (channel.message for channel in CHANNELS.values())
+    return (StudyConfig, Shown, *of_corpora, *of_logs, *REQUESTS.values(), *ANSWERS.values())
 
 
 def learn_types() -> None:

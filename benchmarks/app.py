@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 import uuid
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -26,7 +27,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 from flask.sessions import SecureCookieSessionInterface
 from sqlalchemy import func, select
@@ -39,6 +39,7 @@ from annotation_app.people import hashed, keep_consent, new_id
 from annotation_app.schema import migrate
 from annotation_app.setup import put_study
 from annotation_app.study import StudyConfig, TaskConfig
+from benchmarks.app_client import LOST, Client
 
 STUDY = "load"
 VIDEOS = 6
@@ -118,15 +119,22 @@ def cookies(config: Config, people: Sequence[str]) -> list[str]:
     return signed
 
 
+def free_port() -> int:
+    """A port that no connection gets by chance while its server is down."""
+    for port in random.SystemRandom().sample(range(15_000, 30_000), 100):
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise OSError("no port is free")
+
+
 class Server:
     """A process of ``ct annotate`` that can be killed and started again."""
 
     def __init__(self, config: Config, threads: int) -> None:
         self.config = config
         self.threads = threads
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port: int = probe.getsockname()[1]
+        self.port = free_port()
         self.process = self._start()
 
     @property
@@ -142,8 +150,8 @@ class Server:
     def wait(self) -> None:
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
-            with contextlib.suppress(httpx.TransportError):
-                httpx.get(f"{self.address}/api/session", timeout=5)
+            with contextlib.suppress(OSError):
+                urllib.request.urlopen(f"{self.address}/api/session", timeout=5).close()
                 return
             time.sleep(0.1)
         raise TimeoutError(f"no server at {self.address}")
@@ -173,36 +181,35 @@ def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
 class Worker:
     """Somebody who works until there is nothing left, on a connection that can't be trusted."""
 
-    def __init__(self, address: str, cookie: str, tally: Tally, think_s: float, seed: int) -> None:
-        jar = httpx.Cookies()
-        jar.set("session", cookie, domain="127.0.0.1")
-        # There is no TLS, and to read the certificates for each client takes long.
-        self.client = httpx.AsyncClient(
-            base_url=address, cookies=jar, timeout=PATIENCE_S, verify=False
-        )
+    def __init__(self, port: int, cookie: str, tally: Tally, think_s: float, seed: int) -> None:
+        self.client = Client(port, cookie)
         self.tally = tally
         self.think_s = think_s
+        self.comes_back = seed % 10 == 0
         self.luck = random.Random(seed)
 
     async def work(self) -> None:
-        async with self.client:
+        try:
             await self.think()
-            csrf = await self.send("session", "GET", "/api/session")
-            self.client.headers["X-CSRFToken"] = csrf.json()["csrf"]
+            self.client.csrf = (await self.send("session", "GET", "/api/session"))[1]["csrf"]
             for task in ("describe", "rate"):
                 while await self.do(task):
                     pass
+        finally:
+            self.client.close()
 
     async def do(self, task: str) -> bool:
+        """Do an item; whether there may be another one."""
         await self.think()
         path = f"/api/studies/{STUDY}/tasks/{task}/lease"
-        page = await self.send("lease", "POST", path, {})
-        if page.status_code == 409:
-            if page.json()["reason"] != "all taken":
+        status, page = await self.send("lease", "POST", path, {})
+        if status == 409:
+            # Where others have all that is left, most people don't wait for it.
+            if page["reason"] != "all taken" or not self.comes_back:
                 return False
-            await asyncio.sleep(1 + self.luck.random())
+            await asyncio.sleep(2 + self.luck.random())
             return True
-        item = page.json()["item"]
+        item = page["item"]
         text = f"Go to number {self.luck.randrange(10**9)}"
         body = {"text": text, "played_to_end": True} if task == "describe" else {"rating": 4}
         await self.think()
@@ -217,9 +224,9 @@ class Worker:
         value = {"uuid": event, "body": body}
         luck = self.luck.random()
         if luck < 0.1:  # the connection breaks; nobody knows whether the answer has come
-            with contextlib.suppress(httpx.TransportError):
-                self.tally.broken["cut off"] += 1
-                await self.client.post(path, json=value, timeout=self.luck.uniform(0.001, 0.05))
+            self.tally.broken["cut off"] += 1
+            with contextlib.suppress(*LOST):
+                await self.client.request("POST", path, value, self.luck.uniform(0.001, 0.05))
         if luck > 0.9:  # a double click
             self.tally.broken["doubled"] += 1
             replies = await asyncio.gather(
@@ -227,23 +234,23 @@ class Worker:
             )
         else:
             replies = [await self.send("answer", "POST", path, value)]
-        states = {reply.json()["state"] for reply in replies}
+        states = {reply["state"] for _, reply in replies}
         assert len(states) == 1, states
         self.tally.acknowledged[event] = states.pop()
 
-    async def send(self, name: str, method: str, path: str, value: Any = None) -> httpx.Response:
+    async def send(self, name: str, method: str, path: str, value: Any = None) -> tuple[int, Any]:
         end = time.monotonic() + 3 * PATIENCE_S
         while time.monotonic() < end:
             start = time.perf_counter()
             try:
-                response = await self.client.request(method, path, json=value)
-            except httpx.TransportError:
+                status, reply = await self.client.request(method, path, value, PATIENCE_S)
+            except LOST:
                 self.tally.broken["tried again"] += 1
                 await asyncio.sleep(self.luck.uniform(0.2, 1))
                 continue
-            assert response.status_code in (200, 409), response.text
+            assert status in (200, 409), reply
             self.tally.add(name, time.perf_counter() - start)
-            return response
+            return status, reply
         raise TimeoutError(path)
 
     async def think(self) -> None:
@@ -251,15 +258,20 @@ class Worker:
 
 
 async def work_all(
-    running: Sequence[Server], signed: Sequence[str], tally: Tally, think_s: float, kill: bool
+    running: Sequence[Server],
+    signed: Sequence[str],
+    tally: Tally,
+    think_s: float,
+    kill_after: int | None,
 ) -> None:
     workers = [
-        Worker(running[i % len(running)].address, cookie, tally, think_s, i)
+        Worker(running[i % len(running)].port, cookie, tally, think_s, i)
         for i, cookie in enumerate(signed)
     ]
     tasks = [asyncio.create_task(worker.work()) for worker in workers]
-    if kill:
-        await asyncio.sleep(6 * think_s)
+    if kill_after is not None:
+        while len(tally.acknowledged) < kill_after:
+            await asyncio.sleep(0.01)
         await asyncio.to_thread(running[0].kill_and_restart)
     await asyncio.gather(*tasks)
 
@@ -303,14 +315,24 @@ def run_load(
     kill: bool,
     threads: int = 8,
 ) -> Tally:
-    """Let workers work until nothing is left; return what they saw."""
+    """Let workers work until nothing is left; return what they saw.
+
+    Parameters
+    ----------
+    answers
+        How many people describe each video.
+    think_s
+        How long a worker waits between requests, on average.
+    kill
+        Whether the first server is killed when there are as many answers, and started again.
+    """
     people = add_study(config, videos, workers, answers)
     signed = cookies(config, people)
     tally = Tally()
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with servers(config, processes, threads) as running:
         start = time.monotonic()
-        asyncio.run(work_all(running, signed, tally, think_s, kill))
+        asyncio.run(work_all(running, signed, tally, think_s, answers if kill else None))
         tally.wall_s = time.monotonic() - start
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     tally.server_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -333,7 +355,7 @@ def main() -> None:
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {given.workers} workers")
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
         videos = render(Path(folder) / "videos", tuple(f"video{i}" for i in range(VIDEOS)))
-        url = stack.enter_context(cluster()) if "postgresql" in given.databases else ""
+        url = stack.enter_context(cluster(durable=True)) if "postgresql" in given.databases else ""
         for kind in given.databases:
             for processes in given.processes:
                 database = None if kind == "sqlite" else new_database(url)

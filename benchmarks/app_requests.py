@@ -110,7 +110,7 @@ def main() -> None:
         videos = render(Path(folder) / "videos", tuple(f"video{i}" for i in range(VIDEOS)))
         url = None
         if given.database == "postgresql":
-            url = new_database(stack.enter_context(cluster()))
+            url = new_database(stack.enter_context(cluster(durable=True)))
         config = open_instance(Path(folder) / "instance", url)
         people = add_study(config, videos, PEOPLE, PEOPLE // 4)
         times = run(create_app(config), cookies(config, people))

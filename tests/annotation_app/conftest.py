@@ -1,22 +1,30 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from flask import Flask
 from sqlalchemy import create_engine, text
+from sqlalchemy.engine import make_url
 
-from annotation_app.config import Config, open_instance
-from annotation_app.database import open_database, transaction
+from annotation_app.config import DATABASE_FILE, Config, open_instance
+from annotation_app.database import opened, transaction
 from annotation_app.factory import create_app
 from annotation_app.schema import migrate
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import KnownCommand, StudyConfig, TaskConfig
 from tests.annotation_app.postgres import cluster
 from tests.annotation_app.rendered import VIDEOS, render
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext
+
+PATIENCE_MS = 30_000
 
 _numbers = itertools.count()
 
@@ -53,33 +61,89 @@ def kind() -> str:
 
 
 @pytest.fixture
-def config(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> Config:
-    """An installation with a new database."""
+def study() -> StudyConfig:
+    """The app's study."""
+    return STUDY
+
+
+@pytest.fixture(scope="session")
+def templates(
+    videos: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[StudyConfig, str | None], str | Path]:
+    """Makes a database with a study, in a cluster or a file, when it is asked for it first."""
+    made: dict[tuple[str, str | None], str | Path] = {}
+
+    def template(study: StudyConfig, server: str | None) -> str | Path:
+        key = repr(study), server
+        if key not in made:
+            file = tmp_path_factory.mktemp("template") / DATABASE_FILE
+            made[key] = new_database(server) if server else file
+            set_up(made[key], study, videos)
+        return made[key]
+
+    return template
+
+
+@pytest.fixture
+def config(
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+    kind: str,
+    study: StudyConfig,
+    templates: Callable[[StudyConfig, str | None], str | Path],
+) -> Config:
+    """An installation with a new database: that of the app, if there is one, or an empty one."""
     made = replace(open_instance(tmp_path / "instance"), rate_limits=False)
-    if kind == "postgresql":
-        made = replace(made, database=new_database(request.getfixturevalue("postgres")))
+    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
+    template = templates(study, server) if "app" in request.fixturenames else None
+    if server:
+        return replace(made, database=new_database(server, template))
+    if template:
+        shutil.copyfile(template, made.database)
     return made
 
 
 @pytest.fixture
-def app(config: Config, videos: Path) -> Iterator[Flask]:
-    """An app with a study of all five tasks."""
-    engine = open_database(config.database)
-    migrate(engine)
-    with transaction(engine) as session:
-        put_study(session, STUDY, rendered_videos(videos))
-    yield create_app(config, engine)
-    engine.dispose()
+def app(config: Config) -> Iterator[Flask]:
+    """An app with a study."""
+    with opened(config.database) as engine:
+        yield create_app(config, engine)
 
 
-def new_database(url: str) -> str:
-    """The URL of a new, empty database in a cluster."""
+@pytest.fixture(scope="module")  # while Playwright runs, asyncio can't be used by other tests
+def chromium() -> Iterator[Browser]:
+    from tests.annotation_app.in_browser import launched  # noqa: PLC0415 - few tests need it
+
+    with launched() as browser:
+        yield browser
+
+
+@pytest.fixture
+def context(chromium: Browser) -> Iterator[BrowserContext]:
+    """A new user's browser."""
+    made = chromium.new_context(viewport={"width": 1280, "height": 900})
+    made.set_default_timeout(PATIENCE_MS)
+    yield made
+    made.close()
+
+
+def set_up(database: str | Path, study: StudyConfig, videos: Path) -> None:
+    """Put a study into a new database."""
+    with opened(database) as engine:
+        migrate(engine)
+        with transaction(engine) as session:
+            put_study(session, study, rendered_videos(videos))
+
+
+def new_database(url: str, template: str | Path | None = None) -> str:
+    """The URL of a new database in a cluster, empty or a copy of another one."""
     name = f"test{next(_numbers)}"
     server = create_engine(
         url.format(name="postgres").replace("postgresql:", "postgresql+psycopg:"),
         isolation_level="AUTOCOMMIT",
     )
+    like = make_url(str(template)).database if template else "template1"
     with server.connect() as connection:
-        connection.execute(text(f"CREATE DATABASE {name}"))
+        connection.execute(text(f"CREATE DATABASE {name} TEMPLATE {like}"))
     server.dispose()
     return url.format(name=name)

@@ -7,11 +7,56 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import pytest
+from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 from werkzeug.serving import make_server
 
-CHROMIUM = shutil.which("chromium")
+from tests.annotation_app.conftest import PATIENCE_MS
+
+CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+"""Chromium without the parts for windows, where it is installed: it takes a third of the time."""
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
+
+
+@contextmanager
+def launched() -> Iterator[Browser]:
+    """The browser."""
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed")
+    expect.set_options(timeout=PATIENCE_MS)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+def violations(
+    page: Page, impacts: tuple[str, ...] = ("serious", "critical"), **options: object
+) -> list[str]:
+    """What axe-core finds wrong with a page."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(Axe().axe_script)
+    found = page.evaluate(
+        "options => axe.run(options).then(result => result.violations.map("
+        "v => [v.impact, `${v.id}: ${v.nodes[0].html.slice(0, 200)}`]))",
+        {"resultTypes": ["violations"], **options},
+    )
+    return [f"{page.url}: {what}" for impact, what in found if impact in impacts]
+
+
+def errors_of(page: Page) -> list[str]:
+    """What the page's scripts and the browser's console complain of, from now on."""
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(f"{page.url}: {error}"))
+    page.on("console", lambda m: errors.append(f"{page.url}: {m.text}") if m.type == "error" else 0)
+    return errors
+
+
+def width_of(page: Page) -> int:
+    """How wide a page is, in pixels, with what doesn't fit the window."""
+    return int(page.evaluate("document.documentElement.scrollWidth"))
 
 
 @contextmanager

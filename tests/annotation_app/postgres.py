@@ -23,8 +23,14 @@ def programs() -> Path | None:
 
 
 @contextmanager
-def cluster() -> Iterator[str]:
-    """The URL of a new cluster, without the database's name; it listens at a socket only."""
+def cluster(*, durable: bool = False) -> Iterator[str]:
+    """The URL of a new cluster, without the database's name; it listens at a socket only.
+
+    Parameters
+    ----------
+    durable
+        Whether what is committed must survive a power cut, which takes time.
+    """
     folder = programs()
     if folder is None:
         pytest.skip("PostgreSQL's server is not installed")
@@ -47,6 +53,8 @@ def cluster() -> Iterator[str]:
             "--no-sync", "-E", "UTF8",
         )  # fmt: skip
         options = f"-c listen_addresses='' -c unix_socket_directories={home} -c max_connections=200"
+        if not durable:
+            options += " -c fsync=off -c full_page_writes=off -c autovacuum=off"
         control = str(folder / "pg_ctl")
         run(control, "-D", str(data), "-w", "-l", str(home / "log"), "-o", options, "start")
         try:

@@ -83,7 +83,10 @@ def test_an_export_trains(app: Flask, tmp_path: Path, capsys: pytest.CaptureFixt
 
     slu_core, imported = tmp_path / "slu", tmp_path / "imported"
     command = ["annotate", "export", str(slu_core), "--format", "slu-core", "--instance", instance]
-    assert run(command) == 0
+    capsys.readouterr()
+    assert run([*command, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["folder"], told["annotations"]) == (str(slu_core), 12)
     assert run(["import", "slu-core", str(slu_core), "--out", str(imported)]) == 0
     read, original = load_corpus(imported), load_corpus(out)
     assert len(read.judgments) == len(original.judgments)

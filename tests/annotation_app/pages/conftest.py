@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -8,25 +9,23 @@ from pathlib import Path
 
 import pytest
 from flask import Flask
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import BrowserContext, Page
 from sqlalchemy import Engine, select
 
-from annotation_app.config import open_instance
-from annotation_app.database import open_database, transaction
+from annotation_app.config import DATABASE_FILE, open_instance
+from annotation_app.database import opened, transaction
 from annotation_app.factory import create_app
 from annotation_app.models import Answer
 from annotation_app.pipeline import NewItem, add_item
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import Question, StudyConfig, TaskConfig
 from annotation_app.work import find_study
 from g3.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser as Known
-from tests.annotation_app.in_browser import CHROMIUM, FLAGS, serving
+from tests.annotation_app.conftest import set_up
+from tests.annotation_app.in_browser import serving
 from tests.annotation_app.pages.films import film
 from tests.annotation_app.rendered import VIDEOS
 
-PATIENCE_MS = 30_000
 COMMAND = "Go to the red crate."
 NOTATION = "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the red crate)))"
 TASKS = ("describe", "segment", "ground", "check", "rate")
@@ -53,15 +52,8 @@ class Site:
         with transaction(self.engine) as session:
             return list(session.scalars(select(Answer).where(Answer.task == task)))
 
-    def add(self, task: str, text: str = COMMAND, **more: object) -> None:
-        about = {"text": text, "command": 1, "video": VIDEOS[0], **more}
-        with transaction(self.engine) as session:
-            add_item(
-                session,
-                find_study(session, self.study.name),
-                self.study,
-                NewItem(task, text, about),
-            )
+    def add(self, task: str, text: str, **more: object) -> None:
+        add_about(self.engine, self.study, task, text, **more)
 
     def open(self, context: BrowserContext, task: str) -> Page:
         """A page of a new person who has agreed."""
@@ -77,56 +69,54 @@ class Site:
         context.add_cookies([{"name": "session", "value": cookie.value, "url": self.url}])
 
 
+def add_about(
+    engine: Engine, study: StudyConfig, task: str, text: str = COMMAND, **more: object
+) -> None:
+    """Add an item about a command for the first video."""
+    about = {"text": text, "command": 1, "video": VIDEOS[0], **more}
+    with transaction(engine) as session:
+        found = find_study(session, study.name)
+        add_item(session, found, study, NewItem(task, text, about))
+
+
 @pytest.fixture(scope="session")
 def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return film(tmp_path_factory.mktemp("films"))
 
 
-@pytest.fixture(scope="module")  # while Playwright runs, asyncio can't be used by other tests
-def chromium() -> Iterator[Browser]:
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed")
-    expect.set_options(timeout=PATIENCE_MS)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def context(chromium: Browser) -> Iterator[BrowserContext]:
-    made = chromium.new_context(viewport={"width": 1280, "height": 900})
-    made.set_default_timeout(PATIENCE_MS)
-    yield made
-    made.close()
-
-
 @contextmanager
-def served(study: StudyConfig, instance: Path, films: Path) -> Iterator[Site]:
-    """An app that serves a study at some port."""
+def served(study: StudyConfig, database: Path) -> Iterator[Site]:
+    """An app that serves a database with a study at some port."""
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
-    config = replace(open_instance(instance), rate_limits=False)
-    engine = open_database(config.database)
-    migrate(engine)
-    with transaction(engine) as session:
-        put_study(session, study, rendered_videos(films))
-    app = create_app(config, engine)
-    with serving(app) as address:
-        yield Site(address, app, engine, study)
-    engine.dispose()
+    config = replace(open_instance(database.parent), rate_limits=False)
+    with opened(database) as engine:
+        app = create_app(config, engine)
+        with serving(app) as address:
+            yield Site(address, app, engine, study)
+
+
+@pytest.fixture(scope="session")
+def filled(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database with one item for each task but describe, which has all videos."""
+    database = tmp_path_factory.mktemp("filled") / DATABASE_FILE
+    set_up(database, STUDY, films)
+    sdcs = to_json(parse_brackets(NOTATION, command=COMMAND))
+    shown = {
+        "2": {"video": VIDEOS[1], "objects": [], "places": []},
+        "3": {"video": VIDEOS[0], "objects": ["boxes-1"], "places": []},
+    }
+    with opened(database) as engine:
+        add_about(engine, STUDY, "segment")
+        add_about(engine, STUDY, "ground", sdcs=sdcs)
+        add_about(engine, STUDY, "check", sdcs=sdcs, shown=shown)
+        add_about(engine, STUDY, "rate", own_video=VIDEOS[0], right=None)
+    return database
 
 
 @pytest.fixture
-def site(tmp_path: Path, films: Path) -> Iterator[Site]:
-    """A study with one item for each task but describe, which has all videos."""
-    with served(STUDY, tmp_path / "instance", films) as found:
-        sdcs = to_json(parse_brackets(NOTATION, command=COMMAND))
-        found.add("segment")
-        found.add("ground", sdcs=sdcs)
-        shown = {
-            "2": {"video": VIDEOS[1], "objects": [], "places": []},
-            "3": {"video": VIDEOS[0], "objects": ["boxes-1"], "places": []},
-        }
-        found.add("check", sdcs=sdcs, shown=shown)
-        found.add("rate", own_video=VIDEOS[0], right=None)
+def site(tmp_path: Path, filled: Path) -> Iterator[Site]:
+    """That database, served."""
+    database = open_instance(tmp_path / "instance").instance / DATABASE_FILE
+    shutil.copyfile(filled, database)
+    with served(STUDY, database) as found:
         yield found

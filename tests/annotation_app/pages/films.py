@@ -11,12 +11,12 @@ import numpy as np
 
 from tests.annotation_app.rendered import VIDEOS, render
 
-WIDTH, HEIGHT, FPS, SECONDS = 320, 240, 10, 2.0
+WIDTH, HEIGHT, FPS, SECONDS = 320, 240, 10, 1.0
 BOXES = ((20, 150), (110, 60), (220, 170), (150, 120))
 
 
 def film(folder: Path) -> Path:
-    """Folders as `render` makes them, with videos that play for two seconds."""
+    """Folders as `render` makes them, with videos that play for a second."""
     render(folder)
     for target in folder.iterdir():
         _write_video(target / "video.mp4")
@@ -24,8 +24,8 @@ def film(folder: Path) -> Path:
         manifest = json.loads((target / "manifest.json").read_text())
         manifest["duration_s"] = SECONDS
         manifest["steps"] = [
-            {"action": "drive_to", "arguments": {}, "start_s": start, "end_s": start + 1.0}
-            for start in (0.0, 1.0)
+            {"action": "drive_to", "arguments": {}, "start_s": start, "end_s": start + SECONDS / 2}
+            for start in (0.0, SECONDS / 2)
         ]
         (target / "manifest.json").write_text(json.dumps(manifest))
         segmentation = json.loads((target / "segmentation.json").read_text())

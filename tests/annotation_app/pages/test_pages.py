@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, BrowserContext, Page, Response, expect
+from playwright.sync_api import Browser, BrowserContext, Response, expect
 from sqlalchemy import text
 
 from annotation_app.database import transaction
 from annotation_app.people import new_admin_token
 from corpus_tools.world.kinds import KINDS
+from tests.annotation_app.in_browser import errors_of, violations, width_of
 from tests.annotation_app.pages.conftest import TASKS, Site
 from tests.annotation_app.rendered import WORDS
 
@@ -32,72 +32,53 @@ PAGES = (
     "/s/sea",
     *(f"/s/sea/{task}" for task in TASKS),
 )
+DARK = ("/s/sea", *(f"/s/sea/{task}" for task in TASKS))
 PRACTICE = tuple(f"/practice/{task}?study=sea" for task in TASKS)
 
 
-def serious(page: Page, **options: object) -> list[str]:
-    found = Axe().run(page, options=options or None).response["violations"]
-    return [
-        f"{page.url}: {v['id']}: {v['nodes'][0]['html'][:200]}"
-        for v in found
-        if v["impact"] in ("serious", "critical")
-    ]
-
-
-def test_no_serious_violations_of_accessibility(site: Site, context: BrowserContext) -> None:
+def test_each_page_is_accessible_and_fits_a_telephone(site: Site, context: BrowserContext) -> None:
     page = context.new_page()
+    page.emulate_media(reduced_motion="reduce")  # colours on their way have little contrast
     page.goto(f"{site.url}/s/sea/welcome")
     page.get_by_role("button", name="Begin").click()
-    found = serious(page)
+    found = violations(page)
+    errors = errors_of(page)
     site.sign_in(context)
-    for address in PAGES:
+    for address in PAGES + PRACTICE:
         page.goto(site.url + address)
-        found += serious(page)
-    page.emulate_media(color_scheme="dark")
-    for address in ("/s/sea", *(f"/s/sea/{task}" for task in TASKS)):
-        page.goto(site.url + address)
-        found += serious(page, runOnly=["color-contrast"])
+        page.set_viewport_size({"width": 1280, "height": 900})
+        if address in PAGES:
+            found += violations(page)
+        if address in DARK:
+            page.emulate_media(color_scheme="dark")
+            found += violations(page, runOnly=["color-contrast"])
+            page.emulate_media(color_scheme="light")
+        page.set_viewport_size({"width": 360, "height": 740})
+        assert width_of(page) <= 360, address
     assert found == []
+    # The browser's console tells of a missing page.
+    assert [error for error in errors if "/nowhere" not in error] == []
 
 
 def test_pages_in_use_have_no_serious_violations(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "segment")
     page.locator(".word").first.click()
     page.keyboard.press("e")
-    found = serious(page)
+    found = violations(page)
     page.goto(f"{site.url}/s/sea/ground")
     for key in ("1", "m", "Enter"):
         page.keyboard.press(key)
-    found += serious(page)
+    found += violations(page)
     page.locator(".clause-bar .type-EVENT").click()
     page.get_by_label("A part of it").check()
-    found += serious(page)
+    found += violations(page)
     page.locator("#flag").click()
-    found += serious(page)
+    found += violations(page)
     page.goto(f"{site.url}/practice/describe")
     page.get_by_label("Type the command").fill("The boat is moving")
     page.get_by_role("button", name="Check my answer").click()
-    found += serious(page)
+    found += violations(page)
     assert found == []
-
-
-def test_telephones_scroll_in_one_direction_only_and_no_page_has_errors(
-    site: Site, context: BrowserContext
-) -> None:
-    wide: list[str] = []
-    errors: list[str] = []
-    site.sign_in(context)
-    page = context.new_page()
-    page.set_viewport_size({"width": 360, "height": 740})
-    page.on("pageerror", lambda error: errors.append(f"{page.url}: {error}"))
-    page.on("console", lambda m: errors.append(f"{page.url}: {m.text}") if m.type == "error" else 0)
-    for address in PAGES + PRACTICE:
-        page.goto(site.url + address)
-        if page.evaluate("document.documentElement.scrollWidth") > 360:
-            wide.append(address)
-    assert wide == []
-    # The browser's console tells of a missing page.
-    assert [error for error in errors if "/nowhere" not in error] == []
 
 
 def test_text_of_people_is_shown_as_text(site: Site, context: BrowserContext) -> None:

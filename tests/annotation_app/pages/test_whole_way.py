@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
+from annotation_app.config import DATABASE_FILE, open_instance
 from annotation_app.study import StudyConfig, TaskConfig
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
 from g3.sdc_notation import to_json
-from tests.annotation_app.pages.conftest import COMMAND, PATIENCE_MS, TASKS, served
+from tests.annotation_app.conftest import PATIENCE_MS, set_up
+from tests.annotation_app.pages.conftest import COMMAND, TASKS, served
 from tests.annotation_app.pages.test_tasks import TREE, make_tree_by_keys, send_by_keys, tab_to
 from tests.annotation_app.rendered import VIDEOS
 
@@ -92,7 +94,9 @@ def rate(page: Page) -> None:
 def test_from_a_video_to_a_corpus(
     chromium: Browser, context: BrowserContext, tmp_path: Path, films: Path
 ) -> None:
-    with served(STUDY, tmp_path / "instance", films) as site:
+    database = open_instance(tmp_path / "instance").instance / DATABASE_FILE
+    set_up(database, STUDY, films)
+    with served(STUDY, database) as site:
         first = context.new_page()
         enter(first, site.url)
         annotate(first)

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.factory import create_app
 from corpus_tools.bundled import open_corpus
@@ -18,7 +17,7 @@ from corpus_tools.model_file import save_model
 from g3.features.registry import select
 from g3.inference.training import train_rows, training_data
 from tests.annotation_app.browser import engine_of, installation_of
-from tests.annotation_app.in_browser import serving
+from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
 
 pytestmark = pytest.mark.slow
 
@@ -45,16 +44,9 @@ def address(app: Flask, model: Path) -> Iterator[str]:
     installation_of(open_app).attempts.close()
 
 
-def serious(page: Page) -> list[str]:
-    found = Axe().run(page).response["violations"]
-    return [f"{v['id']}: {v['nodes'][0]['html'][:200]}" for v in found if v["impact"] != "minor"]
-
-
 def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext) -> None:
     page = context.new_page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    errors = errors_of(page)
     page.emulate_media(reduced_motion="reduce")  # colours on their way have little contrast
     page.goto(f"{address}/try")
     page.get_by_label("Command").fill("fly")
@@ -82,10 +74,11 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     expect(page.locator(".outlines .chosen .shape").first).to_be_visible()
     expect(page.locator(".outlines .chosen text").first).to_contain_text("%")
     assert page.get_by_alt_text("Among them").evaluate("i => i.complete && i.naturalWidth > 0")
-    found = serious(page)
+    impacts = ("moderate", "serious", "critical")
+    found = violations(page, impacts)
     page.emulate_media(color_scheme="dark")
-    found += serious(page)
+    found += violations(page, impacts)
     page.set_viewport_size({"width": 360, "height": 740})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    assert width_of(page) <= 360
     assert found == []
     assert errors == []

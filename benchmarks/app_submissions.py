@@ -1,0 +1,152 @@
+"""Submissions alone, as fast as they go: ``python -m benchmarks.app_submissions``.
+
+Each worker has leased an item to rate; then all send their answers, some at a time, to servers
+before PostgreSQL. What the servers, the database and the workers' own program take of the
+processor is told apart (from /proc, so on Linux only).
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import tempfile
+import time
+import uuid
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from annotation_app.config import Config, open_instance
+from annotation_app.database import opened, transaction
+from annotation_app.models import Person
+from annotation_app.people import hashed, keep_consent, new_id
+from annotation_app.schema import migrate
+from annotation_app.setup import put_study, rendered_videos
+from annotation_app.study import RatedPair, StudyConfig, TaskConfig
+from benchmarks.app import PATIENCE_S, STUDY, cookies, servers
+from benchmarks.app_client import Client
+
+PAIRS = 20
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+def add_study(config: Config, videos: Path, workers: int) -> list[str]:
+    """Fill a new database with pairs to rate; return the workers' ids."""
+    study = StudyConfig(
+        name=STUDY,
+        title="Load",
+        tasks={"rate": TaskConfig(answers=-(-workers // PAIRS))},
+        pairs=tuple(RatedPair(f"Go to number {i}.", "one", "two") for i in range(PAIRS)),
+    )
+    with opened(config.database) as engine:
+        migrate(engine)
+        with transaction(engine) as session:
+            made = put_study(session, study, rendered_videos(videos))
+            people = [
+                Person(
+                    id=new_id(),
+                    role="worker",
+                    provider="load",
+                    external_hash=hashed(b"", "load", str(i)),
+                    profile={},
+                    created_at=0.0,
+                )
+                for i in range(workers)
+            ]
+            for person in people:
+                keep_consent(person, made.id, {})
+            session.add_all(people)
+    return [person.id for person in people]
+
+
+async def lease(client: Client) -> str:
+    """The path for the answer to an item that is now the worker's."""
+    _, session = await client.request("GET", "/api/session", None, PATIENCE_S)
+    client.csrf = session["csrf"]
+    path = f"/api/studies/{STUDY}/tasks/rate/lease"
+    status, page = await client.request("POST", path, {}, PATIENCE_S)
+    assert status == 200, page
+    return f"/api/items/{page['item']}/answer"
+
+
+async def submit(client: Client, path: str) -> float:
+    """Answer; the seconds that it took."""
+    answer = {"uuid": str(uuid.uuid4()), "body": {"rating": 4}}
+    start = time.perf_counter()
+    status, reply = await client.request("POST", path, answer, PATIENCE_S)
+    assert (status, reply["state"]) == (200, "accepted"), reply
+    return time.perf_counter() - start
+
+
+async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> None:
+    clients = [Client(ports[i % len(ports)], cookie) for i, cookie in enumerate(signed)]
+    gate = asyncio.Semaphore(at_once)
+
+    async def leased(client: Client) -> str:
+        async with gate:
+            return await lease(client)
+
+    async def submitted(client: Client, path: str) -> float:
+        async with gate:
+            return await submit(client, path)
+
+    paths = await asyncio.gather(*map(leased, clients))
+    before, start = processor_s(), time.perf_counter()
+    seconds = await asyncio.gather(*map(submitted, clients, paths))
+    wall_s = time.perf_counter() - start
+    each = {name: 1000 * (s - before[name]) / len(seconds) for name, s in processor_s().items()}
+    p50, p95 = 1000 * np.percentile(seconds, [50, 95])
+    print(
+        f"  {at_once:3} at once: {len(seconds) / wall_s:5.0f} submissions/s, p50 {p50:.0f} ms, "
+        f"p95 {p95:.0f} ms; processor time each: "
+        + ", ".join(f"{name} {ms:.1f} ms" for name, ms in each.items())
+    )
+    for client in clients:
+        client.close()
+
+
+def processor_s() -> dict[str, float]:
+    """Processor time so far of the servers, of PostgreSQL and of this process."""
+    found = {"servers": 0.0, "database": 0.0, "workers": time.process_time()}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
+        except OSError:  # it has ended
+            continue
+        fields = rest.split()
+        seconds = (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+        if int(fields[1]) == os.getpid() and name != "postgres":
+            found["servers"] += seconds
+        elif name == "postgres":
+            found["database"] += seconds
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, prog="python -m benchmarks.app_submissions"
+    )
+    parser.add_argument("--workers", type=int, default=1000)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--at-once", type=int, nargs="+", default=[2, 8, 32])
+    given = parser.parse_args()
+
+    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
+    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
+    from tests.annotation_app.rendered import render  # noqa: PLC0415
+
+    load = os.getloadavg()[0]
+    print(f"PostgreSQL, {given.processes} processes, {os.cpu_count()} cores, load {load:.1f}")
+    with tempfile.TemporaryDirectory() as folder, cluster(durable=True) as url:
+        videos = render(Path(folder) / "videos", ("one", "two"))
+        for at_once in given.at_once:
+            config = open_instance(Path(folder) / f"{at_once}", new_database(url))
+            signed = cookies(config, add_study(config, videos, given.workers))
+            with servers(config, given.processes, threads=8) as running:
+                asyncio.run(run([server.port for server in running], signed, at_once))
+
+
+if __name__ == "__main__":
+    main()
