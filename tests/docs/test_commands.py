@@ -36,7 +36,7 @@ ELSEWHERE = {
         "needs a study with answers",
     ),
     r"ct (publish|collect)|ct annotate reconcile": (
-        "tests/annotation_app/crowds/test_mturk.py",
+        "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",
     ),
     r"ct annotate copy-media": ("tests/annotation_app/test_media_copies.py", "needs a study"),
