@@ -197,13 +197,17 @@ def _sentence(plan: Plan) -> str:
 
 
 def _groundings(plan: Plan) -> list[str]:
+    from corpus_tools.plan_words import described
+    from g3.inference.explanation import plain
     from g3.inference.grounder import object_ids
 
     lines = []
     for found in plan.groundings:
         ids = ", ".join(object_ids(found.group)) or "a place or path"
         lines.append(f"{found.sdc.type:6} {found.text!r}: {ids} ({found.probability:.2f})")
-        lines += [f"       {r.weight:+.2f} {r.feature} {r.word}" for r in found.reasons]
+        if found.rival is not None:
+            lines.append(f"       rather than {described(found.rival)}:")
+        lines += [f"       {r.weight:+.2f} {plain(r)}" for r in found.reasons]
     return lines
 
 

@@ -17,6 +17,7 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.parallel import Done, Workers, work
 from corpus_tools.progress import OnProgress
+from eval.held_out_calibration import calibrated
 from eval.held_out_trees import extractor_learner
 from eval.judge import judge
 from g3.annotation import Annotation
@@ -56,6 +57,8 @@ class Outcome:
         Why it is wrong; empty if it isn't.
     objects, objects_right
         How many OBJECTs are annotated, and how many of them are grounded as annotated.
+    evidence
+        What the probability was calibrated from; empty where there is no plan.
     """
 
     command: str
@@ -66,6 +69,7 @@ class Outcome:
     reason: str
     objects: int = 0
     objects_right: int = 0
+    evidence: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +93,9 @@ def run(
     on_progress: OnProgress | None = None,
 ) -> EndToEnd:
     """Train, infer plans for the commands of the test corpus, and judge them.
+
+    The plans' probabilities come from curves that have not seen their scenarios, where there are
+    several scenarios.
 
     Parameters
     ----------
@@ -150,7 +157,8 @@ def run(
         "seed": seed,
     }
     together = {
-        which: [o for name in names for o in found[name][which]] for which in asked.configurations
+        which: calibrated([o for name in names for o in found[name][which]])
+        for which in asked.configurations
     }
     return EndToEnd(together, metadata)
 
@@ -249,6 +257,7 @@ def outcome(annotation: Annotation, sdcs: Sequence[SDC], grounder: Grounder) -> 
         verdict.reason,
         total,
         right,
+        plan.evidence,
     )
 
 

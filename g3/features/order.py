@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import FactorBatch
+from g3.features.batch import FactorBatch, WordField
 from g3.features.named import named
 from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.features.registry import Column, feature_set
@@ -18,7 +18,7 @@ from g3.language.concepts import CONCEPTS, Concept
 from g3.language.similarity import MEASURES
 from g3.language.words import normalise
 
-_DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
+DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
 _ORDINALS = {
     normalise(word): number
@@ -32,6 +32,15 @@ _ORDINALS = {
 def is_ordinal(word: str) -> bool:
     """Whether a normalised word counts: "second", "3rd"."""
     return word in _ORDINALS
+
+
+def ordinals(batch: FactorBatch, fields: tuple[WordField, ...]) -> FloatArray:
+    """The number that the words of each row's fields count to, 0 for none; shape (n,)."""
+    numbers = [
+        next((_ORDINALS[w] for f in fields for w in factor.get(f, ()) if w in _ORDINALS), 0)
+        for factor in batch.words
+    ]
+    return np.array(numbers, dtype=float)[batch.factor]
 
 
 @feature_set(
@@ -52,8 +61,8 @@ def named_order(batch: FactorBatch) -> FloatArray:
     wanted = named(batch, ("figure",)) | (
         named(batch, ("figure", "relation")) & (batch.landmark < 0)[:, None]
     )
-    direction = wanted[:, [CONCEPTS.index(c) for c in _DIRECTIONS]]
-    direction[:, _DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
+    direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    direction[:, DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
     middle = 1 - np.abs(2 * beaten[:, 0] - 1)
     table = np.column_stack(
         (
@@ -75,8 +84,8 @@ def standing(batch: FactorBatch) -> FloatArray:
         Shape (n, 2 directions); the parts are NaN where there is no rival.
     """
     rival = rivals(batch)
-    own = _values(local_centres(batch, batch.figure))
-    others = _values(local_centres(batch, batch.peers))
+    own = extents(local_centres(batch, batch.figure))
+    others = extents(local_centres(batch, batch.peers))
     ahead = (rival[..., None] & (others > own[:, None] + SAME_PLACE_M)).sum(axis=1)
     level = (rival[..., None] & (np.abs(others - own[:, None]) <= SAME_PLACE_M)).sum(axis=1)
     count = rival.sum(axis=1)[:, None]
@@ -105,7 +114,7 @@ def rivals(batch: FactorBatch) -> BoolArray:
     return result
 
 
-def _values(local: FloatArray) -> FloatArray:
+def extents(local: FloatArray) -> FloatArray:
     """How far centres (..., 2) from the agent lie in each direction, shape (..., directions)."""
     forward, leftward = local[..., 0], local[..., 1]
     away = np.linalg.norm(local, axis=-1)
@@ -126,12 +135,8 @@ def _ordinal(
     "The second from the left" is counted from the left; "the second on the left" from there or
     by distance, whichever fits better; "the second" by distance.
     """
-    numbers = [
-        next((_ORDINALS[w] for w in factor.get("figure", ()) if w in _ORDINALS), 0)
-        for factor in batch.words
-    ]
-    number = np.array(numbers, dtype=float)[batch.factor]
+    number = ordinals(batch, ("figure",))
     counted = side.copy()
-    counted[:, _DIRECTIONS.index("near")] |= ~(from_side & side.any(axis=1))
+    counted[:, DIRECTIONS.index("near")] |= ~(from_side & side.any(axis=1))
     off = np.where(counted, np.abs(ahead - (number[:, None] - 1)), np.inf).min(axis=1)
     return np.where(number > 0, 1 / (1 + off), np.nan)

@@ -68,38 +68,63 @@ def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Que
         return None
     words = " ".join(word.text for word in all_words(tree.nodes[node]))
     options = tuple(zip(likely, told_apart(start, likely), strict=True))
-    listed = " or ".join(text for _, text in options)
+    *first, last = (text for _, text in options)
+    listed = f"{', '.join(first)} or {last}"
     return Question(node, f'Which one is "{words}": {listed}?', options)
 
 
 def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:
-    """Objects in words; those whose words are the same are told by where exactly they are."""
-    texts = [described(state, i) for i in object_ids]
-    return [
-        text if texts.count(text) == 1 else f"{text} ({_exactly(state, i)})"
-        for i, text in zip(object_ids, texts, strict=True)
-    ]
+    """Objects in words, told apart by what differs most: where they are, or else their order.
+
+    Things on different sides, or on different things, are told by that alone; others by which is
+    further left or nearer.
+    """
+    where = [_where(state, i) for i in object_ids]
+    texts = [f"the one {place}" for place in where]
+    for place in dict.fromkeys(where):
+        same = [n for n, other in enumerate(where) if other == place]
+        if len(same) > 1:
+            orders = _orders(np.array([_from_robot(state, object_ids[n]) for n in same]))
+            for n, order in zip(same, orders, strict=True):
+                texts[n] = f"the {order} one {place}"
+    return texts
 
 
-def _exactly(state: State, object_id: str) -> str:
+def _orders(points: FloatArray) -> list[str]:
+    """Which is which of points (n, 2) in the robot's frame: left or right, near or far."""
+    away = np.linalg.norm(points, axis=1)
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    middle = np.arctan2(np.sin(angle).sum(), np.cos(angle).sum())
+    # Left and right are those of who faces the things.
+    leftward = points[:, 1] * np.cos(middle) - points[:, 0] * np.sin(middle)
+    across = np.ptp(leftward) >= np.ptp(away)
+    order = np.argsort(-leftward if across else away, kind="stable")
+    first, last = ("left", "right") if across else ("near", "far")
+    counted = ["first", "second", "third", "fourth", "fifth", "sixth"]
+    if len(points) < 4:
+        names = [first, "middle", last] if len(points) == 3 else [first, last]
+    else:
+        side = "from the left" if across else "from you"
+        names = [f"{counted[min(n, 5)]} {side}" for n in range(len(points))]
+    found = [""] * len(points)
+    for name, n in zip(names, order, strict=True):
+        found[n] = name
+    return found
+
+
+def _where(state: State, object_id: str) -> str:
+    """Where an object is: on another, or on which side of the robot."""
+    if object_id == state.held:
+        return "on your forks"
+    under = beneath(Place(state.thing(object_id).prism), state, object_id)
+    if under is not None:
+        return f"on the {' '.join(under.labels)}"
     x, y = _from_robot(state, object_id)
-    along, aside = "ahead" if x >= 0 else "behind", "left" if y >= 0 else "right"
-    return f"{abs(x):.1f} m {along}, {abs(y):.1f} m to the {aside}"
+    sides = ["ahead of you", "to your left", "behind you", "to your right"]
+    return sides[int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4]
 
 
 def _from_robot(state: State, object_id: str) -> FloatArray:
     """An object's middle in the robot's frame, shape (2,)."""
     middle = centre(state.thing(object_id).prism)
     return rotate(middle - state.pose[:2], -state.pose[2])
-
-
-def described(state: State, object_id: str) -> str:
-    """An object in words: what it stands on, or how it lies from the robot."""
-    thing = state.thing(object_id)
-    under = beneath(Place(thing.prism), state, object_id)
-    if under is not None:
-        return f"the one on the {' '.join(under.labels)}"
-    x, y = _from_robot(state, object_id)
-    where = ["ahead of you", "to your left", "behind you", "to your right"]
-    quarter = int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
-    return f"the one {np.hypot(x, y):.0f} m {where[quarter]}"

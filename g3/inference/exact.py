@@ -11,7 +11,13 @@ from itertools import product
 import numpy as np
 
 from g3.inference.scene import Group
-from g3.inference.things import Surroundings, Tree, number_scores
+from g3.inference.things import (
+    Surroundings,
+    Tree,
+    is_complement,
+    number_scores,
+    other_side_scores,
+)
 
 
 def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, dict[int, Group]]:
@@ -30,10 +36,17 @@ def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, 
         for n in reversed(nodes):
             if n not in found:
                 found[n] = found[tree.below(n, ("f",), "OBJECT")[0]]
+        if any(is_complement(tree.nodes[n]) and not _is_one(tree, n, found) for n in nodes):
+            continue
         total = sum(_score(tree, n, found, about) for n in nodes)
         if total > best[0]:
             best = (total, found)
     return best
+
+
+def _is_one(tree: Tree, node: int, found: dict[int, Group]) -> bool:
+    """Whether a clause and its landmark are grounded in the same thing."""
+    return all(found[mark] == found[node] for mark in tree.below(node, ("l", "l2"), "OBJECT"))
 
 
 def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) -> float:
@@ -48,6 +61,8 @@ def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) 
         landmark=index[1:2] if marks else np.full(1, -1, dtype=np.intp),
     )
     score = float(about.cost.log_probability(batch)[0])
+    if node not in tree.parts:
+        score += float(other_side_scores(tree.nodes[node], batch)[0])
     if not tree.nodes[node].figure:
         score += float(number_scores(tree.nodes[node], np.array([len(found[node])]))[0])
     return score

@@ -10,7 +10,7 @@ import numpy as np
 
 from g3.groundings import Context, Grounding, PhysicalObject
 from g3.inference.actions import Action
-from g3.inference.calibration import plan_probability
+from g3.inference.calibration import evidence, plan_probability
 from g3.inference.candidates import object_groups
 from g3.inference.clarification import Question, question_about
 from g3.inference.costs import Cost, Scorer
@@ -43,8 +43,10 @@ class GroundedClause:
     probability
         p(φ = true) of its factor.
     reasons
-        What spoke for an OBJECT's or a PLACE's grounding, and against it, the weightiest first;
-        only of a learned cost.
+        What spoke for an OBJECT's or a PLACE's grounding, and against it, the weightiest first; for
+        what the robot does rather than its rival. Only of a learned cost.
+    rival
+        The best other action; None for a thing or a place.
     """
 
     node: int
@@ -52,6 +54,7 @@ class GroundedClause:
     group: tuple[Grounding, ...]
     probability: float
     reasons: tuple[Reason, ...] = ()
+    rival: Action | None = None
 
     @property
     def text(self) -> str:
@@ -75,6 +78,8 @@ class Plan:
         Of every clause that has one, in breadth-first order.
     state
         What the plan leads to.
+    evidence
+        What the probability was calibrated from (:mod:`g3.inference.calibration`).
     """
 
     actions: tuple[Action, ...]
@@ -82,6 +87,7 @@ class Plan:
     score: float
     groundings: tuple[GroundedClause, ...]
     state: State
+    evidence: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +198,7 @@ class Grounder:
             return Result(sdcs, (), f"nobody has taught the robot what {unknown!r} means")
         start = context if isinstance(context, State) else start_state(context)
         scene = scene_of(start.context, object_groups(start.context))
-        about = Surroundings(start, scene, self.cost, answers=dict(answers or {}))
+        about = Surroundings(start, scene, self.cost, answers=dict(answers or {}), explain=explain)
         tree = Tree(tuple(sdcs))
         found = search(tree, start, about, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
@@ -239,15 +245,23 @@ def _plan(
     scene: Scene,
     cost: Cost | None,
 ) -> Plan:
-    reasons: dict[int, tuple[Reason, ...]] = {}
-    if isinstance(cost, Scorer):
-        reasons = reasons_for_things(tree, hypothesis.nodes, scene, cost)
-    groundings = tuple(
-        GroundedClause(node, tree.nodes[node], group, float(np.exp(score)), reasons.get(node, ()))
-        for node, (group, score) in sorted(hypothesis.nodes.items())
+    things = isinstance(cost, Scorer) and reasons_for_things(tree, hypothesis.nodes, scene, cost)
+    why: dict[int, tuple[Action | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
+    why |= {node: (None, reasons) for node, reasons in (things or {}).items()}
+    groundings = []
+    for node, (group, score) in sorted(hypothesis.nodes.items()):
+        rival, reasons = why.get(node, (None, ()))
+        given = float(np.exp(score))
+        groundings.append(GroundedClause(node, tree.nodes[node], group, given, reasons, rival))
+    seen = evidence(hypothesis, rivals)
+    return Plan(
+        hypothesis.actions,
+        plan_probability(seen),
+        hypothesis.score,
+        tuple(groundings),
+        hypothesis.state,
+        tuple(seen.tolist()),
     )
-    probability = plan_probability(hypothesis, rivals)
-    return Plan(hypothesis.actions, probability, hypothesis.score, groundings, hypothesis.state)
 
 
 def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:

@@ -14,16 +14,21 @@ from itertools import islice
 
 import numpy as np
 
+from g3.actions import centre
+from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 from g3.inference.actions import Action, possible_actions, result
 from g3.inference.arguments import Arguments, Rows, arguments, combine, focus_of
 from g3.inference.candidates import beneath
+from g3.inference.changes import beside_scores, change_scores
 from g3.inference.clauses import verb_scores
-from g3.inference.costs import Cost
+from g3.inference.costs import Cost, Scorer
+from g3.inference.explanation import MOST, reasons_against
 from g3.inference.motions import Motions
 from g3.inference.scene import Group
-from g3.inference.stage import PathFactor, Trial, event_batch
+from g3.inference.scoring import Reason
+from g3.inference.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.state import State
 from g3.inference.things import (
     Candidate,
@@ -36,8 +41,12 @@ from g3.inference.things import (
 from g3.language.anaphora import anaphors
 from g3.language.negation import negated
 
+Reasons = tuple[Action, tuple[Reason, ...]]
+
 SPOKEN_OF = float(np.log(0.01))
 """What it costs that "the other truck" is one that was meant before."""
+OTHER_PLACE_M = 2.5
+"""Places further apart than this are others."""
 WIDTH = 5
 """How many hypotheses go on from one top-level clause to the next."""
 
@@ -58,6 +67,9 @@ class Hypothesis:
         Groundings of the clauses, and their factors' log-probabilities.
     referents
         What was acted on, the most recent last.
+    reasons
+        Where they are asked for: for each EVENT and PATH the best other action, and what spoke
+        against it.
     """
 
     score: float
@@ -65,13 +77,14 @@ class Hypothesis:
     actions: tuple[Action, ...] = ()
     nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
     referents: tuple[Group, ...] = ()
+    reasons: Mapping[int, Reasons] = field(default_factory=dict)
 
 
 def extend(
-    tree: Tree, root: int, before: Hypothesis, found: Arguments, cost: Cost
+    tree: Tree, root: int, before: Hypothesis, found: Arguments, about: Surroundings
 ) -> Iterator[Hypothesis]:
     """Hypotheses that go on from one with the next top-level clause, the best first."""
-    state = before.state
+    state, cost = before.state, about.cost
     forbidden = negated(tree.nodes[root])
     actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
     rows = combine(state, actions, found)
@@ -85,7 +98,10 @@ def extend(
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
     total = total + other_scores(tree, root, before, found, rows)
     if not forbidden:
-        total = total + verb_scores(tree.nodes[root], [a.kind for a in actions])[rows.action]
+        unusual = verb_scores(tree.nodes[root], [a.kind for a in actions])
+        unusual = unusual + change_scores(about.state, actions)
+        unusual = unusual + beside_scores(tree, root, state, actions, found.goal_path)
+        total = total + unusual[rows.action]
     goal_path = np.zeros(len(batch))
     if found.goal_path >= 0:
         goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)
@@ -95,8 +111,11 @@ def extend(
         own, which = PathFactor(tree, path, stage, cost).best(bodies, found.paths[path])
         total = total + own[rows.action]
         chosen[path] = (own, which)
+    order = np.argsort(-total, kind="stable")
+    ranked = _Ranked(actions, rows.action[order], order)
+    factors = _factors(tree, root, found, stage, batch) if about.explain else {}
     taken: set[int] = set()
-    for i in np.argsort(-total, kind="stable"):
+    for i in order:
         a = int(rows.action[i])
         if a in taken:
             continue
@@ -122,7 +141,57 @@ def extend(
             (*before.actions, actions[a]),
             nodes,
             (*before.referents, *referent),
+            {**before.reasons, **_reasons(factors, cost, ranked, a)},
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ranked:
+    """Combinations of actions, themes and goals, the best first: actions, and rows of batches."""
+
+    actions: Sequence[Action]
+    action: IntArray
+    row: IntArray
+
+
+def _factors(
+    tree: Tree, root: int, found: Arguments, stage: Stage, batch: FactorBatch
+) -> dict[int, FactorBatch]:
+    """The factors of an EVENT and of the PATH that leads to its goal, with the same rows."""
+    factors = {root: batch} if tree.nodes[root].type == "EVENT" else {}
+    if found.goal_path >= 0:
+        path = path_batch(tree, found.goal_path, stage, batch.figure, batch.goal)
+        factors[found.goal_path] = path
+    return factors
+
+
+def _reasons(
+    factors: Mapping[int, FactorBatch], cost: Cost, ranked: _Ranked, action: int
+) -> dict[int, Reasons]:
+    """What spoke for an action against the best one that does something else, by clause."""
+    if not isinstance(cost, Scorer):
+        return {}
+    chosen = ranked.actions[action]
+    other = np.array([_differs(a, chosen) for a in ranked.actions])[ranked.action]
+    if not factors or not other.any():
+        return {}
+    first, best = (int(np.flatnonzero(x)[0]) for x in (ranked.action == action, other))
+    rows = int(ranked.row[first]), int(ranked.row[best])
+    rival = ranked.actions[int(ranked.action[best])]
+    return {n: (rival, tuple(reasons_against(f, rows, cost)[:MOST])) for n, f in factors.items()}
+
+
+def _differs(action: Action, other: Action) -> bool:
+    """Whether two actions do something else: not the same a little further on.
+
+    Nor the same with another load: the theme's own reasons tell why it isn't that one.
+    """
+    if action.object_id and other.object_id and action.object_id != other.object_id:
+        return False
+    if action.place is not None and other.place is not None:
+        apart = np.linalg.norm(centre(action.place.prism) - centre(other.place.prism))
+        return action.kind != other.kind or bool(apart > OTHER_PLACE_M)
+    return (action.kind, action.target, action.amount) != (other.kind, other.target, other.amount)
 
 
 def other_scores(
@@ -207,7 +276,7 @@ def search(
             if key not in grounded:
                 around = replace(about, referents=spoken, antecedents=meant)
                 grounded[key] = arguments(tree, root, around)
-            grown += islice(extend(tree, root, before, grounded[key], about.cost), width)
+            grown += islice(extend(tree, root, before, grounded[key], about), width)
         beam = sorted(grown, key=lambda h: -h.score)[:width]
     return beam
 

@@ -9,20 +9,23 @@ them, then groups, then places.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from g3.examples import factor_words
+from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.groundings import FloatArray, Grounding, PhysicalObject
 from g3.inference.candidates import grounded, spots_about, spots_of_robot
 from g3.inference.costs import Cost
 from g3.inference.scene import Scene
+from g3.inference.sides import side_scores
 from g3.inference.state import State
 from g3.language.groups import group as group_of
+from g3.language.words import field_words
 from g3.sdc import SDC, Field, breadth_first, child_indices
 
 Group = tuple[Grounding, ...]
@@ -35,6 +38,7 @@ FAR_BEHIND = 6.0
 COMMON = 2
 """Places that are not about a landmark are tried with so many of them."""
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
+BETWEEN = frozenset({"between", "inbetween", "among"})
 OTHERS = frozenset({"other", "another"})
 MISCOUNTED = float(np.log(0.1))
 ONE_FOR_MANY = float(np.log(0.4))
@@ -89,6 +93,16 @@ class Tree:
         """Words of each clause's factor."""
         return [factor_words(sdc) for sdc in self.nodes]
 
+    @cached_property
+    def parts(self) -> frozenset[int]:
+        """OBJECTs of which another clause says more without a landmark: "the pallet" of tires."""
+        return frozenset(
+            child
+            for node, sdc in enumerate(self.nodes)
+            if sdc.type == "OBJECT" and (is_complement(sdc) or not sdc.landmark1)
+            for child in (*self.children[node].get("f", ()), *self.children[node].get("l", ()))
+        )
+
     def all_below(self, node: int) -> list[int]:
         """A clause and all clauses in it."""
         found = [node]
@@ -129,6 +143,8 @@ class Surroundings:
         Of a clause's beam, how many candidates are tried as landmarks.
     answers
         Ids of objects that clauses are known to mean.
+    explain
+        Whether reasons are asked for.
     """
 
     state: State
@@ -139,6 +155,7 @@ class Surroundings:
     width: int = WIDTH
     landmarks: int = LANDMARKS
     answers: Mapping[int, str] = field(default_factory=dict)
+    explain: bool = False
 
 
 def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
@@ -164,7 +181,22 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     if node in about.answers:
         own = [c for c in own if _ids(c.group) == (about.answers[node],)] or own
     pairs = [(f, lm) for f in own for lm in landmarks]
+    if is_complement(sdc):
+        pairs = _same(own, landmarks) or pairs
     return _scored(tree, node, about, pairs)
+
+
+def is_complement(sdc: SDC) -> bool:
+    """Whether an OBJECT's landmark names the same thing: "the pallet of tires"."""
+    return sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",)
+
+
+def _same(
+    own: Sequence[Candidate], landmarks: Sequence[Candidate | None]
+) -> list[tuple[Candidate, Candidate | None]]:
+    """Pairs of candidates that are one thing."""
+    marks = {_ids(lm.group): lm for lm in landmarks if lm is not None}
+    return [(f, marks[_ids(f.group)]) for f in own if _ids(f.group) in marks]
 
 
 def is_pronoun(sdc: SDC) -> bool:
@@ -186,6 +218,13 @@ def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
     if said.number == "singular":
         return np.where(sizes == 1, 0.0, MISCOUNTED)
     return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
+
+
+def other_side_scores(sdc: SDC, batch: FactorBatch) -> FloatArray:
+    """What it costs rows that an OBJECT's words single out another thing, shape (n,)."""
+    if sdc.landmark1 and not is_complement(sdc):
+        batch = replace(batch, words=[{**words, "figure": ()} for words in batch.words])
+    return side_scores(batch)
 
 
 def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
@@ -228,6 +267,8 @@ def _union(a: Group, b: Group) -> Group:
 
 def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | None]:
     """Candidates of all landmarks of a clause together; None where it has none."""
+    sdc = tree.nodes[node]
+    count = about.width if is_complement(sdc) else about.landmarks
     children = tree.below(node, ("l", "l2"), "OBJECT", "PLACE")
     if not children:
         below = tree.below(node, ("l", "l2"), "PATH")
@@ -235,8 +276,16 @@ def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | N
     beam: list[Candidate] = []
     for child in children:
         found = ground_thing(tree, child, about)
-        beam = _both(beam, found, about.landmarks) if beam else likely(found, about.landmarks)
+        if len(children) == 1 and BETWEEN.intersection(field_words(sdc.relation)):
+            found = _several(found)
+        beam = _both(beam, found, about.landmarks) if beam else likely(found, count)
     return list(beam) or [None]
+
+
+def _several(beam: Sequence[Candidate]) -> list[Candidate]:
+    """A beam in which single things cost: what is between the pallets is between two of them."""
+    dear = [replace(c, score=c.score + MISCOUNTED) if len(c.group) == 1 else c for c in beam]
+    return sorted(dear, key=lambda c: -c.score)
 
 
 def _place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
@@ -275,6 +324,8 @@ def _scored(
     if tree.nodes[node].type == "OBJECT" and not tree.nodes[node].figure:
         sizes = np.array([len(figure.group) for figure, _ in pairs])
         own = own + number_scores(tree.nodes[node], sizes)
+    if tree.nodes[node].type == "OBJECT" and node not in tree.parts:
+        own = own + other_side_scores(tree.nodes[node], batch)
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below
     best: dict[int, Candidate] = {}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from g3.geometry import rotate
-from g3.inference.clarification import described, told_apart
+from g3.inference.clarification import told_apart
 from g3.inference.grounder import Grounder, object_ids
 from g3.inference.state import moved_to, start_state, with_moved
 from g3.language.parser import parse
@@ -50,6 +50,9 @@ def test_every_clause_that_is_grounded_has_a_probability(grounder, dock):
     assert object_ids(boxes.group)[0].startswith("boxes")
     assert 0 < boxes.probability <= 1
     assert boxes.reasons
+    event = by_text["Pick up the boxes"]
+    assert event.rival not in (None, plan.actions[0])
+    assert event.reasons
 
 
 def test_an_answer_settles_which_thing_is_meant(grounder, dock):
@@ -89,7 +92,7 @@ def test_things_are_told_apart_as_they_stand_before_anything_is_done(dock):
     thing = state.thing("boxes-1")
     yaw = float(thing.trajectory.yaw[0])
     moved = with_moved(state, {thing.id: moved_to(thing, np.array([*ahead, yaw]), 0.0)}, None)
-    assert described(moved, "boxes-1") == "the one 5 m ahead of you"
+    assert told_apart(moved, ["boxes-1"]) == ["the one ahead of you"]
 
 
 def test_one_verb_that_nobody_taught_does_not_spoil_the_others(grounder, dock):
@@ -127,17 +130,22 @@ def test_a_pronoun_means_what_its_words_say_rather_than_what_came_last(grounder,
     assert by_text["it"] == by_text["the boxes"]
 
 
-def test_things_that_the_same_words_would_name_are_told_apart(dock):
+@pytest.mark.parametrize(
+    ("spots", "texts"),
+    [
+        # Ahead side by side, one behind the other, and on two sides of the robot.
+        ([(5, 0.5), (5, -1)], ["the left one ahead of you", "the right one ahead of you"]),
+        ([(9, 0), (5, 0.5)], ["the far one ahead of you", "the near one ahead of you"]),
+        ([(-5, 1), (5, 0)], ["the one behind you", "the one ahead of you"]),
+        # Left is the left of who turns to them.
+        ([(-5, 2), (-5, -2)], ["the right one behind you", "the left one behind you"]),
+    ],
+)
+def test_things_are_told_apart_by_what_differs_most(spots, texts, dock):
     state = start_state(dock)
     moved = {}
-    for object_id, aside in (("boxes-1", 0.5), ("tires-2", -1.0)):
+    for object_id, spot in zip(("boxes-1", "tires-2"), spots, strict=True):
+        there = state.pose[:2] + rotate(np.array(spot, dtype=float), state.pose[2])
         thing = state.thing(object_id)
-        there = state.pose[:2] + rotate(np.array([5.0, aside]), state.pose[2])
-        pose = np.array([*there, thing.trajectory.yaw[0]])
-        moved[object_id] = moved_to(thing, pose, 0.0)
-    after = with_moved(state, moved, None)
-    assert told_apart(after, ["boxes-1", "tires-2"]) == [
-        "the one 5 m ahead of you (5.0 m ahead, 0.5 m to the left)",
-        "the one 5 m ahead of you (5.0 m ahead, 1.0 m to the right)",
-    ]
-    assert told_apart(after, ["boxes-1"]) == ["the one 5 m ahead of you"]
+        moved[object_id] = moved_to(thing, np.array([*there, thing.trajectory.yaw[0]]), 0.0)
+    assert told_apart(with_moved(state, moved, None), ["boxes-1", "tires-2"]) == texts

@@ -27,6 +27,8 @@ def surroundings(context, cost, **options):
     "notation",
     [
         "OBJ(f = the tire pallet)",
+        "OBJ(f = the leftmost pallet)",
+        "OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = tires))",
         "OBJ(f = OBJ(f = the pallet), r = on the right of, l = OBJ(f = the boxes))",
     ],
 )

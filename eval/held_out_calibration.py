@@ -1,0 +1,47 @@
+"""Probabilities of plans from curves that have not seen the plans' scenarios.
+
+The curve that comes along was fitted to plans for the paper's commands, so that on these commands
+it says more than it knows. Here the slopes for a scenario's plans are fitted to the plans of all
+others. The intercept is one for all: fitted without a scenario it is the lower, the better that
+scenario goes, and would sort scenarios the wrong way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import expit
+
+from g3.inference.calibration import fit_curve
+
+if TYPE_CHECKING:
+    from eval.end_to_end import Outcome
+
+FEWEST = 3
+"""With fewer scenarios the probabilities stay as they are."""
+
+
+def calibrated(outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """Outcomes with probabilities from curves fitted without their scenarios.
+
+    Those that have no evidence keep their probability, and so do all if no plan or every plan is
+    right.
+    """
+    own = [o for o in outcomes if o.evidence]
+    scenario = np.array([o.scenario for o in own])
+    correct = np.array([o.correct for o in own], dtype=bool)
+    if len(set(scenario)) < FEWEST or correct.all() or not correct.any():
+        return list(outcomes)
+    seen = np.array([o.evidence for o in own])
+    odds = np.zeros(len(own))
+    for name in sorted(set(scenario)):
+        tested = scenario == name
+        slopes = fit_curve(seen[~tested], correct[~tested])[1:]
+        odds[tested] = seen[tested, 1:] @ slopes
+    intercept = brentq(lambda b: expit(odds + b).sum() - correct.sum(), -60.0, 60.0)
+    given = iter(expit(odds + intercept).tolist())
+    return [replace(o, probability=next(given)) if o.evidence else o for o in outcomes]

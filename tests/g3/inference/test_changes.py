@@ -1,0 +1,57 @@
+"""What it costs to put a load where it stood, or on something where words say otherwise."""
+
+import numpy as np
+import pytest
+
+from g3.groundings import Context
+from g3.inference.actions import Action
+from g3.inference.candidates import square
+from g3.inference.changes import UNMOVED, beside_scores, change_scores
+from g3.inference.clauses import UNUSUAL
+from g3.inference.state import start_state
+from g3.inference.things import Tree
+from g3.sdc_notation import parse_brackets
+from tests.g3.features.scenes import robot, thing
+
+TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
+OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
+ON_TRUCK = thing("boxes", "pallet", 20, 0, z=(1, 2))
+ON_GROUND = thing("tires", "pallet", 8, 0)
+STATE = start_state(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
+
+
+def put(load, x, y, bottom):
+    place = square(np.array([x, y], dtype=float), 0.0, bottom)
+    return Action("put down", load, place=place, goal=0)
+
+
+@pytest.mark.parametrize(
+    ("action", "cost"),
+    [
+        # Elsewhere on the truck that it is on already, and on the other one.
+        (put("boxes", 20, 2, 1), UNMOVED),
+        (put("boxes", -20, 0, 1), 0),
+        (put("boxes", 20, 4, 0), 0),
+        (put("tires", 8.5, 0, 0), UNMOVED),
+        (put("tires", 12, 0, 0), 0),
+        (Action("drive to", target=(TRUCK,)), 0),
+    ],
+)
+def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
+    assert change_scores(STATE, [action]).tolist() == [cost]
+
+
+@pytest.mark.parametrize(
+    ("place", "dear"),
+    [
+        ("PLACE(r = closer to, l = OBJ(f = the truck))", True),
+        ("PLACE(r = on, l = OBJ(f = the ground))", True),
+        ("PLACE(r = on, l = OBJ(f = the truck))", False),
+        ("PLACE(r = on the left side of, l = OBJ(f = the truck))", False),
+    ],
+)
+def test_beside_a_truck_is_not_on_it(place, dear):
+    tree = Tree(parse_brackets(f"EVENT(r = Put, l = OBJ(f = it), l2 = {place})"))
+    actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
+    cost = beside_scores(tree, 0, STATE, actions, -1)
+    assert cost.tolist() == [UNUSUAL if dear else 0, 0]

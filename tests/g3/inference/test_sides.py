@@ -1,0 +1,62 @@
+"""What words single out among things alike."""
+
+import numpy as np
+import pytest
+
+from g3.examples import to_batch
+from g3.inference.sides import MISPLACED, facing, side_scores
+from tests.g3.features.scenes import robot, row, scene, thing
+
+# The robot stands at the origin and looks along +x; +y is to its left.
+AHEAD = [thing("a", "pallet", 8, 6), thing("b", "pallet", 8, 0), thing("c", "pallet", 8, -6)]
+BEHIND = [thing("a", "pallet", -8, 6), thing("b", "pallet", -8, 0), thing("c", "pallet", -8, -6)]
+AROUND = [thing("a", "trailer", 9, 1), thing("b", "trailer", -9, 1)]
+
+
+def singled_out(things, words, relation=""):
+    """The ids of the things that cost nothing; a relation is one to the robot."""
+    agent = robot()
+    world = scene(*things, agent=agent)
+    landmark = (agent,) if relation else ()
+    rows = [
+        row(world, "OBJECT", t, words=words, relation=relation, landmark=landmark) for t in things
+    ]
+    cost = side_scores(to_batch(rows))
+    assert set(cost) <= {0.0, MISPLACED}
+    return "".join(t.id for t, c in zip(things, cost, strict=True) if c == 0)
+
+
+@pytest.mark.parametrize(
+    ("things", "words", "meant"),
+    [
+        (AHEAD, "the leftmost pallet", "a"),
+        (AHEAD, "the pallet on the far right", "c"),
+        (AHEAD, "the second pallet from the right", "b"),
+        (AHEAD, "the third pallet from the left", "c"),
+        # The left of a row behind the robot is that of who has turned to it.
+        (BEHIND, "the leftmost pallet", "c"),
+        (BEHIND, "the first pallet from the left", "c"),
+        (AHEAD, "the pallet", "abc"),
+        # Of things all around people speak as they stand.
+        (AROUND, "the trailer behind", "b"),
+        (AROUND, "the trailer ahead", "a"),
+    ],
+)
+def test_words_single_out_one_of_things_alike(things, words, meant):
+    assert singled_out(things, words) == meant
+
+
+def test_a_relation_to_the_robot_singles_out():
+    assert singled_out(AROUND, "the trailer", "behind") == "b"
+    assert singled_out(AROUND, "the trailer", "in front of") == "a"
+
+
+def test_a_row_is_faced_straight_on_and_what_is_all_around_is_not():
+    every = np.ones((1, 2), dtype=bool)
+    row_aside = np.array([[[-2.0, 5.0], [2.0, 5.0]]])
+    assert facing(np.array([[0.0, 5.0]]), row_aside, every) == pytest.approx(np.array([[0.0, 1.0]]))
+    every = every[:, :1]
+    behind = facing(np.array([[-4.0, 4.0]]), np.array([[[-4.0, -4.0]]]), every)
+    assert behind == pytest.approx(np.array([[-1.0, 0.0]]))
+    around = facing(np.array([[9.0, 1.0]]), np.array([[[-9.0, 1.0]]]), every)
+    assert around == pytest.approx(np.array([[1.0, 0.0]]))
