@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import av
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from corpus_tools.video.canvas import Image
 from g3.errors import CorpusError
@@ -62,9 +62,14 @@ def encode(
         stream.options = {**OPTIONS[quality], "threads": "1", "g": str(_KEY_FRAME_S * fps)}
         stream.codec_context.thread_count = 1
         space = Colorspace.ITU709 if size[1] >= _REC_709_FROM else Colorspace.ITU601
+        # One for all frames: each new one starts threads and makes tables.
+        reformatter = VideoReformatter()
         for k, picture in enumerate(frames):
-            frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
-                format="yuv420p", dst_colorspace=space, dst_color_range=ColorRange.MPEG
+            frame = reformatter.reformat(
+                av.VideoFrame.from_ndarray(picture, format="rgb24"),
+                format="yuv420p",
+                dst_colorspace=space,
+                dst_color_range=ColorRange.MPEG,
             )
             frame.pts = k
             frame.time_base = Fraction(1, fps)

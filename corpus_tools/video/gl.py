@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
 import subprocess
@@ -78,6 +79,7 @@ def gl_context(width: int, height: int) -> Any:  # MuJoCo's back ends share no t
     return importlib.import_module(f"mujoco.{name.lower()}").GLContext(width, height)
 
 
+@functools.cache
 def _works(name: str) -> bool:
     environment = {**os.environ, VARIABLE: name}
     # Left over from another back end, it would keep this one from loading.

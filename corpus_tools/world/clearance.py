@@ -79,9 +79,10 @@ def distance(points: FloatArray, boxes: Boxes) -> FloatArray:
     """Metres from points (..., 2) to the nearest box, negative inside, shape (...)."""
     nearest = np.full(points.shape[:-1], _FAR)
     for middle, yaw, half in zip(boxes.middle, boxes.yaw, boxes.half, strict=True):
-        beyond = np.abs(rotate(points - middle, -yaw)) - half
-        outside = np.hypot(*np.moveaxis(np.maximum(beyond, 0), -1, 0))
-        nearest = np.minimum(nearest, outside + np.minimum(beyond.max(axis=-1), 0))
+        # By coordinates: numpy is slow where an axis has two elements.
+        ahead, aside = np.moveaxis(np.abs(rotate(points - middle, -yaw)) - half, -1, 0)
+        outside = np.hypot(np.maximum(ahead, 0), np.maximum(aside, 0))
+        nearest = np.minimum(nearest, outside + np.minimum(np.maximum(ahead, aside), 0))
     return nearest
 
 

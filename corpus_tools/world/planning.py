@@ -13,6 +13,7 @@ References
 from __future__ import annotations
 
 import heapq
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
 
@@ -177,6 +178,7 @@ def _search(
     order = count()
     queue = [(0.0, next(order), _State(start, 0.0, None, ()))]
     seen: set[tuple[int, ...]] = set()
+    cheapest = np.inf
     expanded = 0
     while queue and expanded < _PATIENCE:
         _, _, state = heapq.heappop(queue)
@@ -187,12 +189,9 @@ def _search(
         seen.add(key)
         expanded += 1
         if expanded <= _EAGER or expanded % 8 == 0:
-            for i, goal in goals:
-                for way in _direct(state.pose, goal):
-                    cost = state.cost + extra[i] + room.cost(state.pose, way)
-                    if np.isfinite(cost):
-                        last = _State(goal, cost, state, way, i)
-                        heapq.heappush(queue, (_CONTENT * cost, next(order), last))
+            for last in _arrivals(state, goals, extra, room, cheapest):
+                cheapest = last.cost
+                heapq.heappush(queue, (_CONTENT * cheapest, next(order), last))
         for motion, cost in zip(_MOTIONS, room.costs(state.pose).tolist(), strict=True):
             pose = end_of(state.pose, motion)
             if cost == np.inf or _key(pose) in seen or (left := ahead(pose)) == np.inf:
@@ -202,6 +201,26 @@ def _search(
             following = _State(pose, total, state, (motion,))
             heapq.heappush(queue, (total + _GREED * left, next(order), following))
     return None
+
+
+def _arrivals(
+    state: _State,
+    goals: list[tuple[int, FloatArray]],
+    extra: FloatArray,
+    room: _Room,
+    cheapest: float,
+) -> Iterator[_State]:
+    """Goals reached directly, each for less than those before; no other would be chosen."""
+    for i, goal in goals:
+        before = state.cost + extra[i]
+        for way in _direct(state.pose, goal):
+            # Where there is little room it costs more, never less.
+            if before + cost_of(way) >= cheapest:
+                continue
+            cost = before + room.cost(state.pose, way)
+            if cost < cheapest:
+                cheapest = cost
+                yield _State(goal, cost, state, way, i)
 
 
 def _direct(start: FloatArray, goal: FloatArray) -> list[Way]:

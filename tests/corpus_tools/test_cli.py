@@ -10,7 +10,7 @@ import click
 import pytest
 
 from corpus_tools import __version__
-from corpus_tools.cli import cli
+from corpus_tools.cli import cli, run
 
 CT = Path(sys.executable).with_name("ct")
 PUT = "EVENT_1(r = Put, l = OBJ_2(f = the pallet), l2 = PLACE_3(r = on, l = OBJ_4(f = the truck)))"
@@ -167,7 +167,8 @@ def test_graph_on_a_terminal_without_greek():
     assert result.stdout == '\\u03a8_1(\\u03c6_1, \\u03bb_1^f = "it", \\u03b3_1)\n'
 
 
-def test_bad_input_is_one_line_and_exits_2(tmp_path):
+def test_bad_input_is_one_line_and_exits_2(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.sdc").write_bytes(b"OBJ(f = \xff)")
     (tmp_path / "open.sdc").write_text("OBJ(f = it")
     cases = {
@@ -181,10 +182,12 @@ def test_bad_input_is_one_line_and_exits_2(tmp_path):
         ("graph", PUT, "--out", "no/file"): f"ct: error: {tmp_path}/no: there is no such folder",
     }
     for args, message in cases.items():
-        result = ct(*args, cwd=tmp_path)
-        assert result.returncode == 2, args
-        assert result.stderr.startswith(message), result.stderr
-        assert result.stderr.count("\n") == 1
+        assert run(args) == 2, args
+        told = capsys.readouterr().err
+        assert told.startswith(message), told
+        assert told.count("\n") == 1
+    result = ct("graph", "EVENT(")
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
 
 
 def test_verbose_shows_the_traceback():

@@ -115,7 +115,10 @@ def test_plans_become_scripts(model):
 @pytest.mark.slow
 def test_a_command_is_carried_out_and_filmed(model, tmp_path):
     video = tmp_path / "out.mp4"
-    done = run("Pick up the boxes", *SCENARIO, *model, "--video", str(video))
+    done = run("Pick up the boxes", *SCENARIO, *model, "--video", str(video), "--json")
     assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert told["execution"]["failure"] is None
+    assert told["execution"]["files"] == [str(video), str(video.with_suffix(".mcap"))]
     assert video.stat().st_size > 10_000
     assert video.with_suffix(".mcap").is_file()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 
 import numpy as np
@@ -68,7 +69,8 @@ def test_only_stale_logs_are_made_again(dataset):
     assert file.read_bytes() == before
     scenario = dataset / "scenarios" / "go.yaml"
     scenario.write_text(GO.replace("[0, 0]", "[-1, 0]"))
-    assert "1 log written" in log("--dataset", dataset).output
+    told = json.loads(log("--dataset", dataset, "--json").output)
+    assert told == {"folder": str(dataset / "logs"), "logged": ["go"], "failed": {}}
     assert file.read_bytes() != before
     import_authored(dataset)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_array_equal
 
+from corpus_tools.cli import run
 from corpus_tools.model_file import load_model, save_model
 from corpus_tools.tag_lists import build_table
 from g3.errors import FormatError, ModelError
@@ -69,12 +70,11 @@ def test_a_list_without_tags(tmp_path: Path, content: bytes | None) -> None:
     assert not (tmp_path / "t.npz").exists()
 
 
-def test_the_command_builds_a_table_that_the_measure_reads(tmp_path: Path) -> None:
+def test_the_command_builds_a_table_that_the_measure_reads(tmp_path: Path, capsys) -> None:
     (tmp_path / "tags.txt").write_text("zeppelin,trailer\nzeppelin,trailer\npallet\n")
     out = tmp_path / "tags.npz"
-    built = ct("similarity", "build", str(tmp_path / "tags.txt"), "--out", str(out))
-    assert (built.returncode, built.stderr) == (0, "")
-    assert built.stdout.startswith("3 images, 3 tags\n")
+    assert run(["similarity", "build", str(tmp_path / "tags.txt"), "--out", str(out)]) == 0
+    assert capsys.readouterr().out.startswith("3 images, 3 tags\n")
     arguments = ("similarity", "show", "zeppelin", "--label", "trailer", "--format", "json")
     shown = json.loads(ct(*arguments, CT_TAGS=str(out)).stdout)
     values = {record["measure"]: record["similarity"] for record in shown}

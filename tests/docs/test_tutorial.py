@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -107,11 +108,15 @@ def serve_for_a_moment(call: list[str]) -> None:
         text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )
+    given_up = threading.Timer(120, server.kill)
+    given_up.start()
     with server:
         assert server.stdout is not None
         told = iter(server.stdout.readline, "")
         assert any("Ctrl-C" in line for line in told)
         server.send_signal(signal.SIGINT)
+    given_up.cancel()
+    assert server.returncode != -signal.SIGKILL
 
 
 def annotate() -> None:

@@ -16,12 +16,15 @@ pytestmark = pytest.mark.slow
 def test_table_1(published, tmp_path, capsys):
     corpus, _ = published
     write_corpus(corpus, tmp_path / "aaai11")
-    arguments = ["--corpus", str(tmp_path / "aaai11"), "--cv", "scenario", "--format", "json"]
+    # One split, as in the paper; to hold out each scenario in turn takes fifteen times as long.
+    arguments = ["--corpus", str(tmp_path / "aaai11"), "--split", "scenario", "--format", "json"]
     assert run(["eval", "--table", "1", *arguments]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["test_scenarios"]) == 5
+    rows = told["rows"]
     assert [row["type"] for row in rows] == list(ROW_TYPES)
-    assert all(row["n"] > 200 for row in rows)
+    assert all(row["n"] > 80 for row in rows)
     overall = rows[-1]
-    assert overall["n"] > 4000
+    assert overall["n"] > 1200
     assert overall["f"] > 0.88
     assert overall["f_low"] < overall["f"] < overall["f_high"]

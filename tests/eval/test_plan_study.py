@@ -12,6 +12,7 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.writing import write_corpus
 from eval.commands import evaluate
+from eval.plan_study.filming import film_all
 from eval.plan_study.pairs import Pair, pairs, write_study
 from eval.plan_study.planning import PlanRecord, plan_all, run_corpus
 from eval.plan_study.results import (
@@ -24,7 +25,9 @@ from eval.plan_study.results import (
 from eval.plan_study.settings import Settings, check_settings, settings_for
 from eval.plan_study.study import Study, render
 from g3.annotation import Judgment
-from g3.errors import FormatError
+from g3.errors import CorpusError, FormatError
+from g3.groundings import Trajectory
+from tests.tiny_corpus import tiny_corpus
 
 COMMANDS = [a for a in open_corpus("warehouse").annotations if a.source == "positive"][:40]
 
@@ -152,6 +155,27 @@ def test_ratings_of_unknown_pairs_and_second_ones_are_refused_with_their_row(fou
     with pytest.raises(FormatError, match="rated this pair before") as refused:
         check_ratings(found, [*judgments[:2], judgments[0]])
     assert refused.value.where == "judgments.jsonl: line 3"
+
+
+def test_each_video_is_made_once(tmp_path):
+    (moving,) = tiny_corpus(("to_pallet",)).contexts.values()
+    objects = tuple(
+        replace(item, trajectory=Trajectory(way.t[:1], way.xyz[:1], way.yaw[:1]))
+        for item in moving.objects
+        for way in [item.trajectory]
+    )
+    still = replace(moving, id="still", objects=objects)
+    corpus, folder = tmp_path / "corpus", tmp_path / "study"
+    write_corpus(make_corpus("c", contexts=[still], commands=[], annotations=[]), corpus)
+    folder.mkdir()
+    shown = [Pair(text, "still", "still", "right", text) for text in ("Stay.", "Wait.")]
+    told = []
+    for _ in range(2):
+        film_all(folder, str(corpus), shown, lambda *args: told.append(args))
+    assert told == [("videos: still", 1, 1)]
+    assert (folder / "videos" / "still" / "video.mp4").stat().st_size > 1000
+    with pytest.raises(CorpusError):
+        film_all(folder, str(corpus), [Pair("Go.", "nowhere", "still", "wrong", "c")])
 
 
 def test_a_folder_is_of_one_study(tmp_path):

@@ -153,15 +153,16 @@ def as_if_independent(counts):
 def test_coverage_is_near_nominal_and_better_than_ignoring_clusters():
     rng = np.random.default_rng(20110807)
     simulations, clustered, naive = 300, 0, 0
-    for _ in range(simulations):
+    for number in range(simulations):
         counts = simulated_accuracies(rng, clusters=60, per_cluster=rng.integers(2, 12, 60))
         low, high = cluster_bootstrap(counts, figures, rng=rng, draws=400)
         clustered += low[3] <= 0.8 <= high[3]
-        low, high = cluster_bootstrap(as_if_independent(counts), figures, rng=rng, draws=400)
-        naive += low[3] <= 0.8 <= high[3]
+        if number % 5 == 0:
+            low, high = cluster_bootstrap(as_if_independent(counts), figures, rng=rng, draws=400)
+            naive += low[3] <= 0.8 <= high[3]
     # 3 standard errors of 300 simulations are 0.038; small-sample bias takes a little more.
     assert 0.90 <= clustered / simulations <= 0.985
-    assert naive / simulations < 0.85
+    assert naive / (simulations / 5) < 0.85
 
 
 def test_clusters_widen_intervals_of_correlated_examples():

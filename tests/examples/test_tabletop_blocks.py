@@ -12,7 +12,7 @@ from tests.examples.installed import EXAMPLES, install
 
 SETS = ("table-pair", "table-theme", "table-goal", "table-path")
 WITH = [part for name in SETS for part in ("--with", name)]
-SETTINGS = {"tables": 16, "commands": 3, "seed": 2}
+SETTINGS = {"tables": 10, "commands": 3, "seed": 2}
 
 
 @pytest.fixture(scope="module")

@@ -94,7 +94,7 @@ def in_agent_frame(agent: Trajectory, load: Trajectory) -> FloatArray:
     return np.column_stack((offset, load.yaw - agent.yaw[at]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(outcomes())
 def test_an_action_starts_where_the_context_does(made: tuple[Context, Outcome]) -> None:
     context, outcome = made
@@ -107,7 +107,7 @@ def test_an_action_starts_where_the_context_does(made: tuple[Context, Outcome]) 
         assert after.trajectory.yaw[0] == before.trajectory.yaw[0]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(outcomes())
 def test_nothing_teleports(made: tuple[Context, Outcome]) -> None:
     _, outcome = made
@@ -121,7 +121,7 @@ def test_nothing_teleports(made: tuple[Context, Outcome]) -> None:
         assert (rise <= DEFAULT_PACE.lift_m_s * np.diff(o.trajectory.t) + 1e-6).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(outcomes())
 def test_at_most_one_object_moves_and_it_moves_with_the_agent(
     made: tuple[Context, Outcome],
@@ -138,7 +138,7 @@ def test_at_most_one_object_moves_and_it_moves_with_the_agent(
         assert set(o.trajectory.t) <= set(outcome.agent.trajectory.t)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(poses, st.sampled_from(["tires", "boxes"]), st.sampled_from([0, 1]))
 def test_a_carried_object_ends_on_the_place(
     agent: tuple[float, float, float], load: str, place: int
@@ -153,7 +153,7 @@ def test_a_carried_object_ends_on_the_place(
     assert away == pytest.approx(REACH_M + 2.5, abs=0.05)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(poses)
 def test_a_load_is_put_down(agent: tuple[float, float, float]) -> None:
     context = with_load(agent)
@@ -162,7 +162,7 @@ def test_a_load_is_put_down(agent: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(end.xyz[-1], [4.0, -9.0, 0.35], atol=1e-6)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(poses, st.sampled_from(["tires", "boxes"]))
 def test_picking_up_lifts(agent: tuple[float, float, float], load: str) -> None:
     outcome = pick_up(yard(agent), load)

@@ -59,7 +59,7 @@ def test_training_finds_where_the_gradient_vanishes(problem):
     assert np.abs(crf.Objective(matrix, correct, l2)(weights)[1]).max() <= 1e-5
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=25)
 @given(problems(kinds=("scalar",)))
 def test_the_optimum_is_that_of_scikit_learn(problem):
     linear_model = pytest.importorskip("sklearn.linear_model")

@@ -336,7 +336,7 @@ def carry_load(context: Context) -> Outcome:
     return put_down(context, "load", square(np.array([8.0, 8.0]), 0.0))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(annotations())
 def test_any_annotation_gives_only_wrong_examples(positive: Annotation) -> None:
     for a in hard_negatives([replace(positive, source="positive")], generator()):

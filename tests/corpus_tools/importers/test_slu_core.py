@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import json
 import shutil
 from pathlib import Path
 
@@ -350,7 +351,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_with_a_salt_two_imports_give_the_same_bytes(tmp_path):
-    assert run(SMALL, "--out", tmp_path / "a", "--salt", "x").exit_code == 0
+    told = json.loads(run(SMALL, "--out", tmp_path / "a", "--salt", "x", "--json").output)
+    assert told["report"] == json.loads((tmp_path / "a/import-report.json").read_text())
     assert run(SMALL / "data", "--out", tmp_path / "b", CT_SALT="x").exit_code == 0
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
 

@@ -13,6 +13,7 @@ from corpus_tools.world.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.recording import NS_PER_S, heading
 from corpus_tools.world.replay import FORK_SPEED_M_S, replay
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from tests.corpus_tools.world.replayed import deviations
 from tests.strategies import contexts
 
 
@@ -162,30 +163,6 @@ def test_any_context_is_played_within_the_poses_of_its_log(context, rate_hz):
     assert (recording.position[:, i] <= way.max(axis=0) + 1e-9).all()
 
 
-def deviations(context):
-    """Largest distances in metres between moved objects in the replay and in the log."""
-    recording = replay(context, 25.0)
-    begin = min(item.trajectory.t[0] for item in context.objects if len(item.trajectory) > 1)
-    for i, item in enumerate(context.objects):
-        t = item.trajectory.t - begin
-        columns = recording.position[:, i].T
-        played = np.column_stack([np.interp(t, recording.t_s, column) for column in columns])
-        yield float(np.abs(played - item.trajectory.xyz).max())
-
-
 def test_the_bundled_corpus_is_replayed_truly():
     for context in open_corpus("warehouse").contexts.values():
         assert max(deviations(context)) < 0.01
-
-
-@pytest.mark.slow
-def test_the_published_logs_are_replayed_truly(published):
-    corpus, _ = published
-    lifts = 0
-    for context in corpus.contexts.values():
-        assert max(deviations(context)) < 0.01
-        recording = replay(context, 25.0)
-        load = carried(recording)
-        lifts += bool((load != NOTHING).any())
-        assert np.abs(np.diff(recording.fork_height_m)).max() * 25 < 0.4
-    assert lifts == 14  # all but go_to_receiving

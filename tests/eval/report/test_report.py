@@ -87,9 +87,10 @@ def report(corpus, plans, videos, tmp_path_factory):
     write_corpus(corpus, folder / "tiny")
     arguments = ["--report", str(folder / "out"), "--corpus", str(folder / "tiny")]
     arguments += ["--plans", str(plans), "--videos", str(videos), "--repeats", "1"]
-    done = CliRunner().invoke(evaluate, [*arguments, "--draws", "20"], catch_exceptions=False)
+    arguments += ["--draws", "20", "--json"]
+    done = CliRunner().invoke(evaluate, arguments, catch_exceptions=False)
     assert done.exit_code == 0, done.output
-    assert "report.html" in done.stdout
+    assert "report.html" in json.loads(done.stdout)["files"]
     return folder / "out"
 
 
@@ -134,7 +135,7 @@ def test_a_report_is_replaced_and_nothing_else_is(report, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "wrong", [["--train", "warehouse"], ["--format", "json"], ["--out", "x"], ["--models"]]
+    "wrong", [["--train", "warehouse"], ["--format", "csv"], ["--out", "x"], ["--models"]]
 )
 def test_what_does_not_go_with_it_is_refused(wrong, tmp_path):
     arguments = ["--report", str(tmp_path / "out"), "--corpus", "warehouse", *wrong]

@@ -176,7 +176,7 @@ def test_the_command(corpus: str):
 def test_planning(corpus: str):
     found = json.loads(run("--power", "--half-width", "0.02", "--format", "json"))
     assert all(row["half_width"] <= 0.02 for row in found["rows"])
-    for form in ("table", "csv", "latex"):
+    for form in ("text", "csv", "latex"):
         assert "judges" in run("--power", "--corpus", corpus, "--format", form).casefold()
 
 

@@ -21,7 +21,7 @@ groups = contexts().flatmap(
 )
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=25)
 @given(groups)
 def test_a_batch_is_packed_as_its_bodies_are(drawn: list[tuple[Grounding, ...]]) -> None:
     together = pack(drawn)

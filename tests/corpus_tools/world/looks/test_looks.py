@@ -221,7 +221,7 @@ def test_looks_do_not_depend_on_the_process() -> None:
     assert int(other.stdout) == zlib.crc32(saved(scene(EVERYTHING).compile()))
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(contexts(), st.sampled_from(THINGS))
 def test_any_context_can_be_seen(context: Context, kind: str) -> None:
     model = scene(context).compile()

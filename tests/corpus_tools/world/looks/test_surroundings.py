@@ -70,7 +70,7 @@ def test_names_are_not_written() -> None:
     assert (painted[0].uv == painted[1].uv).all()
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(contexts())
 def test_the_edge_of_the_yard_is_away_from_everything(context: Context) -> None:
     yard = yard_of(context)
