@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,9 +13,8 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from werkzeug.serving import make_server
 
 from tests.annotation_app.conftest import PATIENCE_MS
+from tests.chromium import CHROMIUM
 
-CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
-"""Chromium without the parts for windows, where it is installed: it takes a third of the time."""
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import http.server
-import shutil
 import threading
 from functools import partial
 
@@ -13,6 +12,7 @@ from playwright.sync_api import sync_playwright
 from corpus_tools.video.encode import encode
 from corpus_tools.video.frames import open_frames
 from corpus_tools.world.build import build_world
+from tests.chromium import CHROMIUM
 from tests.corpus_tools.video.recordings import drive
 
 FLAGS = [
@@ -57,10 +57,9 @@ def site(tmp_path):
 
 
 def test_the_video_plays_in_chromium_to_its_end(site, tmp_path):
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    assert chromium, "install the system package chromium"
+    assert CHROMIUM, "install the system package chromium"
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=FLAGS)
         page = browser.new_page()
         page.goto(site)
         played = page.evaluate(PLAY)

@@ -26,9 +26,9 @@ from eval.report.reliability import bins, calibration_error
 from eval.studies.judge_report import with_validity
 from g3.annotation import Judgment
 from g3.errors import FormatError
+from tests.chromium import CHROMIUM
 from tests.tiny_corpus import tiny_corpus
 
-CHROMIUM = shutil.which("chromium")
 ODD = "Go <script>alert(1)</script> & there"
 
 
