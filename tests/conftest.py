@@ -16,7 +16,7 @@ PUBLISHED = Path(__file__).parents[2] / "shared" / "data" / "slu_core" / "data"
 
 # The machine may be busy: how long one example takes says nothing.
 # The checks try the same examples every time; `pytest --hypothesis-profile explore` tries others.
-settings.register_profile("checks", deadline=None, derandomize=True, max_examples=40)
+settings.register_profile("checks", deadline=None, derandomize=True, max_examples=30)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("checks")
 

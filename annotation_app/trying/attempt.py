@@ -286,7 +286,7 @@ def _filmed(
     from corpus_tools.video.segmentation import describe  # noqa: PLC0415
     from corpus_tools.world.build import build_world  # noqa: PLC0415
 
-    how = Settings(fps=FPS, quality="draft")
+    how = Settings(fps=FPS, quality="standard")
     moments = sampled(recording, how.fps)
     world = build_world(recording.start)
     with open_frames(world, moments, how.camera, how.size, how.quality) as frames:

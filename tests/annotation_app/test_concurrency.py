@@ -14,7 +14,7 @@ from tests.annotation_app.rendered import render
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "processes", "workers", "answers"),
-    [("sqlite", 1, 200, 20), ("sqlite", 4, 200, 20), ("postgresql", 2, 500, 12)],
+    [("sqlite", 1, 60, 12), ("sqlite", 4, 200, 16), ("postgresql", 2, 500, 12)],
 )
 def test_nothing_is_lost_nor_doubled(
     config: Config, processes: int, workers: int, answers: int, tmp_path: Path
