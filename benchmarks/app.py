@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from flask.sessions import SecureCookieSessionInterface
 from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
 from annotation_app.config import Config, open_instance
 from annotation_app.database import open_database, reading, transaction
@@ -91,20 +92,27 @@ def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[
     )
     with transaction(engine) as session:
         made = put_study(session, study, rendered_videos(videos))
-        people = []
-        for i in range(workers):
-            person = Person(
-                id=new_id(),
-                role="worker",
-                provider="load",
-                external_hash=hashed(b"", "load", str(i)),
-                profile={},
-                created_at=0.0,
-            )
-            keep_consent(person, made.id, {})
-            people.append(person)
-        session.add_all(people)
+        people = add_workers(session, made.id, workers)
     engine.dispose()
+    return people
+
+
+def add_workers(session: Session, study: str, count: int) -> list[str]:
+    """Add workers who have agreed to a study; return their ids."""
+    people = [
+        Person(
+            id=new_id(),
+            role="worker",
+            provider="load",
+            external_hash=hashed(b"", "load", str(i)),
+            profile={},
+            created_at=0.0,
+        )
+        for i in range(count)
+    ]
+    for person in people:
+        keep_consent(person, study, {})
+    session.add_all(people)
     return [person.id for person in people]
 
 

@@ -20,12 +20,10 @@ import numpy as np
 
 from annotation_app.config import Config, open_instance
 from annotation_app.database import opened, transaction
-from annotation_app.models import Person
-from annotation_app.people import hashed, keep_consent, new_id
 from annotation_app.schema import migrate
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import RatedPair, StudyConfig, TaskConfig
-from benchmarks.app import PATIENCE_S, STUDY, cookies, servers
+from benchmarks.app import PATIENCE_S, STUDY, add_workers, cookies, servers
 from benchmarks.app_client import Client
 
 PAIRS = 20
@@ -44,21 +42,8 @@ def add_study(config: Config, videos: Path, workers: int) -> list[str]:
         migrate(engine)
         with transaction(engine) as session:
             made = put_study(session, study, rendered_videos(videos))
-            people = [
-                Person(
-                    id=new_id(),
-                    role="worker",
-                    provider="load",
-                    external_hash=hashed(b"", "load", str(i)),
-                    profile={},
-                    created_at=0.0,
-                )
-                for i in range(workers)
-            ]
-            for person in people:
-                keep_consent(person, made.id, {})
-            session.add_all(people)
-    return [person.id for person in people]
+            people = add_workers(session, made.id, workers)
+    return people
 
 
 async def lease(client: Client) -> str:
