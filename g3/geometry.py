@@ -72,6 +72,14 @@ def following(corners: FloatArray) -> FloatArray:
     return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
 
 
+def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
+    """How many corners polygons (n, k, 2) have before the last one is repeated, shape (n,)."""
+    last = (polygons == polygons[:, -1:]).all(axis=2)[:, ::-1]
+    repeated = np.where(last.all(axis=1), polygons.shape[1], last.argmin(axis=1))
+    count: npt.NDArray[np.uint8] = (polygons.shape[1] + 1 - repeated).astype(np.uint8)
+    return count
+
+
 def area(polygons: FloatArray) -> FloatArray:
     """Areas in square metres, shape (n,)."""
     local = polygons - polygons[:, :1]
@@ -96,10 +104,13 @@ def centroid(polygons: FloatArray) -> FloatArray:
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
     """Whether each polygon holds its point (n, 2), borders included."""
-    edges = following(polygons) - polygons
-    inside = _all(cross(edges, points[:, None] - polygons) >= -1e-9)
     low, high = extent(polygons)
-    return inside & _all((low - 1e-9 <= points) & (points <= high + 1e-9))
+    inside = _all((low - 1e-9 <= points) & (points <= high + 1e-9))
+    near = np.flatnonzero(inside)
+    corners = polygons[near]
+    edges = following(corners) - corners
+    inside[near] = _all(cross(edges, points[near, None] - corners) >= -1e-9)
+    return inside
 
 
 def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -190,12 +201,20 @@ def _from_edges(points: FloatArray, polygons: FloatArray) -> tuple[FloatArray, F
     ex, ey = np.roll(cx, -1, axis=0) - cx, np.roll(cy, -1, axis=0) - cy
     square = ex * ex + ey * ey
     dx, dy = px - cx, py - cy
-    inwards = ex * dy - ey * dx
-    inwards[:, square <= 1e-18] = np.inf
-    along = np.clip((dx * ex + dy * ey) / np.where(square > 0, square, 1.0), 0, 1)
-    dx -= along * ex
-    dy -= along * ey
-    distance: FloatArray = np.sqrt((dx * dx + dy * dy).min(axis=1))
+    inwards = ex * dy
+    part = ey * dx
+    inwards -= part
+    inwards += np.where(square <= 1e-18, np.inf, 0.0)
+    scale = 1 / np.where(square > 0, square, 1.0)
+    along = dx * (ex * scale)
+    along += np.multiply(dy, ey * scale, out=part)
+    np.maximum(along, 0, out=along)
+    np.minimum(along, 1, out=along)
+    dx -= np.multiply(along, ex, out=part)
+    dy -= np.multiply(along, ey, out=part)
+    dx *= dx
+    dx += np.multiply(dy, dy, out=part)
+    distance: FloatArray = np.sqrt(dx.min(axis=1))
     return inwards, distance
 
 

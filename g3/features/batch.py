@@ -170,13 +170,16 @@ def _different(
     They have nothing in other roles.
     """
     columns = [batch.role(role) + 1 for role in roles] + ([batch.factor] if words else [])
-    first, row = _equal_rows(batch.once("scenes", _scenes), columns)
+    scenes = batch.once("scenes", _scenes)
+    first, row = _equal_rows(scenes, columns)
     taken = {name: _rows(getattr(batch, name), first) for name in _GEOMETRY}
     unseen = np.broadcast_to(np.intp(-1), len(first))
     taken |= {role: unseen for role in ROLES if role not in roles}
     factor = batch.factor[first] if words else np.zeros(len(first), dtype=np.intp)
     used = batch.words if words else ({},)
-    return FactorBatch(batch.bodies, factor=factor, words=used, **taken), row
+    different = FactorBatch(batch.bodies, factor=factor, words=used, **taken)
+    different.known["scenes"] = scenes[first]
+    return different, row
 
 
 def _scenes(batch: FactorBatch) -> IntArray:

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from g3.features.avs import avs_directions
 from g3.features.batch import Boxes, FactorBatch, Role, measured, stacked
 from g3.features.bodies import SAMPLES, moved_corners
-from g3.features.frames import DIRECTIONS, avs_directions, grid_of
+from g3.features.frames import DIRECTIONS, footprints_of
 from g3.features.prisms import PRISM_COLUMNS, prism_pair
 from g3.features.registry import Column, Columns, feature_set
 from g3.features.trajectories import Tracks, tracks
@@ -59,7 +60,7 @@ def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
     end = track.xyz[:, -1, :2]
     mean = np.arctan2(np.sin(track.yaw).mean(axis=1), np.cos(track.yaw).mean(axis=1))
     return avs_directions(
-        end, grid_of(batch, target), np.stack((track.yaw[:, 0], track.yaw[:, -1], mean))
+        end, footprints_of(batch, target), np.stack((track.yaw[:, 0], track.yaw[:, -1], mean))
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.features.batch import FactorBatch, WordField
-from g3.features.frames import attention_vector_sums, avs_speaker, avs_start, grid_of, speaker_yaw
+from g3.features.frames import avs_speaker, avs_start
 from g3.features.prisms import between, figure_to_landmark
 from g3.features.ranks import RANK_COLUMNS, bearing, ranks
 from g3.features.registry import Column, Columns, feature_set
@@ -63,12 +63,11 @@ DEGREE_COLUMNS: Columns = (
 def named_relation(batch: FactorBatch) -> FloatArray:
     """Degree to which figure and landmark stand as the relation's words name it."""
     pair = batch.shared(figure_to_landmark, "figure", "landmark")
-    sides = np.maximum(
-        batch.shared(avs_start, "figure", "landmark"),
-        batch.shared(avs_speaker, "figure", "landmark"),
-    )
+    start = batch.shared(avs_start, "figure", "landmark")
+    speaker = batch.shared(avs_speaker, "figure", "landmark")
+    sides = np.maximum(start, speaker)
     # In front of a thing is also its near side to the speaker, and behind it its far side.
-    near, far = batch.shared(_near_and_far, "figure", "landmark").T
+    near, far = speaker[:, SIDES.index("back")], speaker[:, SIDES.index("front")]
     sides[:, 0], sides[:, 2] = np.maximum(sides[:, 0], near), np.maximum(sides[:, 2], far)
     degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
 
@@ -83,15 +82,6 @@ def named_relation(batch: FactorBatch) -> FloatArray:
     put("near", np.exp(-pair[:, PAIR["gap"]]))
     wanted = named(batch, ("relation",))
     return np.column_stack((np.where(wanted, degrees, np.nan), satisfied(degrees, wanted)))
-
-
-def _near_and_far(batch: FactorBatch) -> FloatArray:
-    """AVS of the figure on the landmark's side to the speaker and on the other; (n, 2)."""
-    sight = speaker_yaw(batch.agent, batch.boxes("landmark").centre)
-    away = np.column_stack((np.cos(sight), np.sin(sight)))
-    return attention_vector_sums(batch.boxes("figure").centre, grid_of(batch, "landmark"), away)[
-        :, ::-1
-    ]
 
 
 @feature_set(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
+
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
+from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import contains_point, gap, intersection_area, length
+from g3.geometry import contains_point, corner_count, gap, intersection_area, length
 from g3.groundings import FloatArray
 
 RESTING_TOLERANCE_M = 0.35
@@ -42,6 +45,24 @@ def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
     FloatArray
         Shape (n, len(PRISM_COLUMNS)).
     """
+    counts = np.column_stack([corner_count(prisms.corners) for prisms in (figure, landmark)])
+    pairs = np.empty((len(counts), len(PRISM_COLUMNS)))
+    # Those with as many corners are looked at together, without the repeated ones.
+    order = np.lexsort(counts.T)
+    changes = np.flatnonzero((np.diff(counts[order], axis=0) != 0).any(axis=1)) + 1
+    for rows in np.split(order, changes):
+        if len(rows):
+            many = counts[rows[0]]
+            pairs[rows] = _pairs(_some(figure, rows, many[0]), _some(landmark, rows, many[1]))
+    return pairs
+
+
+def _some(prisms: Boxes, rows: IntArray, corners: int) -> Boxes:
+    some = Boxes(*(getattr(prisms, f.name)[rows] for f in fields(prisms)))
+    return replace(some, corners=some.corners[:, :corners])
+
+
+def _pairs(figure: Boxes, landmark: Boxes) -> FloatArray:
     shared = intersection_area(figure.corners, landmark.corners)
     figure_area = np.maximum(figure.area, 1e-9)
     landmark_area = np.maximum(landmark.area, 1e-9)
@@ -122,8 +143,16 @@ def arguments(batch: FactorBatch) -> FloatArray:
 )
 def between(batch: FactorBatch) -> FloatArray:
     """How nearly the figure lies on a line between two things of a plural landmark."""
-    centre = batch.boxes("figure").centre
-    arm = batch.bodies.members[batch.landmark] - centre[:, None]
+    result = np.full((len(batch), 2), np.nan)
+    plural = np.flatnonzero(batch.bodies.count[batch.landmark] > 1)
+    if len(plural):
+        members = batch.bodies.members[batch.landmark[plural]]
+        result[plural] = _between(batch.bodies.centre[batch.figure[plural]], members)
+    return result
+
+
+def _between(centre: FloatArray, members: FloatArray) -> FloatArray:
+    arm = members - centre[:, None]
     away = np.maximum(length(arm), 1e-6)
     first, second = np.triu_indices(arm.shape[1], 1)
     cosine = (arm[:, first] * arm[:, second]).sum(axis=2) / (away[:, first] * away[:, second])
@@ -133,7 +162,7 @@ def between(batch: FactorBatch) -> FloatArray:
     straight = np.where(np.isnan(cosine), -np.inf, -cosine)
     best = straight.argmax(axis=1)
     rows = np.arange(len(best))
-    plural = np.isfinite(straight[rows, best])
+    known = np.isfinite(straight[rows, best])
     return np.where(
-        plural[:, None], np.column_stack((straight[rows, best], ratio[rows, best])), np.nan
+        known[:, None], np.column_stack((straight[rows, best], ratio[rows, best])), np.nan
     )

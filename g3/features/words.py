@@ -10,7 +10,7 @@ from g3.features.registry import Column, Columns, feature_set
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 from g3.language.resources import tag_table_identity, word_vectors_identity, wordnet_identity
-from g3.language.similarity import MEASURES, best_match, mean_match
+from g3.language.similarity import MEASURES, best_match, label_patterns, mean_match
 
 TIE = 1e-9
 """Similarities this close are equal."""
@@ -115,8 +115,8 @@ def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray
     other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
     sides = []
     for side in (own, other):
-        patterns, pattern = np.unique(side, axis=0, return_inverse=True)
-        pair = batch.factor * len(patterns) + pattern.reshape(-1)
+        patterns, pattern = label_patterns(side)
+        pair = batch.factor * len(patterns) + pattern
         different, row = np.unique(pair, return_inverse=True)
         factor, place = np.divmod(different, len(patterns))
         sides.append((factor, patterns[place], row.reshape(-1)))
@@ -174,8 +174,7 @@ def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     is which thing of the scene a word fits best. NaN where no word is known.
     """
     bodies = batch.bodies
-    patterns, pattern = np.unique(bodies.labels, axis=0, return_inverse=True)
-    pattern = pattern.reshape(-1)
+    patterns, pattern = label_patterns(bodies.labels)
     own = pattern[batch.figure]
     others = np.column_stack((batch.peers, batch.agent_body))
     rival = (others >= 0) & (pattern[others] != own[:, None])

@@ -161,6 +161,19 @@ def vector(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     return word_vectors().cosine(words, labels)
 
 
+def label_patterns(
+    labels: npt.NDArray[np.bool_],
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.intp]]:
+    """The sets of labels among rows (n, l) that differ, shape (m, l), and which each row has."""
+    if not labels.size:
+        return labels[:1], np.zeros(len(labels), dtype=np.intp)
+    packed = np.packbits(labels, axis=1)
+    # np.unique with an axis does the same in several times the time.
+    whole = packed.view(f"V{packed.shape[1]}").ravel()
+    _, first, row = np.unique(whole, return_index=True, return_inverse=True)
+    return labels[first], row.reshape(-1)
+
+
 def best_match(
     similarity: FloatArray,
     factor_words: Sequence[Sequence[int]],
@@ -185,8 +198,7 @@ def best_match(
     FloatArray
         Shape (n,); 0 for a row without words or labels.
     """
-    patterns, pattern = np.unique(labels, axis=0, return_inverse=True)
-    pattern = pattern.reshape(-1)
+    patterns, pattern = label_patterns(labels)
     per_word = (
         np.stack([similarity[:, p].max(axis=1, initial=0.0) for p in patterns], axis=1)
         if len(patterns)

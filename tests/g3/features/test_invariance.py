@@ -18,6 +18,9 @@ from tests.g3.features.scenes import change, denser, random_rows, rigid, table, 
 
 seeds = st.integers(0, 100_000)
 
+ROUNDING = 1e-4
+"""What noise can make of directions, which are rounded."""
+
 
 def everything(rows: Sequence[Example]) -> dict[str, FloatArray]:
     """Values of all default feature sets, by set and column."""
@@ -30,7 +33,7 @@ def everything(rows: Sequence[Example]) -> dict[str, FloatArray]:
 
 
 def assert_same_values(
-    one: Sequence[Example], other: Sequence[Example], atol: float = 1e-6
+    one: Sequence[Example], other: Sequence[Example], atol: float = ROUNDING
 ) -> None:
     first, second = everything(one), everything(other)
     assert first.keys() == second.keys()
@@ -108,7 +111,7 @@ def test_features_of_a_batch_are_those_of_its_rows(seed: int) -> None:
                 own = alone[column][0] if column in alone else np.float64(0)
                 if column in alone or not np.isnan(column_values[i]):
                     assert_allclose(
-                        column_values[i], own, atol=1e-9, err_msg=f"{feature.name}/{column}"
+                        column_values[i], own, atol=ROUNDING, err_msg=f"{feature.name}/{column}"
                     )
 
 
@@ -119,7 +122,7 @@ def test_the_order_of_rows_does_not_matter(seed: int) -> None:
     order = np.random.default_rng(seed).permutation(len(rows))
     first, second = everything(rows), everything([rows[i] for i in order])
     for name, expected in first.items():
-        assert_allclose(second[name], expected[order], atol=1e-9, err_msg=name)
+        assert_allclose(second[name], expected[order], atol=ROUNDING, err_msg=name)
 
 
 def test_taking_rows_takes_their_values() -> None:
