@@ -74,9 +74,12 @@ def following(corners: FloatArray) -> FloatArray:
 
 def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
     """How many corners polygons (n, k, 2) have before the last one is repeated, shape (n,)."""
-    last = (polygons == polygons[:, -1:]).all(axis=2)[:, ::-1]
-    repeated = np.where(last.all(axis=1), polygons.shape[1], last.argmin(axis=1))
-    count: npt.NDArray[np.uint8] = (polygons.shape[1] + 1 - repeated).astype(np.uint8)
+    *corners, last = _columns(polygons)
+    count = np.full(len(polygons), polygons.shape[1], dtype=np.uint8)
+    repeated = np.ones(len(polygons), dtype=bool)
+    for corner in reversed(corners):
+        repeated &= (corner[:, 0] == last[:, 0]) & (corner[:, 1] == last[:, 1])
+        count -= repeated
     return count
 
 
@@ -154,8 +157,9 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
     return np.where((count > 0)[:, None, None], clipped, 0.0)
 
 
-PAIRS = 1 << 14
-"""Pairs of a point and an edge that are looked at together: so many stay in a core's cache."""
+PAIRS = 1 << 13
+"""Pairs of a point and an edge that are looked at together: so many stay in a core's cache, and
+their memory with the process."""
 
 
 def gap(a: FloatArray, b: FloatArray) -> FloatArray:

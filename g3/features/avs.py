@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -10,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.features.bodies import IntArray
-from g3.geometry import centroid, cross, following, length
+from g3.geometry import centroid, corner_count, cross, following, length
 from g3.groundings import FloatArray
 
 Singles: TypeAlias = npt.NDArray[np.float32]
@@ -40,8 +39,8 @@ PLACES, WEIGHTS = (_NODES + 1) / 2, _SHARES / 2
 PRECISION_DEG = 0.01
 """Directions are rounded to this."""
 
-BLOCK = 2048
-"""Rows whose points are looked at together: so many stay in a core's cache."""
+BLOCK = 4096
+"""Directions that are looked at together: with more, what is looked at leaves the caches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +84,9 @@ def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
     flat = np.flatnonzero(cross(seen, edge).sum(axis=1) <= 1e-12 * (side**2).sum(axis=1))
     seen[flat] = _thickened(seen[flat], edge[flat], side[flat])
     x, y = np.ascontiguousarray(seen.T, dtype=np.float32)
-    repeated = ((x == x[-1]) & (y == y[-1]))[::-1].argmin(axis=0)
-    count = (len(x) - repeated + 1).astype(np.uint8)
-    return Footprints(centre, x, y, count, np.arange(len(corners)) if row is None else row)
+    return Footprints(
+        centre, x, y, corner_count(seen), np.arange(len(corners)) if row is None else row
+    )
 
 
 def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> FloatArray:
@@ -142,40 +141,31 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
        General 130(2), 2001.
     """
     frames, n = yaw.shape
-    angle = np.empty((frames, 4, n), dtype=np.float32)
-    heading = yaw.astype(np.float32)
+    # To the left is ahead for who has turned by a quarter.
+    heading = np.concatenate((yaw, yaw + np.pi / 2)).astype(np.float32).reshape(-1)
+    row, figure = np.tile(landmarks.row, 2 * frames), np.tile(points, (2 * frames, 1))
+    angle = np.empty((2, len(row)), dtype=np.float32)
     # Those with as many corners are looked at together.
-    order = np.argsort(landmarks.corners[landmarks.row], kind="stable")
-    scratch = np.empty((8, PLACES.size * len(landmarks.x), min(n, BLOCK)), dtype=np.float32)
-    for start in range(0, n, BLOCK):
-        rows = order[start : start + BLOCK]
-        row = landmarks.row[rows]
-        corners = landmarks.corners[row[-1]]
-        x, y = (c[:corners].take(row, axis=1) for c in (landmarks.x, landmarks.y))
-        figure = (points[rows] - landmarks.centre[row]).astype(np.float32).T
-        room = scratch[:, : PLACES.size * corners, : len(rows)]
-        angle[:, :, rows] = _deviations((x, y), (figure[0], figure[1]), heading[:, rows], room)
-    # So that noise in the last digits doesn't tell apart what lies symmetrically.
-    steps = np.rint(np.degrees(angle.reshape(4 * frames, n).T) / np.float32(PRECISION_DEG))
-    degrees = PRECISION_DEG * steps.astype(float)
-    acceptable: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * degrees, 0.0, 1.0)
-    return acceptable
-
-
-def _deviations(
-    corners: tuple[Singles, Singles], figure: tuple[Singles, Singles], yaw: Singles, room: Singles
-) -> Singles:
-    """Angular deviations (f, 4, n) of figures, x and y (n,), from the directions of f frames.
-
-    Seen from landmarks with corners, x and y (k, n). There is room (8, 3 k, n) to work in, for
-    to ask the system for so much memory again and again takes as long as to fill it.
-    """
-    deviation = np.empty((len(yaw), 4, yaw.shape[1]), dtype=np.float32)
-    for aside, cos, sin in zip(deviation, np.cos(yaw), np.sin(yaw), strict=True):
-        (ahead, left), (x, y) = (_turned(*v, cos, sin) for v in (corners, figure))
-        aside[0], aside[2] = _along(ahead, left, x, y, room)
-        aside[1], aside[3] = _along(left, -ahead, y, -x, room)
-    return deviation
+    order = np.argsort(landmarks.corners[row], kind="stable")
+    # To ask the system for so much memory again and again takes as long as to fill it.
+    most = len(PLACES) * int(landmarks.corners.max(initial=0))
+    room = np.empty((6, 2, most, min(BLOCK, len(row))), dtype=np.float32)
+    for start in range(0, len(row), BLOCK):
+        some = order[start : start + BLOCK]
+        place = row[some]
+        corners = int(landmarks.corners[place[-1]])
+        x, y = (c[:corners].take(place, axis=1) for c in (landmarks.x, landmarks.y))
+        offset = (figure[some] - landmarks.centre[place]).astype(np.float32)
+        cos, sin = np.cos(heading[some]), np.sin(heading[some])
+        angle[:, some] = _deviations(
+            _turned(x, y, cos, sin),
+            _turned(offset[:, 0], offset[:, 1], cos, sin),
+            room[:, :, : len(PLACES) * corners, : len(some)],
+        )
+    steps = np.rint(np.degrees(angle) / np.float32(PRECISION_DEG)).astype(float)
+    degrees = np.clip(INTERCEPT + SLOPE_PER_DEGREE * PRECISION_DEG * steps, 0.0, 1.0)
+    by_frame: FloatArray = degrees.reshape(2, 2, frames, n).transpose(3, 2, 0, 1)
+    return by_frame.reshape(n, 4 * frames)
 
 
 def _turned(x: Singles, y: Singles, cos: Singles, sin: Singles) -> tuple[Singles, Singles]:
@@ -183,13 +173,15 @@ def _turned(x: Singles, y: Singles, cos: Singles, sin: Singles) -> tuple[Singles
     return x * cos + y * sin, y * cos - x * sin
 
 
-def _along(
-    ahead: Singles, side: Singles, x: Singles, y: Singles, room: Singles
-) -> Iterator[Singles]:
-    """Angular deviations (n,) of figures at (x, y) from straight ahead and from straight back.
+def _deviations(
+    corners: tuple[Singles, Singles], figure: tuple[Singles, Singles], room: Singles
+) -> Singles:
+    """Angular deviations (2, n) of figures from straight ahead and from straight back.
 
-    Landmarks have corners (k, n) that far ahead and to the side.
+    Of figures and of landmarks with corners (k, n), how far ahead and to the left they are; and
+    room (6, 2, p, n) for points of the border.
     """
+    (ahead, side), (x, y) = corners, figure
     low, high = side.min(axis=0), side.max(axis=0)
     inset = np.float32(CORNER_INSET) * (high - low)
     in_line = np.minimum(np.maximum(y, low + inset), high - inset)
@@ -202,51 +194,51 @@ def _along(
     # Between corners that are the same there is no border: NaN, which fmin and fmax skip.
     front = np.fmin.reduce(np.maximum(border, beyond), axis=0)
     back = np.fmax.reduce(np.minimum(border, beyond), axis=0)
-    twice_area = ahead * side_edge - side * ahead_edge
-    ahead_seen, ahead_of_focus, side_seen, square, share = room[:5]
-    for seen, corner, edge in ((ahead_seen, ahead, ahead_edge), (side_seen, side, side_edge)):
-        for part, place in zip(np.split(seen, len(PLACES)), PLACES, strict=True):
-            np.add(np.multiply(edge, place, out=part), corner, out=part)
-    np.multiply(side_seen, side_seen, out=square)
-    for focus, sense in ((front, 1), (back, -1)):
-        figure_ahead = x - focus
-        distance = np.sqrt(figure_ahead * figure_ahead + y * y)
-        rate = 1 / (np.float32(ATTENTION_WIDTH) * np.maximum(distance, np.float32(1e-6)))
-        area = twice_area - focus * side_edge
-        for part, weight in zip(np.split(share, len(WEIGHTS)), WEIGHTS, strict=True):
-            np.multiply(area, weight, out=part)
-        np.subtract(ahead_seen, focus, out=ahead_of_focus)
-        attended, drawn_ahead, drawn_aside = _attend(rate, room[1:])
-        total_ahead = attended * figure_ahead - drawn_ahead
-        total_aside = attended * y - drawn_aside
-        yield np.arctan2(np.abs(total_aside), sense * total_ahead)
+    focus = np.stack((front, back))
+    figure_ahead = x - focus
+    distance = np.sqrt(figure_ahead * figure_ahead + y * y)
+    rate = 1 / (np.float32(ATTENTION_WIDTH) * np.maximum(distance, np.float32(1e-6)))
+    from_focus = ahead - focus[:, None]
+    x_seen, (y_seen, y_square), share = room[:3]
+    for i, (place, weight) in enumerate(zip(PLACES, WEIGHTS, strict=True)):
+        part = slice(i * len(ahead), (i + 1) * len(ahead))
+        np.add(from_focus, place * ahead_edge, out=x_seen[:, part])
+        np.add(side, place * side_edge, out=y_seen[part])
+        area = np.subtract(from_focus * side_edge, side * ahead_edge, out=share[:, part])
+        area *= weight
+    np.multiply(y_seen, y_seen, out=y_square)
+    attended, drawn_ahead, drawn_aside = _attend(room, rate)
+    total_ahead = attended * figure_ahead - drawn_ahead
+    total_ahead[1] *= -1
+    angle: Singles = np.arctan2(np.abs(attended * y - drawn_aside), total_ahead)
+    return angle
 
 
-def _attend(rate: Singles, room: Singles) -> tuple[Singles, Singles, Singles]:
-    """Sums over landmarks' points of attention and of attention times point, shape (n,) each.
+def _attend(room: Singles, rate: Singles) -> tuple[Singles, Singles, Singles]:
+    """Sums over landmarks' points of attention and of attention times point, shape (2, n) each.
 
-    The room has x, y and y² of points of the border, shape (p, n), seen from the focus, and their
-    share in the area, and space. Attention falls at a rate (n,). Along a ray of length R, in units
-    of it, the integrals of r exp(-r) and r² exp(-r) are 1 - (1 + R) exp(-R), and twice that less
+    In the room are points x, y and y² (2, p, n) of the border seen from two foci, with their share
+    in the area, and space. Attention falls at a rate (2, n). Along a ray of length R, in units of
+    it, the integrals of r exp(-r) and r² exp(-r) are 1 - (1 + R) exp(-R), and twice that less
     R² exp(-R).
     """
-    x, y, y_square, share, ray, lone, drawn = room
+    x, (y, y_square), share, ray, attention, lone = room
     np.multiply(x, x, out=ray)
     ray += y_square
     np.sqrt(ray, out=ray)
-    ray *= rate
+    ray *= rate[:, None]
     np.maximum(ray, np.float32(NEAR), out=ray)
-    attention = np.exp(np.negative(ray, out=drawn), out=drawn)
+    np.exp(np.negative(ray, out=attention), out=attention)
     np.add(ray, np.float32(1), out=lone)
     lone *= attention
     np.subtract(np.float32(1), lone, out=lone)
     lone /= ray
     lone /= ray
-    attention -= lone
-    np.subtract(lone, attention, out=drawn)
+    drawn = np.subtract(lone, attention, out=attention)
+    drawn += lone
     drawn /= ray
     lone *= share
     drawn *= share
     x *= drawn
     drawn *= y
-    return lone.sum(axis=0), x.sum(axis=0), drawn.sum(axis=0)
+    return lone.sum(axis=1), x.sum(axis=1), drawn.sum(axis=1)

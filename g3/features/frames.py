@@ -71,8 +71,7 @@ def _footprints(batch: FactorBatch, role: Role) -> Footprints:
 )
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
-    landmarks = footprints_of(batch, "landmark")
-    return avs_directions(batch.boxes("figure").centre, landmarks, batch.agent[None, :, 2])
+    return _in_frame("start", batch)
 
 
 @feature_set(
@@ -86,8 +85,7 @@ def avs_start(batch: FactorBatch) -> FloatArray:
 )
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
-    yaw = speaker_yaw(batch.agent, batch.boxes("landmark").centre)
-    return avs_directions(batch.boxes("figure").centre, footprints_of(batch, "landmark"), yaw[None])
+    return _in_frame("speaker", batch)
 
 
 @feature_set(
@@ -101,12 +99,33 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
 )
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
-    yaw = batch.shared(_intrinsic_yaw, "landmark")
-    return avs_directions(batch.boxes("figure").centre, footprints_of(batch, "landmark"), yaw[None])
+    return _in_frame("intrinsic", batch)
 
 
-def _intrinsic_yaw(batch: FactorBatch) -> FloatArray:
-    return intrinsic_yaw(batch.boxes("landmark").corners, batch.agent)
+FRAMES = ("start", "speaker", "intrinsic")
+"""Whose front is ahead when objects and places are grounded."""
+
+
+def _in_frame(frame: str, batch: FactorBatch) -> FloatArray:
+    first = len(DIRECTIONS) * FRAMES.index(frame)
+    # One at a time, small batches would take three times as long.
+    return batch.once(_in_frames, _in_frames)[:, first : first + len(DIRECTIONS)]
+
+
+def _in_frames(batch: FactorBatch) -> FloatArray:
+    yaw = batch.shared(_yaw, "landmark").T
+    return avs_directions(batch.boxes("figure").centre, footprints_of(batch, "landmark"), yaw)
+
+
+def _yaw(batch: FactorBatch) -> FloatArray:
+    """Headings of the frames (n, 3)."""
+    landmark = batch.boxes("landmark")
+    yaw = (
+        batch.agent[:, 2],
+        speaker_yaw(batch.agent, landmark.centre),
+        intrinsic_yaw(landmark.corners, batch.agent),
+    )
+    return np.column_stack(yaw)
 
 
 @feature_set(
