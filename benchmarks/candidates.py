@@ -22,7 +22,7 @@ from g3.inference.scene import Scene, scene_of
 from g3.sdc import SDCType
 from g3.sdc_notation import parse_brackets
 
-OBJECTS = 60
+OBJECTS = (8, 60, 100)
 CLAUSES: Mapping[str, tuple[SDCType, str, bool]] = {
     "noun": ("OBJECT", "OBJ(f = the tire pallet)", False),
     "noun with a landmark": (
@@ -36,12 +36,15 @@ CLAUSES: Mapping[str, tuple[SDCType, str, bool]] = {
 
 def run() -> None:
     """Measure in processor time of one thread."""
-    context = world(OBJECTS)
-    scene = scene_of(context, object_groups(context))
-    heading(f"Base features of candidates among {len(scene.groups)} things and groups")
-    for name, (kind, text, related) in CLAUSES.items():
-        seconds, n = best(partial(_extract, scene, kind, text, related), clock=time.process_time)
-        show(name, n / seconds, "candidates/s", f"{n} candidates, {1e6 * seconds / n:.0f} µs each")
+    for objects in OBJECTS:
+        context = world(objects)
+        scene = scene_of(context, object_groups(context))
+        heading(f"Base features of candidates: {objects} objects, {len(scene.groups)} with groups")
+        for name, (kind, text, related) in CLAUSES.items():
+            extract = partial(_extract, scene, kind, text, related)
+            seconds, n = best(extract, clock=time.process_time)
+            each = f"{n} candidates, {1e6 * seconds / n:.1f} µs each"
+            show(name, n / seconds, "candidates/s", each)
 
 
 def _extract(scene: Scene, kind: SDCType, text: str, related: bool) -> int:
@@ -57,7 +60,7 @@ def _batch(scene: Scene, kind: SDCType, text: str, related: bool) -> FactorBatch
     figure = np.arange(len(scene.groups))
     roles = {"figure": figure}
     if related:
-        some = figure[:OBJECTS]
+        some = figure[: len(scene.context.objects)]
         pairs = np.array([(a, b) for a in some for b in some if a != b], dtype=np.intp)
         roles = {"figure": pairs[:, 0], "landmark": pairs[:, 1]}
     factor = np.zeros(len(roles["figure"]), dtype=np.intp)

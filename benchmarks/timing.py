@@ -39,7 +39,8 @@ def heading(text: str) -> None:
 
 
 def show(what: str, value: float, unit: str, note: str = "") -> None:
-    print(f"  {what:<52}{value:>12,.4g} {unit}{f'  ({note})' if note else ''}", flush=True)
+    number = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+    print(f"  {what:<52}{number:>12} {unit}{f'  ({note})' if note else ''}", flush=True)
 
 
 @dataclass(frozen=True, slots=True)

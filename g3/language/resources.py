@@ -109,7 +109,11 @@ def word_vectors_identity() -> str:
 
 
 def _wordnet_folder() -> Path:
-    named = os.environ.get(WORDNET_VARIABLE, "")
+    return _find_wordnet(os.environ.get(WORDNET_VARIABLE, ""))
+
+
+@cache
+def _find_wordnet(named: str) -> Path:
     for folder in [named] if named else _WORDNET_FOLDERS:
         path = Path(folder).expanduser()
         if all((path / name).is_file() for name in _WORDNET_FILES[:3]):
