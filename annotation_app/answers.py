@@ -27,6 +27,7 @@ import msgspec
 import numpy as np
 from sqlalchemy.orm import Session
 
+from annotation_app.assignment import AnyItem
 from annotation_app.models import Item, Record
 from annotation_app.payloads import aliases_of
 from annotation_app.problems import FieldProblem, Refusal
@@ -108,7 +109,7 @@ ANSWERS: dict[str, type[msgspec.Struct]] = {
 """The form of each task's answers."""
 
 
-def read_answer(session: Session, item: Item, body: Record, salt: bytes) -> Record:
+def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> Record:
     """An answer as it is kept.
 
     Raises
@@ -185,7 +186,7 @@ def clean_text(text: str) -> str:
 
 
 def _described(
-    _session: Session, _item: Item, answer: Any, _salt: bytes, problems: list[FieldProblem]
+    _session: Session, _item: AnyItem, answer: Any, _salt: bytes, problems: list[FieldProblem]
 ) -> Record:
     text = clean_text(answer.text)
     if not answer.played_to_end:
@@ -206,7 +207,7 @@ def _described(
 
 
 def _segmented(
-    _session: Session, item: Item, answer: Any, _salt: bytes, problems: list[FieldProblem]
+    _session: Session, item: AnyItem, answer: Any, _salt: bytes, problems: list[FieldProblem]
 ) -> Record:
     try:
         sdcs = from_json(answer.sdcs)
@@ -246,7 +247,7 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem
 
 
 def _grounded(
-    session: Session, item: Item, answer: Any, salt: bytes, problems: list[FieldProblem]
+    session: Session, item: AnyItem, answer: Any, salt: bytes, problems: list[FieldProblem]
 ) -> Record:
     scene, names = aliases_of(session, item, item.payload["video"], salt)
     nodes = list(breadth_first(from_json(item.payload["sdcs"])))
@@ -325,7 +326,7 @@ def _check_corners(
 
 
 def _checked(
-    _session: Session, item: Item, answer: Any, _salt: bytes, problems: list[FieldProblem]
+    _session: Session, item: AnyItem, answer: Any, _salt: bytes, problems: list[FieldProblem]
 ) -> Record:
     shown = item.payload["shown"]
     for node in sorted(shown.keys() - answer.verdicts.keys(), key=int):
@@ -336,7 +337,7 @@ def _checked(
 
 
 def _rated(
-    _session: Session, _item: Item, answer: Any, _salt: bytes, _problems: list[FieldProblem]
+    _session: Session, _item: AnyItem, answer: Any, _salt: bytes, _problems: list[FieldProblem]
 ) -> Record:
     return {"rating": answer.rating}
 

@@ -13,11 +13,11 @@ from sqlalchemy.orm import Session
 
 from annotation_app import pipeline
 from annotation_app.answers import check_json, read_answer, shown_again
-from annotation_app.assignment import Lease, extend, skip
+from annotation_app.assignment import Lease, Work, extend, skip
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation, now
 from annotation_app.limits import limited, submissions
-from annotation_app.models import TASKS, Answer, Item, Person, Record, Study, Task
+from annotation_app.models import TASKS, Answer, Item, Record, Study, Task
 from annotation_app.openapi import description
 from annotation_app.payloads import page_data
 from annotation_app.people import current_person, keep_practice, required_person
@@ -98,15 +98,15 @@ def lease(study_name: str, task_name: str) -> Response:
     if not isinstance(taken, Lease):
         return _answer({"reason": taken, "error": EXPLANATIONS[taken]}, 409)
     with reading(engine) as session:
-        return _answer(page_data(session, taken.item_id, person, installation().salt))
+        return _answer(page_data(session, taken.item_id, person.id, installation().salt))
 
 
 @blueprint.get("/items/<item_id>")
 def item(item_id: str) -> Response:
     """An item that is or was this person's, with their draft."""
     with reading(installation().engine) as session:
-        person, _, _ = item_of(session, item_id)
-        return _answer(page_data(session, item_id, person, installation().salt))
+        found = item_of(session, item_id)
+        return _answer(page_data(session, item_id, found.who, installation().salt))
 
 
 @blueprint.put("/items/<item_id>/draft")
@@ -116,17 +116,17 @@ def draft(item_id: str) -> Response:
     request = read_request(DraftRequest)
     engine = installation().engine
     with reading(engine) as session:
-        person, found, study = item_of(session, item_id)
+        found = item_of(session, item_id)
     with transaction(engine) as session:
         kept = save_draft(
-            session, found, person, revision=request.revision, body=request.body, now=now()
+            session, found, found.who, revision=request.revision, body=request.body, now=now()
         )
         held = kept and extend(
             session,
             found.id,
-            person,
+            found.who,
             now=now(),
-            lease_s=lease_s(restored(study.config), found.task),
+            lease_s=lease_s(restored(found.config), found.task),
         )
     return _answer({"kept": kept, "leased": held})
 
@@ -138,15 +138,15 @@ def answer(item_id: str) -> Response:
     request = read_request(AnswerRequest)
     engine = installation().engine
     with reading(engine) as session:
-        person, found, study = item_of(session, item_id)
+        found = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
     with transaction(engine) as session:
         receipt = submit(
-            session, found, person, uuid=request.uuid, sent=request.body, body=kept, now=now()
+            session, found, found.who, uuid=request.uuid, sent=request.body, body=kept, now=now()
         )
         if receipt.answer is not None:
-            pipeline.answered(session, study, found, receipt.answer)
-    return _answer({"state": receipt.state, "next": f"/s/{study.name}/{found.task}"})
+            pipeline.answered(session, found.task, receipt.answer)
+    return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 
 @blueprint.post("/items/<item_id>/skip")
@@ -155,10 +155,10 @@ def skip_(item_id: str) -> Response:
     """Give an item back, not to get it again."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
-        person, found, study = item_of(session, item_id)
-        skip(session, found.id, person, now=now())
-        _note(session, found, person, "skip", request)
-    return _answer({"next": f"/s/{study.name}/{found.task}"})
+        found = item_of(session, item_id)
+        skip(session, found.id, found.who, now=now())
+        _note(session, found, "skip", request)
+    return _answer({"next": f"/s/{found.study_name}/{found.task}"})
 
 
 @blueprint.post("/items/<item_id>/flag")
@@ -167,8 +167,8 @@ def flag(item_id: str) -> Response:
     """Tell the people who run the study that something is wrong with an item."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
-        person, found, _ = item_of(session, item_id)
-        _note(session, found, person, "flag", request)
+        found = item_of(session, item_id)
+        _note(session, found, "flag", request)
     return _answer({"kept": True})
 
 
@@ -191,7 +191,7 @@ def answers(item_id: str) -> Response:
             }
             for a in given
         ]
-        return _answer({**page_data(session, item_id, person, salt), "answers": listed})
+        return _answer({**page_data(session, item_id, person.id, salt), "answers": listed})
 
 
 @blueprint.post("/items/<item_id>/adjudicate")
@@ -204,7 +204,7 @@ def adjudicate(item_id: str) -> Response:
         person = required_person(session, "adjudicator")
         found = any_item(session, item_id)
         kept = read_answer(session, found, request.body, salt)
-        if not was_received(session, person, request.uuid):
+        if not was_received(session, person.id, request.uuid):
             study = session.get_one(Study, found.study_id)
             pipeline.adjudicate(
                 session,
@@ -272,10 +272,10 @@ def any_item(session: Session, item_id: str) -> Item:
     return found
 
 
-def _note(session: Session, item: Item, person: Person, name: Any, request: NoteRequest) -> None:
-    if not was_received(session, person, request.uuid):
+def _note(session: Session, item: Work, name: Any, request: NoteRequest) -> None:
+    if not was_received(session, item.who, request.uuid):
         body = {"reason": request.reason}
-        add_event(session, item, person, name=name, uuid=request.uuid, body=body, now=now())
+        add_event(session, item, item.who, name=name, uuid=request.uuid, body=body, now=now())
 
 
 def _answer(value: Record, status: int = 200) -> Response:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from sqlalchemy import (
     BindParameter,
     ColumnElement,
-    Executable,
+    UpdateBase,
     bindparam,
     exists,
     func,
@@ -21,15 +21,16 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import ReturningUpdate
 
-from annotation_app.database import changed_rows, core, dialect_of, inserting
-from annotation_app.models import Answer, Handout, Item, Person, Slot, Study, Task
+from annotation_app.database import connection_of, core, dialect_of, inserting, run
+from annotation_app.models import Answer, Handout, Item, Person, Record, Slot, Study, Task
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
 """Why somebody gets no item: they have done all there is for them, they may not take
 part, others are at work on what is left, or there is nothing (left) in the study."""
 
 
-ANSWER, HANDOUT, ITEM, PERSON, SLOT = map(core, (Answer, Handout, Item, Person, Slot))
+_TABLES = (Answer, Handout, Item, Person, Slot, Study)
+ANSWER, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
 
 # Statements are built once: that takes several times as long as to run them.
 _STUDY: BindParameter[str] = bindparam("of_study")
@@ -48,10 +49,31 @@ class Lease:
     expires_at: float
 
 
+class Work(NamedTuple):
+    """An item that is or was somebody's, and its study.
+
+    It has what :class:`~annotation_app.models.Item` has and people's requests need: objects of the
+    database's own take several times as long to make.
+    """
+
+    who: str
+    id: str
+    task: Task
+    subject: str
+    payload: Record
+    attention: bool
+    study_id: str
+    study_name: str
+    config: Record
+
+
+AnyItem: TypeAlias = Item | Work
+
+
 def lock_person(session: Session, person_id: str) -> None:
     """Let no other transaction do anything for a person until this one ends."""
     if dialect_of(session) != "sqlite":  # there is one writer at a time
-        session.execute(_LOCK, {"who": person_id})
+        run(session, _LOCK, {"who": person_id})
 
 
 def take(
@@ -80,37 +102,38 @@ def take(
         return "blocked"
     about = {"of_study": study_id, "of_task": task, "who": person.id}
     times = {"at_present": now, "until": now + lease_s}
-    held = session.scalar(_HELD, about)
-    if held is not None and extend(session, held, person, now=now, lease_s=lease_s):
-        return Lease(held, now + lease_s)
+    held = run(session, _HELD, about)
+    if held and extend(session, held[0][0], person.id, now=now, lease_s=lease_s):
+        return Lease(held[0][0], now + lease_s)
     if _wants_attention(session, about, attention_share):
         item_id = session.scalar(_ATTENTION, about)
         if item_id is not None:  # with a slot of the person's own
             session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
             return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
-    taken = session.scalar(_TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
-    if taken is None:
+    taken = run(session, _TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
+    if not taken:
         return _reason(session, about)
-    return _handed_out(session, taken, person, now=now, lease_s=lease_s)
+    return _handed_out(session, taken[0][0], person, now=now, lease_s=lease_s)
 
 
-def skip(session: Session, item_id: str, person: Person, *, now: float) -> None:
-    """Give an item back that the person has and hasn't answered, and won't get again."""
-    about = {"item": item_id, "who": person.id, "at_present": now}
+def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
+    """Give an item back that somebody has and hasn't answered, and won't get again."""
+    about = {"item": item_id, "who": who, "at_present": now}
     session.execute(_GIVE_BACK, about)
     session.execute(_SKIP, about)
 
 
-def extend(session: Session, item_id: str, person: Person, *, now: float, lease_s: float) -> bool:
+def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: float) -> bool:
     """Lease an item on to the person who has it; whether they still have it."""
-    about = {"item": item_id, "who": person.id, "until": now + lease_s}
-    return changed_rows(session, _EXTEND, about) == 1
+    about = {"item": item_id, "who": who, "until": now + lease_s}
+    return bool(run(session, _EXTEND, about))
 
 
-def handed_out(session: Session, item_id: str, who: str) -> tuple[Person, Item, Study] | None:
-    """A person, an item that is or was theirs, and its study."""
-    row = session.execute(_HANDED_OUT, {"item": item_id, "who": who}).first()
-    return None if row is None else (row[0], row[1], row[2])
+def handed_out(session: Session, item_id: str, who: str) -> Work | None:
+    """An item, if it is or was a person's."""
+    about = {"item": item_id, "who": who}
+    row = connection_of(session).execute(_HANDED_OUT, about).first()
+    return None if row is None else Work(who, *row)
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
@@ -121,8 +144,8 @@ def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
 def _handed_out(
     session: Session, item_id: str, person: Person, *, now: float, lease_s: float
 ) -> Lease:
-    given = {"item_id": item_id, "person_id": person.id, "at": now}
-    session.execute(_hand_out(dialect_of(session)), given)
+    given = {"item": item_id, "who": person.id, "at_present": now}
+    run(session, _hand_out(dialect_of(session)), given)
     return Lease(item_id, now + lease_s)
 
 
@@ -178,7 +201,7 @@ def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
 _TAKE = _take(ITEM.c.rank, ITEM.c.id, SLOT.c.id)
 _TAKE_ANY = _take(func.random())
 _LOCK = select(PERSON.c.id).where(PERSON.c.id == _WHO).with_for_update()
-_EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL)
+_EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL).returning(SLOT.c.id)
 _GIVE_BACK = update(SLOT).where(*_OWN).values(person_id=None, expires_at=None)
 _SKIP = (
     update(HANDOUT)
@@ -213,18 +236,28 @@ _HELD = (
     .limit(1)
 )
 _HANDED_OUT = (
-    select(Person, Item, Study)
-    .join(Handout, Handout.person_id == Person.id)
-    .join(Item, Item.id == Handout.item_id)
-    .join(Study, Study.id == Item.study_id)
-    .where(Item.id == _ITEM_ID, Person.id == _WHO)
+    select(
+        ITEM.c.id,
+        ITEM.c.task,
+        ITEM.c.subject,
+        ITEM.c.payload,
+        ITEM.c.attention,
+        STUDY.c.id,
+        STUDY.c.name,
+        STUDY.c.config,
+    )
+    .select_from(HANDOUT)
+    .join(ITEM, ITEM.c.id == HANDOUT.c.item_id)
+    .join(STUDY, STUDY.c.id == ITEM.c.study_id)
+    .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
 )
 
 
 @functools.cache
-def _hand_out(dialect: str) -> Executable:
-    statement: Executable = inserting(dialect, Handout).on_conflict_do_nothing()
-    return statement
+def _hand_out(dialect: str) -> UpdateBase:
+    given = {"item_id": _ITEM_ID, "person_id": _WHO, "at": _NOW}
+    statement: UpdateBase = inserting(dialect, Handout).values(given).on_conflict_do_nothing()
+    return statement.returning(HANDOUT.c.at)
 
 
 def _reason(session: Session, about: Mapping[str, str]) -> Reason:

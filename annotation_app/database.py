@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
 from sqlalchemy import (
     Connection,
-    CursorResult,
     Engine,
+    SelectBase,
     Table,
-    Update,
+    UpdateBase,
     create_engine,
     event,
     func,
     select,
 )
 from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.dialects.postgresql import psycopg
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DisconnectionError
 from sqlalchemy.orm import DeclarativeBase, Session
@@ -84,8 +86,13 @@ def transaction(engine: Engine) -> Iterator[Session]:
 
     There must not be another one within it.
     """
-    with _turn(engine), Session(engine, expire_on_commit=False) as session, session.begin():
+    with (
+        _turn(engine),
+        engine.begin() as connection,
+        Session(connection, expire_on_commit=False) as session,
+    ):
         yield session
+        session.flush()
 
 
 def lock_set_up(connection: Connection) -> None:
@@ -106,9 +113,10 @@ def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
     """
     level = "REPEATABLE READ" if one_state else "AUTOCOMMIT"
     options = {"isolation_level": level} if engine.dialect.name == "postgresql" else _READS
-    with Session(engine, expire_on_commit=False) as session:
-        session.connection(execution_options=options)
-        yield session
+    with engine.connect() as connection:
+        connection.execution_options(**options)
+        with Session(connection, expire_on_commit=False) as session:
+            yield session
 
 
 @contextmanager
@@ -177,12 +185,36 @@ def _begin_at_once(connection: Any) -> None:
     connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")
 
 
-def changed_rows(
-    session: Session, statement: Update, values: Mapping[str, Any] | None = None
-) -> int:
-    """Run an update and count the rows that it changed."""
-    result = session.execute(statement, values)
-    return cast("CursorResult[Any]", result).rowcount
+def connection_of(session: Session) -> Connection:
+    """The connection of a session of this module; what the session holds must be flushed before."""
+    return cast("Connection", session.bind)
+
+
+def run(
+    session: Session, statement: SelectBase | UpdateBase, values: Mapping[str, Any]
+) -> Sequence[Any]:
+    """Run a statement with the driver alone, and give its rows. It takes half of the time.
+
+    What the session holds must be flushed before. Values and rows are the driver's, so that
+    JSON is text.
+    """
+    connection = connection_of(session)
+    text, fixed = _compiled(statement, connection.dialect.name)
+    cursor = connection.connection.cursor()
+    cursor.execute(text, {**fixed, **values})
+    return cursor.fetchall()
+
+
+@functools.cache
+def _compiled(statement: SelectBase | UpdateBase, dialect: str) -> tuple[str, Mapping[str, Any]]:
+    compiled = statement.compile(dialect=_DIALECTS[dialect])
+    return compiled.string, compiled.params
+
+
+_DIALECTS = {
+    "sqlite": sqlite.dialect(paramstyle="named"),
+    "postgresql": psycopg.dialect(),  # type: ignore[no-untyped-call]
+}
 
 
 def core(table: type[DeclarativeBase]) -> Table:

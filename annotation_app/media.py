@@ -12,7 +12,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
 
-from annotation_app.database import reading
+from annotation_app.database import reading, run
 from annotation_app.installation import installation
 from annotation_app.models import Media
 from annotation_app.people import required_person
@@ -76,10 +76,10 @@ _FILES = select(Media.role, Media.id, Media.path).where(
 
 def media_files(session: Session, study_id: str, video: str) -> Files:
     """The files of a video."""
-    rows = session.execute(_FILES, {"study": study_id, "video": video}).all()
+    rows = run(session, _FILES, {"study": study_id, "video": video})
     return Files(
-        {row.role: row.id for row in rows if row.role in TYPES},
-        {row.role: Path(row.path) for row in rows},
+        {role: name for role, name, _ in rows if role in TYPES},
+        {role: Path(path) for role, _, path in rows},
     )
 
 

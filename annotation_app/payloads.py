@@ -25,8 +25,9 @@ from typing import Any
 from sqlalchemy import and_, bindparam, select
 from sqlalchemy.orm import Session
 
+from annotation_app.assignment import AnyItem
 from annotation_app.media import Files, media_files
-from annotation_app.models import Draft, Item, Person, Record
+from annotation_app.models import Draft, Item, Record
 from annotation_app.scenes import Aliases, Scene, aliases, read_scene, scene_payload
 from annotation_app.suggestions import suggest
 from g3.sdc import SDC, all_words, breadth_first
@@ -42,7 +43,7 @@ _ITEM = (
 )
 
 
-def page_data(session: Session, item_id: str, person: Person, salt: bytes) -> Record:
+def page_data(session: Session, item_id: str, who: str, salt: bytes) -> Record:
     """What an item's page gets: ``item``, ``task``, ``draft`` and ``payload``.
 
     Payloads by task: describe ``video, poster, duration_s``; segment ``command, words,
@@ -52,7 +53,7 @@ def page_data(session: Session, item_id: str, person: Person, salt: bytes) -> Re
     that is grounded to what happens has neither objects nor places: the scene's video is
     it); rate ``command, video, poster, duration_s``.
     """
-    item, draft = session.execute(_ITEM, {"item": item_id, "who": person.id}).one()
+    item, draft = session.execute(_ITEM, {"item": item_id, "who": who}).one()
     return {
         "item": item.id,
         "task": item.task,
@@ -84,7 +85,7 @@ def clauses_of(sdcs: tuple[SDC, ...]) -> list[Record]:
     ]
 
 
-def aliases_of(session: Session, item: Item, video: str, salt: bytes) -> tuple[Scene, Aliases]:
+def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:
     """A video's world and what its things are called in an item."""
     scene = scene_of(session, item.study_id, video)
     return scene, aliases(scene, item.id, salt)

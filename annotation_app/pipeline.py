@@ -19,7 +19,7 @@ from annotation_app.models import Answer, Item, Media, Person, Record, Slot, Stu
 from annotation_app.payloads import scene_of
 from annotation_app.people import new_id
 from annotation_app.study import StudyConfig, restored
-from annotation_app.submissions import add_event
+from annotation_app.submissions import AGREED, add_event
 from g3.sdc import breadth_first
 from g3.sdc_notation import from_json
 
@@ -45,12 +45,22 @@ _KNOWN = select(Item.id).where(
     Item.subject == bindparam("of_subject"),
 )
 
+_ANSWERED = (
+    select(Answer, Item, Study)
+    .join(Item, Item.id == Answer.item_id)
+    .join(Study, Study.id == Item.study_id)
+    .where(Answer.id == bindparam("answer"))
+    # One at a time, or of two who agree at the same moment neither sees the other's answer.
+    .with_for_update(key_share=True, of=Item)
+)
 
-def answered(session: Session, study: Study, item: Item, answer: Answer) -> None:
-    """Go on with a new answer: adopt it, or another one, if it is clear which is right."""
-    if answer.surplus:
+
+def answered(session: Session, task: Task, answer_id: int) -> None:
+    """Go on with an answer that was accepted; adopt it, if that is to be decided here and clear."""
+    if task not in _NEXT:
         return
-    if item.task in ("segment", "ground"):
+    answer, item, study = session.execute(_ANSWERED, {"answer": answer_id}).one()
+    if item.task in AGREED:
         others = session.scalars(
             select(Answer).where(Answer.item_id == item.id, Answer.surplus.is_(False))
         ).all()
@@ -59,7 +69,9 @@ def answered(session: Session, study: Study, item: Item, answer: Answer) -> None
         )
         if not is_full or any(_essence(a.body) != _essence(answer.body) for a in others):
             return
-    adopt(session, study, item, answer)
+        adopt(session, study, item, answer)
+    else:
+        _go_on(session, study, item, answer)
 
 
 def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:
@@ -69,7 +81,7 @@ def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:
     """
     if answer.adopted:
         return
-    if item.task in ("segment", "ground"):
+    if item.task in AGREED:
         replaced = session.scalars(
             select(Answer).where(
                 Answer.item_id == item.id, Answer.adopted.is_(True), Answer.id != answer.id
@@ -80,10 +92,7 @@ def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:
         _withdraw(session, study, [*replaced, answer])
     answer.adopted = True
     session.flush()
-    config = restored(study.config)
-    for new in _NEXT.get(item.task, _nothing)(session, study, config, item, answer):
-        if new.task in config.tasks:
-            add_item(session, study, config, new)
+    _go_on(session, study, item, answer)
 
 
 def adjudicate(
@@ -101,7 +110,7 @@ def adjudicate(
 
     They may think better of it: then they have another answer to the item in its place.
     """
-    event = add_event(session, item, person, name="adjudicate", uuid=uuid, body=sent, now=now)
+    event = add_event(session, item, person.id, name="adjudicate", uuid=uuid, body=sent, now=now)
     answer = session.scalars(
         select(Answer).where(
             Answer.person_id == person.id,
@@ -150,6 +159,16 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
 def videos_of(session: Session, study_id: str) -> list[str]:
     """The names of a study's videos."""
     return sorted(session.scalars(_VIDEOS, {"study": study_id}))
+
+
+def _go_on(session: Session, study: Study, item: Item, answer: Answer) -> None:
+    """Make the next items of an answer that is adopted."""
+    if item.task not in _NEXT:
+        return
+    config = restored(study.config)
+    for new in _NEXT[item.task](session, study, config, item, answer):
+        if new.task in config.tasks:
+            add_item(session, study, config, new)
 
 
 def _withdraw(session: Session, study: Study, answers: Sequence[Answer]) -> None:
@@ -226,10 +245,6 @@ def _grounded(
         return []
     about = {key: item.payload[key] for key in ("text", "command", "video", "sdcs")}
     return [NewItem("check", subject, {**about, "grounding": answer.id, "shown": shown})]
-
-
-def _nothing(*_: object) -> list[NewItem]:
-    return []
 
 
 def _random_groundings(

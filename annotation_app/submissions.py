@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import functools
+import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from sqlalchemy import (
     JSON,
     BindParameter,
-    Executable,
     Float,
     Integer,
     String,
+    UpdateBase,
     bindparam,
+    func,
     insert,
     select,
     update,
 )
 from sqlalchemy.orm import Session
 
-from annotation_app.assignment import is_free, lock_person
-from annotation_app.database import changed_rows, core, dialect_of, inserting
-from annotation_app.models import Answer, Draft, Event, Handout, Item, Person, Record, Slot
+from annotation_app.assignment import AnyItem, is_free, lock_person
+from annotation_app.database import core, dialect_of, inserting, run
+from annotation_app.models import Answer, Draft, Event, Handout, Record, Slot, Task
+
+AGREED: tuple[Task, ...] = ("segment", "ground")
+"""Tasks whose answers are adopted if they agree; those of other tasks are adopted at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,21 +39,18 @@ class Receipt:
     state
         ``accepted``; ``surplus``: kept, though its slot had gone to somebody else;
         ``repeated``: there is one already, and this one is in the event table only.
-    event_id
-        Of the event that the answer is from.
     answer
-        The answer, if this event has made it now; it is written with what becomes of it.
+        The answer's id, if it was accepted now.
     """
 
     state: Literal["accepted", "surplus", "repeated"]
-    event_id: int
-    answer: Answer | None = None
+    answer: int | None = None
 
 
 def submit(
     session: Session,
-    item: Item,
-    person: Person,
+    item: AnyItem,
+    who: str,
     *,
     uuid: str,
     sent: Record,
@@ -63,6 +65,8 @@ def submit(
     ----------
     item
         It is or was the person's.
+    who
+        The person's id.
     uuid
         Made by the sender, one for each answer.
     sent
@@ -70,41 +74,50 @@ def submit(
     body
         What is to be kept of it: it has been validated.
     """
-    lock_person(session, person.id)
-    known = session.scalar(_KNOWN, {"who": person.id, "uuid": uuid})
-    if known is not None:
-        return _receipt(session, known)
-    event = add_event(session, item, person, name="submit", uuid=uuid, body=sent, now=now)
-    about = {"item": item.id, "who": person.id, "of_task": item.task, "of_subject": item.subject}
-    handed_out_at, is_answered = session.execute(_BEFORE, about).one()
-    if is_answered:
-        return Receipt("repeated", event)
-    surplus = not _fill_slot(session, item, person, now)
-    answer = Answer(
-        item_id=item.id,
-        person_id=person.id,
-        task=item.task,
-        subject=item.subject,
-        event_id=event,
-        body=body,
-        surplus=surplus,
-        seconds=0.0 if handed_out_at is None else now - handed_out_at,
-        at=now,
-    )
-    session.add(answer)
-    return Receipt("surplus" if surplus else "accepted", event, answer)
+    # Who inserts waits for whoever has inserted the same, and for whoever has locked the person
+    # that the event refers to: nothing else needs to be locked.
+    add_event, add_answer = _submitting(dialect_of(session))
+    event = {
+        "uuid": uuid,
+        "item_id": item.id,
+        "person_id": who,
+        "name": "submit",
+        "body": json.dumps(sent),
+        "at": now,
+    }
+    added = run(session, add_event, event)
+    if not added:
+        return _receipt(session, who, uuid)
+    answer = {
+        "item_id": item.id,
+        "person_id": who,
+        "task": item.task,
+        "subject": item.subject,
+        "event_id": added[0][0],
+        "body": json.dumps(body),
+        "adopted": item.task not in AGREED,
+        "at": now,
+    }
+    answered = run(session, add_answer, answer)
+    if not answered:
+        return Receipt("repeated")
+    about = {"item": item.id, "who": who, "at_present": now}
+    if run(session, _FILL_OWN, about) or (not item.attention and run(session, _FILL_FREE, about)):
+        return Receipt("accepted", answered[0][0])
+    run(session, _MAKE_SURPLUS, {"answer": answered[0][0]})
+    return Receipt("surplus")
 
 
-def was_received(session: Session, person: Person, uuid: str) -> bool:
+def was_received(session: Session, who: str, uuid: str) -> bool:
     """Whether somebody has sent an event before."""
-    lock_person(session, person.id)
-    return session.scalar(_KNOWN, {"who": person.id, "uuid": uuid}) is not None
+    lock_person(session, who)
+    return bool(run(session, _KNOWN, {"who": who, "uuid": uuid}))
 
 
 def add_event(
     session: Session,
-    item: Item,
-    person: Person,
+    item: AnyItem,
+    who: str,
     *,
     name: Literal["submit", "skip", "flag", "adjudicate"],
     uuid: str,
@@ -112,12 +125,12 @@ def add_event(
     now: float,
 ) -> int:
     """Keep what somebody sent, as it came; the event's id."""
-    values = {"uuid": uuid, "item_id": item.id, "person_id": person.id, "name": name}
+    values = {"uuid": uuid, "item_id": item.id, "person_id": who, "name": name}
     return int(session.execute(_ADD_EVENT, {**values, "body": body, "at": now}).scalar_one())
 
 
 def save_draft(
-    session: Session, item: Item, person: Person, *, revision: int, body: Record, now: float
+    session: Session, item: AnyItem, who: str, *, revision: int, body: Record, now: float
 ) -> bool:
     """Keep a draft unless there is an answer, or a draft with a later revision.
 
@@ -126,17 +139,17 @@ def save_draft(
     bool
         Whether it was kept.
     """
-    lock_person(session, person.id)
+    lock_person(session, who)
     values = {
         "item": item.id,
-        "who": person.id,
+        "who": who,
         "of_task": item.task,
         "of_subject": item.subject,
         "sent_revision": revision,
-        "sent_body": body,
+        "sent_body": json.dumps(body),
         "at_present": now,
     }
-    return session.scalar(_keep_draft(dialect_of(session)), values) is not None
+    return bool(run(session, _keep_draft(dialect_of(session)), values))
 
 
 ANSWER, EVENT, HANDOUT, SLOT = map(core, (Answer, Event, Handout, Slot))
@@ -144,19 +157,22 @@ _ITEM: BindParameter[str] = bindparam("item", type_=String)
 _WHO: BindParameter[str] = bindparam("who", type_=String)
 _NOW: BindParameter[float] = bindparam("at_present", type_=Float)
 _KNOWN = select(EVENT.c.id).where(EVENT.c.person_id == _WHO, EVENT.c.uuid == bindparam("uuid"))
-_SURPLUS = select(ANSWER.c.surplus).where(ANSWER.c.event_id == bindparam("event"))
+_SURPLUS = (
+    select(ANSWER.c.surplus)
+    .join(EVENT, EVENT.c.id == ANSWER.c.event_id)
+    .where(EVENT.c.person_id == _WHO, EVENT.c.uuid == bindparam("uuid"))
+)
 _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.person_id == _WHO,
     ANSWER.c.task == bindparam("of_task"),
     ANSWER.c.subject == bindparam("of_subject"),
 )
-_HANDED_OUT_AT = select(HANDOUT.c.at).where(HANDOUT.c.item_id == _ITEM, HANDOUT.c.person_id == _WHO)
-_BEFORE = select(_HANDED_OUT_AT.scalar_subquery(), _ANSWERED.exists())
 _ADD_EVENT = insert(EVENT).returning(EVENT.c.id)
 _FILL_OWN = (
     update(SLOT)
     .where(SLOT.c.item_id == _ITEM, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
     .values(answered=True)
+    .returning(SLOT.c.id)
 )
 _FREE = (
     select(SLOT.c.id)
@@ -168,11 +184,36 @@ _FILL_FREE = (
     update(SLOT)
     .where(SLOT.c.id == _FREE.scalar_subquery(), *is_free(_NOW))
     .values(answered=True, person_id=_WHO, expires_at=_NOW)
+    .returning(SLOT.c.id)
+)
+_MAKE_SURPLUS = (
+    update(ANSWER)
+    .where(ANSWER.c.id == bindparam("answer"))
+    .values(surplus=True, adopted=False)
+    .returning(ANSWER.c.id)
 )
 
 
 @functools.cache
-def _keep_draft(dialect: str) -> Executable:
+def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
+    """Statements that insert an event and an answer, unless they are there already."""
+    event, answer = (
+        {c.name: bindparam(c.name, type_=c.type) for c in table.columns if c.name != "id"}
+        for table in (EVENT, ANSWER)
+    )
+    handed_out_at = select(HANDOUT.c.at).where(
+        HANDOUT.c.item_id == answer["item_id"], HANDOUT.c.person_id == answer["person_id"]
+    )
+    seconds = func.coalesce(answer["at"] - handed_out_at.scalar_subquery(), 0.0)
+    known = {**answer, "surplus": False, "seconds": seconds}
+    return (
+        inserting(dialect, Event).values(event).on_conflict_do_nothing().returning(EVENT.c.id),
+        inserting(dialect, Answer).values(known).on_conflict_do_nothing().returning(ANSWER.c.id),
+    )
+
+
+@functools.cache
+def _keep_draft(dialect: str) -> UpdateBase:
     sent: dict[str, BindParameter[Any]] = {
         "item_id": _ITEM,
         "person_id": _WHO,
@@ -184,7 +225,7 @@ def _keep_draft(dialect: str) -> Executable:
         list(sent), select(*sent.values()).where(~_ANSWERED.exists())
     )
     changed = {name: draft.excluded[name] for name in ("revision", "body", "at")}
-    statement: Executable = draft.on_conflict_do_update(
+    statement: UpdateBase = draft.on_conflict_do_update(
         index_elements=["item_id", "person_id"],
         set_=changed,
         where=core(Draft).c.revision < draft.excluded.revision,
@@ -192,17 +233,8 @@ def _keep_draft(dialect: str) -> Executable:
     return statement
 
 
-def _fill_slot(session: Session, item: Item, person: Person, now: float) -> bool:
-    """Give the answer the person's slot of the item, else a free one; whether there is one."""
-    about = {"item": item.id, "who": person.id}
-    own = changed_rows(session, _FILL_OWN, about)
-    if own or item.attention:
-        return own == 1
-    return changed_rows(session, _FILL_FREE, {**about, "at_present": now}) == 1
-
-
-def _receipt(session: Session, event_id: int) -> Receipt:
-    surplus = session.scalar(_SURPLUS, {"event": event_id})
+def _receipt(session: Session, who: str, uuid: str) -> Receipt:
+    surplus = session.scalar(_SURPLUS, {"who": who, "uuid": uuid})
     if surplus is None:
-        return Receipt("repeated", event_id)
-    return Receipt("surplus" if surplus else "accepted", event_id)
+        return Receipt("repeated")
+    return Receipt("surplus" if surplus else "accepted")

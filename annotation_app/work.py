@@ -8,8 +8,8 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from annotation_app import assignment
-from annotation_app.assignment import Lease
-from annotation_app.models import Item, Person, Study, Task
+from annotation_app.assignment import Lease, Work
+from annotation_app.models import Person, Study, Task
 from annotation_app.people import (
     OPEN,
     RANKS,
@@ -121,8 +121,8 @@ def lease_s(config: StudyConfig, task: Task) -> float:
     return 60 * task_config(config, task).lease_minutes
 
 
-def item_of(session: Session, item_id: str) -> tuple[Person, Item, Study]:
-    """Whose request this is, an item that is or was theirs, and its study.
+def item_of(session: Session, item_id: str) -> Work:
+    """An item that is or was theirs whose request this is.
 
     Raises
     ------

@@ -177,7 +177,7 @@ def choose(
     if _is_known(session, person, uuid):
         return
     add_event(
-        session, item, person, name="adjudicate", uuid=uuid, body={"answer": answer_id}, now=now
+        session, item, person.id, name="adjudicate", uuid=uuid, body={"answer": answer_id}, now=now
     )
     pipeline.adopt(session, study, item, answer)
 

@@ -39,7 +39,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
         tasks = progress(session, study, person)
         if not isinstance(taken, Lease):
             return _why(study, task, person, taken, tasks)
-        data = page_data(session, taken.item_id, person, installation().salt)
+        data = page_data(session, taken.item_id, person.id, installation().salt)
     data["who"] = person.id[:WHO_CHARACTERS]
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -257,7 +258,7 @@ def test_two_people_never_get_the_same_slot(app: Flask, people: int) -> None:
             with transaction(engine) as session:
                 item = session.get_one(Item, lease.item_id)
                 receipt = submit(
-                    session, item, person, uuid=str(uuid.uuid4()), sent={}, body={}, now=now()
+                    session, item, person.id, uuid=str(uuid.uuid4()), sent={}, body={}, now=now()
                 )
             assert receipt.state == "accepted"
             done.append(item.subject)
@@ -284,3 +285,31 @@ def test_one_person_in_many_tabs_at_once(app: Flask) -> None:
 
     with ThreadPoolExecutor(8) as pool:
         assert len(set(pool.map(tab, range(16)))) == 1
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_one_item_answered_many_times_at_once(app: Flask, same: bool) -> None:
+    """A double click sends the same answer, two tabs send two; others' slots stay free."""
+    browser, engine = Browser(app), engine_of(app)
+    taken = browser.take("describe")["item"]
+    with reading(engine) as session:
+        item = session.get_one(Item, taken)
+    event = str(uuid.uuid4())
+
+    def send(_: int) -> str:
+        sent = event if same else str(uuid.uuid4())
+        with transaction(engine) as session:
+            receipt = submit(
+                session, item, browser.person.id, uuid=sent, sent={}, body={}, now=now()
+            )
+        return receipt.state
+
+    with ThreadPoolExecutor(8) as pool:
+        states = Counter(pool.map(send, range(16)))
+    assert states == ({"accepted": 16} if same else {"accepted": 1, "repeated": 15})
+    with reading(engine) as session:
+        assert session.scalar(select(func.count()).select_from(Event)) == (1 if same else 16)
+        assert session.scalar(select(func.count()).where(Slot.answered)) == 1
+        answer = session.scalars(select(Answer)).one()
+    assert answer.adopted
+    assert 0 < answer.seconds < 60
