@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 from threadpoolctl import threadpool_limits
 
@@ -61,24 +62,28 @@ def run(
         actions["scikit-learn"] = scikit_learn
     results = best_of(actions, repeats, time.process_time)
     ours, weights = results.pop("ours")
-    objective = crf.Objective(matrix, correct, L2)
-    show("ours", ours, "s", f"objective {objective(weights)[0]:.10g}")
+    likelihood = crf.Likelihood(matrix, correct)
+
+    def objective(at: FloatArray) -> float:
+        return likelihood(at).value + L2 * float(at @ at) / 2
+
+    show("ours", ours, "s", f"objective {objective(weights):.10g}")
     for name, (seconds, other) in results.items():
-        show(name, seconds, "s", f"objective {objective(other)[0]:.10g}")
+        show(name, seconds, "s", f"objective {objective(other):.10g}")
         compare("training", name, ours / seconds, "reading the matrix from memory")
-        difference = abs(objective(weights)[0] / objective(other)[0] - 1)
+        difference = abs(objective(weights) / objective(other) - 1)
         show("  relative difference of the objectives", difference, "")
         show("  largest difference of a weight", float(np.abs(weights - other).max()), "")
-    _limit(matrix, objective, len(weights))
+    _limit(matrix, likelihood)
 
 
-def _limit(matrix: sparse.csr_array, objective: crf.Objective, size: int) -> None:
+def _limit(matrix: sparse.csr_array, likelihood: crf.Likelihood) -> None:
     """One evaluation reads the matrix twice; no machine does that faster than it reads memory."""
     source, target = np.ones(2**24), np.zeros(2**24)
     copying, _ = best_of({"": lambda: np.copyto(target, source)})[""]
     bandwidth = 2 * source.nbytes / copying
     bytes_read = 2 * matrix.nnz * (matrix.data.itemsize + matrix.indices.itemsize)
-    seconds, _ = best_of({"": lambda: objective(np.zeros(size))})[""]
+    seconds, _ = best_of({"": lambda: likelihood(np.zeros(matrix.shape[1]))})[""]
     show("an evaluation of the whole objective", 1e3 * seconds, "ms")
     show("  its bytes at the bandwidth of copying", 1e3 * bytes_read / bandwidth, "ms")
 
@@ -94,27 +99,36 @@ def from_shards(
             shards.append(read_shard(folder / record.file))
             total += record.examples
     column: dict[tuple[str, str], int] = {}
-    parts, correct = [], []
+    features: list[npt.NDArray[np.int32]] = []
+    lengths: list[npt.NDArray[np.int32]] = []
+    correct: list[BoolArray] = []
     for shard in shards:
         base, word = np.divmod(shard.keys, len(shard.words))
         names = [(shard.bases[b], shard.words[w]) for b, w in zip(base, word, strict=True)]
         own = np.array([column.setdefault(name, len(column)) for name in names], dtype=np.int32)
+        kept = np.isin(word, [shard.words.index(ALONE)]) | (not wordless)
+        matrix = sparse.csr_array(
+            (kept[shard.features].astype(np.int8), shard.features, shard.offsets),
+            shape=(len(shard.right), len(names)),
+            copy=True,
+        )
+        matrix.eliminate_zeros()
         rows = np.repeat(np.arange(len(shard.right)), shard.right + shard.wrong)
         for_each = np.repeat(
             np.tile([True, False], len(shard.right)),
             np.column_stack((shard.right, shard.wrong)).reshape(-1),
         )
-        kept = np.isin(word, [shard.words.index(ALONE)])[shard.features] | (not wordless)
-        before = np.concatenate(([0], np.cumsum(kept)))
-        parts.append((own[shard.features][kept], before[shard.offsets], rows))
-        correct.append(for_each)
-    matrices = [
-        sparse.csr_array(
-            (np.ones(len(features)), features, offsets), shape=(len(offsets) - 1, len(column))
-        )[rows]
-        for features, offsets, rows in parts
-    ]
-    return sparse.csr_array(sparse.vstack(matrices))[:examples], np.concatenate(correct)[:examples]
+        each = matrix[rows[: examples - sum(len(part) for part in correct)]]
+        features.append(own[each.indices])
+        lengths.append(np.diff(each.indptr))
+        correct.append(for_each[: each.shape[0]])
+    joined = np.concatenate(features)
+    features.clear()
+    offsets = np.concatenate(([0], np.cumsum(np.concatenate(lengths)))).astype(np.int32)
+    shape = (len(offsets) - 1, len(column))
+    whole = sparse.csr_array((np.ones(len(joined)), joined, offsets), shape=shape)
+    whole.sort_indices()
+    return whole, np.concatenate(correct)
 
 
 def main() -> None:
@@ -127,7 +141,6 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     matrix, correct = from_shards(arguments.shards, arguments.examples, wordless=arguments.wordless)
-    matrix.sort_indices()
     run(matrix, correct, tolerance=arguments.tolerance, repeats=1, as_it_comes=False)
 
 

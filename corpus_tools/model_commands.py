@@ -200,6 +200,13 @@ def train() -> None:
 )
 @training_options
 @NEGATIVES_SEED
+@click.option(
+    "--optimizer",
+    type=click.Choice(["newton", "lbfgs"]),
+    default="newton",
+    show_default=True,
+    help="How the optimum is found, which is one. The paper's way is lbfgs; newton is faster.",
+)
 @JOBS
 @SCHEDULER
 @FORMAT
@@ -215,6 +222,7 @@ def g3(
     l2: float | None,
     negatives: Literal["random", "hard"],
     seed: int,
+    optimizer: Literal["newton", "lbfgs"],
     jobs: int,
     scheduler: str,
     form: str,
@@ -240,9 +248,10 @@ def g3(
     _check_source(ctx, name, shards)
     strength = DEFAULT_L2 if l2 is None else l2
     if shards is not None:
-        trained = from_shards(shards, strength, Workers(jobs, scheduler))
+        trained = from_shards(shards, strength, Workers(jobs, scheduler), optimizer)
     else:
-        trained = from_corpus(name or "", strength, Options(negatives, seed, ablate, plus))
+        options = Options(negatives, seed, ablate, plus)
+        trained = from_corpus(name or "", strength, options, optimizer)
     model = trained.model
     save_model(model, out, scenarios=trained.scenarios, training=trained.card)
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())

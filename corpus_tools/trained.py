@@ -12,6 +12,7 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Options, labelled_examples, scenario_ids
 from corpus_tools.parallel import Workers
 from corpus_tools.progress import progress_bar
+from g3.crf import Optimizer
 from g3.features.registry import select
 from g3.model import Model, train_model
 
@@ -39,12 +40,12 @@ class Trained:
     card: Mapping[str, object]
 
 
-def from_corpus(name: str, l2: float, options: Options) -> Trained:
+def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "newton") -> Trained:
     """Train on a corpus, in memory."""
     sets = select(without=options.ablated, plus=options.added)
     corpus = open_corpus(name)
     items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
-    model = train_model(items, sets, l2=l2, corpus_hash=corpus.hash)
+    model = train_model(items, sets, l2=l2, corpus_hash=corpus.hash, optimizer=optimizer)
     sources: dict[str, int] = dict(sorted(Counter(e.source for e in items).items()))
     card = {
         "corpus": corpus.name,
@@ -53,12 +54,15 @@ def from_corpus(name: str, l2: float, options: Options) -> Trained:
         "seed": options.seed,
         "ablated": list(options.ablated),
         "added": list(options.added),
+        "optimizer": optimizer,
     }
     scenarios = tuple(sorted(scenario_ids(items)))
     return Trained(model, f"corpus {corpus.name}", sources, scenarios, card)
 
 
-def from_shards(folder: Path, l2: float, workers: Workers) -> Trained:
+def from_shards(
+    folder: Path, l2: float, workers: Workers, optimizer: Optimizer = "newton"
+) -> Trained:
     """Train on a folder of shards."""
     from corpus_tools.shards.files import read_manifest  # noqa: PLC0415 - small case stays light
     from corpus_tools.shards.training import train_on_shards  # noqa: PLC0415 - as above
@@ -73,6 +77,7 @@ def from_shards(folder: Path, l2: float, workers: Workers) -> Trained:
             l2=l2,
             workers=workers,
             corpus_hash=hashes[0] if len(hashes) == 1 else joined,
+            optimizer=optimizer,
             on_progress=on_progress,
         )
     card = {
@@ -82,5 +87,6 @@ def from_shards(folder: Path, l2: float, workers: Workers) -> Trained:
         "seed": manifest.seed,
         "ablated": list(manifest.ablated),
         "added": list(manifest.added),
+        "optimizer": optimizer,
     }
     return Trained(model, f"shards {folder}", manifest.sources, manifest.scenarios, card)

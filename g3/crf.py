@@ -2,148 +2,91 @@
 
 With the groundings given, the factors of a grounding graph share no unobserved variable,
 so the likelihood factors over clauses and each φ_i has a logistic distribution in the
-weights of its active features. Training maximises the L2-regularised likelihood with
-L-BFGS; the objective is convex, so the optimum is unique.
+weights of its active features. Training maximises the L2-regularised likelihood; the objective is
+convex, so the optimum is unique, whether Newton's method finds it or L-BFGS.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from hashlib import blake2b
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, sparse
+from scipy import sparse
 from scipy.special import expit
-from threadpoolctl import threadpool_limits
 
+from g3 import lbfgs, newton
 from g3.groundings import FloatArray
+from g3.newton import Local, Problem
 
 BoolArray = npt.NDArray[np.bool_]
 
+MAX_ITERATIONS = 1000
 
-LossAndGradient = Callable[[FloatArray], tuple[float, FloatArray]]
-"""Value and gradient of what is minimised, at some weights (k,)."""
+Optimizer = Literal["newton", "lbfgs"]
 
 
-class Objective:
-    """Negative log-likelihood of labelled factors plus an L2 penalty on the weights.
+class _Minimise(Protocol):
+    def __call__(
+        self, problem: Problem, *, tolerance: float, max_iterations: int
+    ) -> FloatArray: ...
+
+
+OPTIMIZERS: Mapping[Optimizer, _Minimise] = {"newton": newton.minimise, "lbfgs": lbfgs.minimise}
+"""Ways to the optimum; the paper's is L-BFGS."""
+
+
+class Likelihood:
+    """Negative log-likelihood of labelled factors.
 
     Parameters
     ----------
     matrix
         Features of the factors, shape (n, k).
-    correct
+    right
         Correspondence variables, shape (n,); how often they are true, if a row stands for
         several factors.
-    l2
-        The penalty is ``sum(l2 * weights ** 2) / 2``; one number, or one a weight (k,).
     times
         How many factors each row stands for, shape (n,); one if left out.
+    number
+        Which of several parts of a likelihood it is: each draws other rows for the curvature.
     """
 
     def __init__(
         self,
         matrix: sparse.csr_array,
-        correct: BoolArray | FloatArray,
-        l2: float | FloatArray,
+        right: BoolArray | FloatArray,
         *,
         times: FloatArray | None = None,
+        number: int = 0,
     ) -> None:
         self._matrix = matrix
-        self._transposed = sparse.csr_array(matrix.T)
-        self._correct = correct.astype(np.float64)
-        self._l2 = l2
-        self._times = np.ones(len(correct)) if times is None else times
+        self._right = right.astype(np.float64)
+        self._times = np.ones(len(right)) if times is None else times
+        # The same draw at each step, so that the estimate changes no more than the curvature.
+        self._drawn = np.random.default_rng(number).random(len(right))
 
-    def __call__(self, weights: FloatArray) -> tuple[float, FloatArray]:
-        """Value and gradient at some weights (k,)."""
-        loss, gradient = _likelihood(
-            self._matrix, self._transposed, self._correct, self._times, weights
+    def __call__(self, weights: FloatArray, least: float = np.inf) -> Local:
+        """Value, gradient and curvature at some weights (k,).
+
+        Rows with at least the curvature `least` are kept; of those with less so many as make up
+        for the others of their kind, as if they had it.
+        """
+        score = self._matrix @ weights
+        chance = expit(score)
+        value = self._times @ np.logaddexp(0.0, score) - self._right @ score
+        gradient = self._matrix.T @ (self._times * chance - self._right)
+        curvature = self._times * chance * (1 - chance)
+        kept = np.flatnonzero(curvature > least * self._drawn)
+        return Local(
+            float(value),
+            gradient,
+            float(curvature.sum()),
+            self._matrix[kept],
+            np.maximum(curvature[kept], least),
         )
-        gradient += self._l2 * weights
-        return loss + float((self._l2 * weights) @ weights) / 2, gradient
-
-
-def loss(
-    matrix: sparse.csr_array, right: FloatArray, wrong: FloatArray, weights: FloatArray
-) -> tuple[float, FloatArray]:
-    """Negative log-likelihood of factors, some of which occur often, and its gradient.
-
-    Sums over parts of the factors, and the penalty, make the whole objective.
-
-    Parameters
-    ----------
-    matrix
-        Features of different factors, shape (n, k).
-    right, wrong
-        How often each occurs with φ true and with φ false, shape (n,).
-    weights
-        Shape (k,).
-    """
-    return _likelihood(matrix, matrix.T, right, right + wrong, weights)
-
-
-def _likelihood(
-    matrix: sparse.csr_array,
-    transposed: sparse.csr_array | sparse.csc_array,
-    right: FloatArray,
-    times: FloatArray,
-    weights: FloatArray,
-) -> tuple[float, FloatArray]:
-    score = matrix @ weights
-    value = times @ np.logaddexp(0.0, score) - right @ score
-    return float(value), transposed @ (times * expit(score) - right)
-
-
-def minimise(
-    objective: LossAndGradient,
-    size: int,
-    *,
-    unit: float | FloatArray = 1.0,
-    tolerance: float = 1e-4,
-    max_iterations: int = 1000,
-) -> FloatArray:
-    """Where a convex function of `size` weights is least, by L-BFGS from 0.
-
-    Parameters
-    ----------
-    unit
-        What the components of the gradient are divided by before they are compared, at least 1.
-    tolerance
-        Stop when no component of the gradient exceeds it.
-    max_iterations
-        Stop after so many steps all the same.
-    """
-    slope = np.zeros(size)
-
-    def remembered(weights: FloatArray) -> tuple[float, FloatArray]:
-        nonlocal slope
-        value, slope = objective(weights)
-        return value, slope
-
-    def stop_if_flat(xk: FloatArray) -> None:
-        if np.abs(slope / unit).max() <= tolerance:
-            raise StopIteration
-
-    # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
-    with threadpool_limits(limits=1, user_api="blas"):
-        result = optimize.minimize(
-            remembered,
-            np.zeros(size),
-            jac=True,
-            method="L-BFGS-B",
-            callback=stop_if_flat,
-            options={
-                "maxiter": max_iterations,
-                "gtol": tolerance,
-                "ftol": 64 * np.finfo(np.float64).eps,
-                "maxcor": 10,
-                "maxls": 50,
-            },
-        )
-    weights: FloatArray = result.x
-    return weights
 
 
 def train(
@@ -152,16 +95,16 @@ def train(
     *,
     l2: float | FloatArray = 1.0,
     tolerance: float = 1e-4,
-    max_iterations: int = 1000,
+    max_iterations: int = MAX_ITERATIONS,
+    optimizer: Optimizer = "newton",
 ) -> FloatArray:
-    """Weights that maximise the regularised likelihood, by L-BFGS.
+    """Weights that maximise the regularised likelihood.
 
     Most products of base features and words occur in the same few factors, so many
-    columns are equal. At the optimum equal columns with equal penalties have equal
-    weights. Hence d copies with weights w act as one column times sqrt(d) with the
-    weight sqrt(d) w, and have the same penalty: the problem shrinks to the distinct
-    columns, and L-BFGS takes the steps that it would take in the full one. Equal rows are
-    looked at once, too.
+    columns are equal. At the optimum equal columns with equal penalties p have equal
+    weights. Hence d copies with weights w act as one column times sqrt(d / p) with the
+    weight sqrt(d p) w and the penalty 1: the problem shrinks to the distinct columns, and
+    has the same optimum. Equal rows are looked at once, too.
 
     Parameters
     ----------
@@ -170,12 +113,15 @@ def train(
     correct
         Correspondence variables, shape (n,).
     l2
-        Strength of the regularisation, one number or one a feature (k,).
+        Strength of the regularisation, above 0: the penalty is ``sum(l2 * weights ** 2) / 2``;
+        one number or one a feature (k,).
     tolerance
         Stop when no component of the gradient exceeds it. (scikit-learn's objective is
         the mean over factors: its ``tol`` is this divided by n.)
     max_iterations
         Stop after so many steps all the same.
+    optimizer
+        One of `OPTIMIZERS`; Newton's method takes a fraction of the passes (`g3.newton`).
 
     Returns
     -------
@@ -183,29 +129,29 @@ def train(
         Shape (k,).
     """
     penalty = np.broadcast_to(np.asarray(l2, dtype=np.float64), (matrix.shape[1],))
-    columns = sparse.csc_array(matrix)
-    columns.sum_duplicates()
-    first, copy_of = _distinct(columns, penalty)
-    if not len(first):
-        return np.zeros(0)
-    root = np.sqrt(np.bincount(copy_of))
-    rows = sparse.csr_array(columns[:, first])
-    rows.sort_indices()
+    rows = matrix
+    if not matrix.has_canonical_format:
+        rows = matrix.copy()
+        rows.sum_duplicates()
     kept, row_of = _distinct(rows, np.zeros(len(correct)))
-    shrunk = sparse.csr_array(rows[kept] * root)
+    columns = sparse.csc_array(rows[kept])
+    first, copy_of = _distinct(columns, penalty)
+    unit, size = shrinking(copy_of, penalty[first])
+    shrunk = sparse.csr_array(sparse.csr_array(columns[:, first]) * unit)
     times, right = (
         np.bincount(row_of, of, minlength=len(kept)).astype(np.float64)
         for of in (np.ones(len(correct)), correct)
     )
-    found = minimise(
-        Objective(shrunk, right, penalty[first], times=times),
-        len(first),
-        unit=root,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
-    weights: FloatArray = (found / root)[copy_of]
+    problem = Problem(Likelihood(shrunk, right, times=times), unit, len(correct) / 4)
+    found = OPTIMIZERS[optimizer](problem, tolerance=tolerance, max_iterations=max_iterations)
+    weights: FloatArray = (found / size)[copy_of]
     return weights
+
+
+def shrinking(copy_of: npt.NDArray[np.intp], penalty: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What distinct columns with penalties (m,) are times, and their weights are; shapes (m,)."""
+    copies = np.bincount(copy_of)
+    return np.sqrt(copies / penalty), np.sqrt(copies * penalty)
 
 
 def _distinct(

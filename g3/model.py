@@ -57,6 +57,7 @@ def train_model(
     l2: float = DEFAULT_L2,
     corpus_hash: str = "",
     batch: FactorBatch | None = None,
+    optimizer: crf.Optimizer = "newton",
 ) -> Model:
     """Train on labelled examples.
 
@@ -72,9 +73,12 @@ def train_model(
         Recorded in the model.
     batch
         The examples packed, if that has been done already.
+    optimizer
+        As in :func:`g3.crf.train`.
     """
     space, matrix = fit_space(batch if batch is not None else to_batch(items), sets)
-    weights = crf.train(matrix, labels(items), l2=l2 / prior_scale(space) ** 2)
+    prior = l2 / prior_scale(space) ** 2
+    weights = crf.train(matrix, labels(items), l2=prior, optimizer=optimizer)
     return Model(space, weights, l2, CATALOGUE_VERSION, corpus_hash)
 
 

@@ -1,14 +1,14 @@
 """Training on shards: the objective is a sum over them, and no more than one is in memory.
 
 Three passes read them: one finds the features and which of their columns are equal, one packs
-what L-BFGS needs of each shard into a scratch folder, and each of its steps sums over that.
+what training needs of each shard into a scratch folder, and each of its steps sums over that.
 """
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -25,10 +25,10 @@ from g3.features.matrix import FeatureSpace, prior_scale
 from g3.features.registry import CATALOGUE_VERSION
 from g3.groundings import FloatArray
 from g3.model import DEFAULT_L2, Model
+from g3.newton import Local, Problem
 
 PARTS = 16
 """Shards are summed in so many parts, whoever does it, so that the sums are always the same."""
-MAX_ITERATIONS = 1000
 TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
 """Of the gradient of the mean over examples, and how few they are taken for at least."""
 
@@ -44,6 +44,7 @@ def train_on_shards(
     workers: Workers,
     corpus_hash: str = "",
     tolerance: float | None = None,
+    optimizer: crf.Optimizer = "newton",
     on_progress: OnProgress | None = None,
 ) -> Model:
     """Train on all shards of a folder.
@@ -64,6 +65,8 @@ def train_on_shards(
     tolerance
         Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
+    optimizer
+        As in :func:`g3.crf.train`.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
@@ -91,25 +94,24 @@ def train_on_shards(
             team,
             on_done=told("packing", len(files)),
         )
-        root = np.sqrt(np.bincount(copy_of))
-        penalty = (l2 / prior_scale(space) ** 2)[first]
-        parts = [tuple(packed[i::PARTS]) for i in range(min(PARTS, len(packed)))]
-        steps = 0
+        unit, size = crf.shrinking(copy_of, (l2 / prior_scale(space) ** 2)[first])
+        parts = [tuple(enumerate(packed))[i::PARTS] for i in range(min(PARTS, len(packed)))]
+        evaluations = 0
 
-        def objective(weights: FloatArray) -> tuple[float, FloatArray]:
-            nonlocal steps
-            steps += 1
+        def look(weights: FloatArray, least: float) -> Local:
+            nonlocal evaluations
+            evaluations += 1
             if on_progress is not None:
-                on_progress("training", steps, MAX_ITERATIONS)
-            sums = work_in_order(partial(_loss, weights=root * weights), parts, team)
-            value = sum(value for value, _ in sums) + (penalty * weights) @ weights / 2
-            gradient = root * np.sum([gradient for _, gradient in sums], axis=0)
-            return float(value), gradient + penalty * weights
+                on_progress("training", evaluations, crf.MAX_ITERATIONS)
+            looking = partial(_look, weights=unit * weights, least=least)
+            return _scaled(_sum(work_in_order(looking, parts, team)), unit)
 
-        found = crf.minimise(
-            objective, len(first), unit=root, tolerance=tolerance, max_iterations=MAX_ITERATIONS
+        found = crf.OPTIMIZERS[optimizer](
+            Problem(look, unit, manifest.examples / 4),
+            tolerance=tolerance,
+            max_iterations=crf.MAX_ITERATIONS,
         )
-    return Model(space, (found / root)[copy_of], l2, CATALOGUE_VERSION, corpus_hash)
+    return Model(space, (found / size)[copy_of], l2, CATALOGUE_VERSION, corpus_hash)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,15 +146,11 @@ def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureS
     """The features of all shards, and the sums of their signatures, shape (k, 2)."""
     bases = tuple(sorted({name for s in surveys for name in s.bases}))
     words = tuple(sorted({name for s in surveys for name in s.words}))
-    keys = np.zeros(0, dtype=np.int64)
-    total = np.zeros((0, 2), dtype=np.uint64)
-    for survey in surveys:
-        more = _translated(survey, bases, words)
-        united = np.union1d(keys, more)
-        added = np.zeros((len(united), 2), dtype=np.uint64)
-        added[np.searchsorted(united, keys)] = total
-        added[np.searchsorted(united, more)] += survey.signatures
-        keys, total = united, added
+    translated = [_translated(survey, bases, words) for survey in surveys]
+    keys = np.unique(np.concatenate(translated))
+    total = np.zeros((len(keys), 2), dtype=np.uint64)
+    for own, survey in zip(translated, surveys, strict=True):
+        total[np.searchsorted(keys, own)] += survey.signatures
     return FeatureSpace(sets, bases, words, keys), total
 
 
@@ -197,7 +195,7 @@ def _read_columns(
 
 
 def _pack(path: Path, *, scratch: Path) -> Path:
-    """Write the distinct columns of a shard as L-BFGS wants them."""
+    """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
     shard = read_shard(path)
     own = column[np.searchsorted(keys, _translated(shard, bases, words))]
@@ -213,16 +211,30 @@ def _pack(path: Path, *, scratch: Path) -> Path:
     return packed
 
 
-def _loss(paths: Sequence[Path], *, weights: FloatArray) -> tuple[float, FloatArray]:
-    """The sum over some packed shards of the loss and its gradient."""
-    value, gradient = 0.0, np.zeros(len(weights))
-    for path in paths:
-        with path.open("rb") as file:
-            features, offsets, right, wrong = (np.load(file) for _ in range(4))
-        matrix = sparse.csr_array(
-            (np.ones(len(features)), features, offsets), shape=(len(right), len(weights))
-        )
-        more, slope = crf.loss(matrix, right, wrong, weights)
-        value += more
-        gradient += slope
-    return value, gradient
+def _look(numbered: Sequence[tuple[int, Path]], *, weights: FloatArray, least: float) -> Local:
+    """The sum over some packed shards, without the units of their columns."""
+    return _sum([_look_at(number, path, weights, least) for number, path in numbered])
+
+
+def _look_at(number: int, path: Path, weights: FloatArray, least: float) -> Local:
+    with path.open("rb") as file:
+        features, offsets, right, wrong = (np.load(file) for _ in range(4))
+    matrix = sparse.csr_array(
+        (np.ones(len(features)), features, offsets), shape=(len(right), len(weights))
+    )
+    return crf.Likelihood(matrix, right, times=right + wrong, number=number)(weights, least)
+
+
+def _sum(locals_: Sequence[Local]) -> Local:
+    return Local(
+        sum(part.value for part in locals_),
+        np.sum([part.gradient for part in locals_], axis=0),
+        sum(part.curvature for part in locals_),
+        sparse.csr_array(sparse.vstack([part.rows for part in locals_])),
+        np.concatenate([part.strengths for part in locals_]),
+    )
+
+
+def _scaled(local: Local, unit: FloatArray) -> Local:
+    local.rows.data *= unit[local.rows.indices]
+    return replace(local, gradient=unit * local.gradient)

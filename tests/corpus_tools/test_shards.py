@@ -76,11 +76,14 @@ def shards(corpora, tmp_path_factory):
     return folder, manifest
 
 
-def test_the_optimum_is_that_in_memory(shards, items):
+@pytest.mark.parametrize("optimizer", crf.OPTIMIZERS)
+def test_the_optimum_is_that_in_memory(shards, items, optimizer):
     folder, manifest = shards
     assert len(manifest.shards) == 5
     assert manifest.examples == len(items)
-    model = train_on_shards(folder, manifest, l2=0.5, workers=Workers(), tolerance=TIGHT)
+    model = train_on_shards(
+        folder, manifest, l2=0.5, workers=Workers(), tolerance=TIGHT, optimizer=optimizer
+    )
     space, matrix = fit_space(to_batch(items), select())
     expected = crf.train(matrix, labels(items), l2=0.5 / prior_scale(space) ** 2, tolerance=TIGHT)
     assert by_name(model.space, model.weights) == pytest.approx(by_name(space, expected), abs=1e-6)
