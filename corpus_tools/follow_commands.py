@@ -180,11 +180,13 @@ def _show(result: Result, options: dict[str, Any]) -> bool:
             _report(None, result, options["form"], None)
         click.echo(f"ct: {result.note}", err=True)
     elif options["form"] == PLAIN:
+        from corpus_tools.plan_words import explained
+
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
             click.echo(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
             if options["explain"]:
-                click.echo("\n".join(f"  {line}" for line in _groundings(plan)))
+                click.echo("\n".join(f"  {line}" for line in explained(plan, result.sdcs)))
         if result.question is not None:
             click.echo(f"? {result.question.text}")
     return result.plan is not None
@@ -196,23 +198,9 @@ def _sentence(plan: Plan) -> str:
     return "; ".join(described(action) for action in plan.actions)
 
 
-def _groundings(plan: Plan) -> list[str]:
-    from corpus_tools.plan_words import described
-    from g3.inference.explanation import plain
-    from g3.inference.grounder import object_ids
-
-    lines = []
-    for found in plan.groundings:
-        ids = ", ".join(object_ids(found.group)) or "a place or path"
-        lines.append(f"{found.sdc.type:6} {found.text!r}: {ids} ({found.probability:.2f})")
-        if found.rival is not None:
-            lines.append(f"       rather than {described(found.rival)}:")
-        lines += [f"       {r.weight:+.2f} {plain(r)}" for r in found.reasons]
-    return lines
-
-
 def _record(result: Result) -> dict[str, object]:
     from corpus_tools.plan_words import described
+    from g3.inference.aspects import aspects
     from g3.inference.grounder import object_ids
     from g3.sdc_notation import to_json
 
@@ -231,6 +219,7 @@ def _record(result: Result) -> dict[str, object]:
                         "type": g.sdc.type,
                         "objects": list(object_ids(g.group)),
                         "probability": round(g.probability, 4),
+                        "reasons": [aspect.text for aspect in aspects(g.reasons, g.sdc)],
                     }
                     for g in plan.groundings
                 ],
@@ -314,13 +303,13 @@ def _loop(
             explain=options["explain"],
         )
         if result.question is not None:
-            result = _asked(grounder, state, result, options["top"])
+            result = _asked(grounder, state, result, options)
         if not _show(result, options) or not _confirmed(result, confirm_below):
             continue
         state = _after(state, result, plan_only, options["form"])
 
 
-def _asked(grounder: Grounder, state: State, result: Result, top: int) -> Result:
+def _asked(grounder: Grounder, state: State, result: Result, options: dict[str, Any]) -> Result:
     question = result.question
     assert question is not None  # noqa: S101 - the caller has looked
     click.echo(question.text, err=True)
@@ -328,7 +317,11 @@ def _asked(grounder: Grounder, state: State, result: Result, top: int) -> Result
         click.echo(f"  {number}. {words}", err=True)
     chosen = click.prompt("which", type=click.IntRange(1, len(question.options)), err=True)
     return grounder.follow(
-        result.sdcs, state, top=top, answers={question.node: question.options[chosen - 1][0]}
+        result.sdcs,
+        state,
+        top=options["top"],
+        explain=options["explain"],
+        answers={question.node: question.options[chosen - 1][0]},
     )
 
 

@@ -1,11 +1,16 @@
-"""Actions of plans in words."""
+"""Plans in words: what is done, what clauses are grounded in, and why."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from g3.groundings import Grounding, Path, Place
 from g3.inference.actions import Action
-from g3.inference.grounder import object_ids
+from g3.inference.aspects import aspects
+from g3.inference.grounder import Plan, object_ids
+from g3.sdc import SDC
 
 
 def described(action: Action) -> str:
@@ -13,9 +18,42 @@ def described(action: Action) -> str:
     target = " and ".join(object_ids(action.target)) or ("a place" if action.target else "")
     words = [action.kind, action.object_id, target]
     if action.place is not None:
-        x, y = action.place.prism.xy.mean(axis=0)
-        name = action.place.name or f"({x:.1f}, {y:.1f})"
-        words.append(f"at {name}, {action.place.prism.z_min:.1f} m up")
+        words.append(f"at {_spot(action.place)}, {action.place.prism.z_min:.1f} m up")
     if action.kind == "turn":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
     return " ".join(word for word in words if word)
+
+
+def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
+    """What each clause of a command is grounded in, and why, in lines for people."""
+    doing = (sdc for sdc in sdcs if sdc.type in ("EVENT", "PATH"))
+    actions = {id(sdc): action for sdc, action in zip(doing, plan.actions, strict=True)}
+    lines = []
+    for found in plan.groundings:
+        action = actions.get(id(found.sdc))
+        what = described(action) if action else _grounded(found.group)
+        other = found.rival
+        rival = f", rather than {_called(other)}" if other is not None else ""
+        lines.append(f"{found.text!r}: {what} (fits {found.probability:.2f}){rival}")
+        why = [aspect.text for aspect in aspects(found.reasons, found.sdc)]
+        if rival and not why:
+            why = ["nothing in these words tells them apart"]
+        lines += [f"    {reason}" for reason in why]
+    return lines
+
+
+def _called(rival: Action | Sequence[Grounding]) -> str:
+    return described(rival) if isinstance(rival, Action) else _grounded(rival)
+
+
+def _grounded(group: Sequence[Grounding]) -> str:
+    """What a clause is grounded in."""
+    if any(isinstance(g, Path) for g in group):
+        return "the way there"
+    places = [f"the place at {_spot(g)}" for g in group if isinstance(g, Place)]
+    return " and ".join((*object_ids(group), *places))
+
+
+def _spot(place: Place) -> str:
+    x, y = place.prism.xy.mean(axis=0)
+    return place.name or f"({x:.1f}, {y:.1f})"

@@ -26,8 +26,8 @@ from g3.features.registry import select
 from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
-from g3.inference.things import Tree
 from g3.inference.training import train_rows, training_data
+from g3.inference.tree import Tree
 from g3.language.extractor import Extractor
 from g3.language.parser import parse_many
 from g3.sdc import SDC
@@ -337,3 +337,14 @@ def reliability(outcomes: Sequence[Outcome]) -> tuple[float, list[Row]]:
         error += float(own.mean()) * abs(stated - true)
         rows.append({"stated": stated, "correct": true, "n": int(own.sum())})
     return error, rows
+
+
+def risk_coverage(outcomes: Sequence[Outcome]) -> float:
+    """Area under the risk–coverage curve: the part of the k most probable that is wrong.
+
+    It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
+    is wrong.
+    """
+    order = sorted(outcomes, key=lambda o: (-o.probability, o.command))
+    wrong = np.array([not o.correct for o in order], dtype=float)
+    return float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean())

@@ -2,8 +2,9 @@
 
 The curve that comes along was fitted to plans for the paper's commands, so that on these commands
 it says more than it knows. Here the slopes for a scenario's plans are fitted to the plans of all
-others. The intercept is one for all: fitted without a scenario it is the lower, the better that
-scenario goes, and would sort scenarios the wrong way round.
+others. An intercept fitted so is the lower, the better the scenario goes, and would sort scenarios
+the wrong way round. A curve that has seen neither of two scenarios has one intercept for both, so
+all have one: the mean of those that were fitted without a scenario.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import expit
 
 from g3.inference.calibration import fit_curve
@@ -38,10 +38,11 @@ def calibrated(outcomes: Sequence[Outcome]) -> list[Outcome]:
         return list(outcomes)
     seen = np.array([o.evidence for o in own])
     odds = np.zeros(len(own))
+    intercepts = []
     for name in sorted(set(scenario)):
         tested = scenario == name
-        slopes = fit_curve(seen[~tested], correct[~tested])[1:]
+        intercept, *slopes = fit_curve(seen[~tested], correct[~tested])
         odds[tested] = seen[tested, 1:] @ slopes
-    intercept = brentq(lambda b: expit(odds + b).sum() - correct.sum(), -60.0, 60.0)
-    given = iter(expit(odds + intercept).tolist())
+        intercepts.append(intercept)
+    given = iter(expit(odds + np.mean(intercepts)).tolist())
     return [replace(o, probability=next(given)) if o.evidence else o for o in outcomes]

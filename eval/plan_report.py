@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Literal
 
-from eval.end_to_end import EndToEnd, Outcome, Row, grounding_accuracy, reliability, table
+from eval.end_to_end import (
+    EndToEnd,
+    Outcome,
+    Row,
+    grounding_accuracy,
+    reliability,
+    risk_coverage,
+    table,
+)
 from eval.formats import document
 from eval.studies.comparison import Comparison
 from eval.studies.comparison_report import NOTE, compare_commands, lines, records
@@ -20,21 +28,21 @@ def render(
     rows = table(result, draws=draws, seed=seed)
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold) if gold else (float("nan"), [])
-    accuracy = grounding_accuracy(gold)
     compared = _compared(result, draws=draws, seed=seed)
     if form == "json":
         content: dict[str, object] = {
             "rows": rows,
-            "object_grounding_top1": accuracy,
+            "object_grounding_top1": grounding_accuracy(gold),
             "expected_calibration_error": error,
             "reliability": diagram,
+            "risk_coverage": {name: risk_coverage(own) for name, own in result.outcomes.items()},
             "comparisons": records(compared),
             "commands": {
                 name: [_command(o) for o in outcomes] for name, outcomes in result.outcomes.items()
             },
         }
         return document(content, dict(result.metadata))
-    return "\n".join([*_lines(rows), "", *lines(compared), NOTE, "", *_more(accuracy, error)])
+    return "\n".join([*_lines(rows), "", *lines(compared), NOTE, "", *_more(result)])
 
 
 def _compared(result: EndToEnd, *, draws: int, seed: int) -> list[Comparison]:
@@ -68,10 +76,15 @@ def _lines(rows: list[Row]) -> list[str]:
     return lines
 
 
-def _more(accuracy: float, error: float) -> list[str]:
+def _more(result: EndToEnd) -> list[str]:
+    told = {name: own for name, own in result.outcomes.items() if name != "random" and own}
+    errors = [f"{reliability(own)[0]:.3f} ({name})" for name, own in told.items()]
+    areas = [f"{risk_coverage(own):.3f} ({name})" for name, own in told.items()]
+    accuracy = grounding_accuracy(result.outcomes.get("gold", ()))
     return [
         f"OBJECTs grounded as annotated: {accuracy:.2f}",
-        f"expected calibration error of the plans' probabilities: {error:.3f}",
+        f"expected calibration error of the plans' probabilities: {', '.join(errors)}",
+        f"area under their risk-coverage curve: {', '.join(areas)}",
         "The verdicts are a program's: it compares what moved and where it ended with the",
         "command's own log. The paper's are people's.",
     ]

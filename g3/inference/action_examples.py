@@ -29,8 +29,9 @@ from g3.inference.labelled import Labelled
 from g3.inference.scene import Group
 from g3.inference.stage import Trial, event_batch, path_batch
 from g3.inference.state import State, start_state
-from g3.inference.things import Candidate, Tree
+from g3.inference.things import Candidate
 from g3.inference.trajectories import footprint_of
+from g3.inference.tree import Tree
 
 NEGATIVES = 14
 """Wrong actions that are taken for each right one."""

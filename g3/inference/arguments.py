@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.actions import Action, Focus
 from g3.inference.clauses import goal_paths
+from g3.inference.proposals import is_load
 from g3.inference.scene import Group
 from g3.inference.state import State
-from g3.inference.things import Candidate, Surroundings, Tree, ground_thing, likely
+from g3.inference.things import Candidate, Surroundings, ground_places, ground_thing, likely
+from g3.inference.tree import Tree
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
@@ -57,24 +59,34 @@ def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
     objects = tree.below(root, ("l", "l2"), "OBJECT")
     places = tree.below(root, ("l", "l2"), "PLACE")
     paths = tree.below(root, ("l", "l2"), "PATH")
+    free = replace(about, load=None)
     themes: tuple[Candidate | None, ...] = (None,)
     if objects:
-        beam = ground_thing(tree, objects[0], about)
+        beam = ground_thing(tree, objects[0], free)
         themes = tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES))
     goals: tuple[Candidate | None, ...] = (None,)
     goal_path = -1
+    toward = replace(about, load=about.load or _load(themes, about.state))
     if places:
-        goals = tuple(likely(ground_thing(tree, places[0], about), GOALS))
+        goals = tuple(likely(ground_places(tree, places, toward), GOALS))
     elif goal_paths(tree, root):
         for path in goal_paths(tree, root):
-            goals = _marks(tree, path, about, GOALS)
+            goals = _marks(tree, path, toward, GOALS)
             goal_path = path
             if goals != (None,):
                 break
     elif len(objects) > 1:
-        goals = tuple(likely(ground_thing(tree, objects[1], about), GOALS))
-    others = {p: _marks(tree, p, about, PATH_LANDMARKS) for p in paths if p != goal_path}
+        goals = tuple(likely(ground_thing(tree, objects[1], free), GOALS))
+    others = {p: _marks(tree, p, free, PATH_LANDMARKS) for p in paths if p != goal_path}
     return Arguments(themes, goals, goal_path, others)
+
+
+def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
+    """Id of what a clause moves if it is the best of its themes; None for no load."""
+    thing = themes[0].group[0] if themes[0] else None
+    if not isinstance(thing, PhysicalObject) or not is_load(state, thing.id):
+        return None
+    return thing.id
 
 
 def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Candidate | None, ...]:

@@ -6,23 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from g3.actions import centre, covers
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.actions import Action
-from g3.inference.candidates import GROUND_M, beneath
+from g3.inference.candidates import beneath
 from g3.inference.clauses import UNUSUAL
+from g3.inference.places import on_ground, stands_at
 from g3.inference.state import State
-from g3.inference.things import Tree
-from g3.language.concepts import concepts
-from g3.language.words import field_words
-from g3.sdc import all_words
+from g3.inference.tree import Tree
 
 UNMOVED = float(np.log(0.001))
 """What it costs to put something where it stood."""
-FLOOR = frozenset({"ground", "floor", "pavement"})
-BESIDE = frozenset({"near", "left", "right", "front", "back", "between"})
-SAME_SPOT_M = 1.5
-"""Nearer than this to where it stood a load has not been moved."""
 
 
 def change_scores(start: State, actions: Sequence[Action]) -> FloatArray:
@@ -39,38 +32,23 @@ def change_scores(start: State, actions: Sequence[Action]) -> FloatArray:
         if action.object_id not in stood:
             thing = start.thing(action.object_id)
             stood[action.object_id] = thing, beneath(Place(thing.prism), start, thing.id)
-        if _stands(action.place, *stood[action.object_id]):
+        if stands_at(action.place, *stood[action.object_id]):
             total[i] = UNMOVED
     return total
-
-
-def _stands(place: Place, thing: PhysicalObject, under: PhysicalObject | None) -> bool:
-    """Whether a place is on what a thing stands on, or for one on the ground where it is."""
-    middle = centre(place.prism)
-    if under is None:
-        return bool(np.linalg.norm(middle - centre(thing.prism)) < SAME_SPOT_M)
-    level = abs(under.prism.z_max - place.prism.z_min) < GROUND_M
-    return level and covers(under.prism, middle)
 
 
 def beside_scores(
     tree: Tree, root: int, state: State, actions: Sequence[Action], goal_path: int
 ) -> FloatArray:
-    """What it costs actions (n,) to put a load on something when words say otherwise.
+    """What it costs actions (n,) to put a load on something when a PATH's words say otherwise.
 
-    "On the floor" is not on the truck, and neither is "closer to the truck". The goal is the
-    clause's PLACE, or else its PATH ``goal_path``, -1 for none.
+    "To the floor" is not on the truck. Of PLACEs the first pass knows.
     """
     total = np.zeros(len(actions))
-    goal = next(iter(tree.below(root, ("l", "l2"), "PLACE")), goal_path)
-    if goal < 0:
-        return total
-    floor = FLOOR.intersection(field_words(all_words(tree.nodes[root])))
-    named = concepts(field_words(tree.nodes[goal].relation))
-    if not floor and ("on" in named or not named & BESIDE):
+    if goal_path < 0 or not on_ground(tree.nodes[root], tree.nodes[goal_path]):
         return total
     for i, action in enumerate(actions):
         if action.place is not None and action.goal >= 0:
-            on_ground = beneath(action.place, state, action.object_id) is None
-            total[i] = 0.0 if on_ground else UNUSUAL
+            high = beneath(action.place, state, action.object_id) is not None
+            total[i] = UNUSUAL if high else 0.0
     return total

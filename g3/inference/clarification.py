@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import softmax
 
 from g3.actions import centre
 from g3.geometry import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.candidates import beneath
-from g3.inference.search import Hypothesis
+from g3.inference.search import Choices, Hypothesis
 from g3.inference.state import State
-from g3.inference.things import Tree, is_pronoun
+from g3.inference.things import is_pronoun
+from g3.inference.tree import Tree
 from g3.sdc import all_words
 
 UNSURE_NATS = 0.5
@@ -41,25 +43,29 @@ class Question:
     options: tuple[tuple[str, str], ...]
 
 
-def question_about(tree: Tree, beam: Sequence[Hypothesis], start: State) -> Question | None:
-    """The question about the clause of which the beam is least sure; None if it is sure enough."""
-    score = np.array([h.score for h in beam])
-    share = np.exp(score - score.max())
-    share /= share.sum()
+def question_about(tree: Tree, plan: Hypothesis, start: State) -> Question | None:
+    """The question about the clause of which a plan is least sure; None if it is sure enough."""
     best: tuple[float, int, dict[str, float]] | None = None
-    for node, sdc in enumerate(tree.nodes):
-        if sdc.type != "OBJECT" or is_pronoun(sdc):
+    for node, choices in sorted(plan.choices.items()):
+        if tree.nodes[node].type != "OBJECT" or is_pronoun(tree.nodes[node]):
             continue
-        shares: dict[str, float] = {}
-        for h, part in zip(beam, share, strict=True):
-            group = h.nodes[node][0] if node in h.nodes else ()
-            if len(group) == 1 and isinstance(group[0], PhysicalObject):
-                shares[group[0].id] = shares.get(group[0].id, 0.0) + float(part)
+        shares = thing_shares(choices)
         p = np.array(list(shares.values()))
         entropy = float(-(p * np.log(np.maximum(p, 1e-12))).sum())
-        if len(shares) > 1 and entropy > UNSURE_NATS and (best is None or entropy > best[0]):
+        if entropy > UNSURE_NATS and (best is None or entropy > best[0]):
             best = (entropy, node, shares)
     return None if best is None else _asked(tree, best[1], best[2], start)
+
+
+def thing_shares(choices: Choices) -> dict[str, float]:
+    """How the probability of a clause is shared out among the single things that it may mean.
+
+    Empty if it rather means several.
+    """
+    single = {g[0].id: s for g, s in choices if len(g) == 1 and isinstance(g[0], PhysicalObject)}
+    if len(choices[0][0]) != 1 or not single:
+        return {}
+    return dict(zip(single, softmax(list(single.values())).tolist(), strict=True))
 
 
 def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Question | None:

@@ -10,14 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from g3.groundings import FloatArray
-from g3.inference.things import Tree
+from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.verb_classes import word_class
 from g3.language.words import bare, field_words
 from g3.sdc import SDC
 
 VERBS = frozenset({"placing", "taking", "carrying", "going", "turning", "staying"})
-HANDLING = ("pick up", "carry", "put down")
+PUTTING = ("carry", "put down")
+HANDLING = ("pick up", *PUTTING)
 UNUSUAL = float(np.log(0.05))
 """What it costs that an action isn't of the sort that the verb's class names."""
 
@@ -29,9 +30,13 @@ def is_source(path: SDC) -> bool:
 
 
 def goal_paths(tree: Tree, root: int) -> list[int]:
-    """PATHs of an EVENT that may tell where it leads."""
+    """PATHs of an EVENT that may tell where it leads, those with "to" first.
+
+    "Past the crates to the truck" leads to the truck.
+    """
     paths = tree.below(root, ("l", "l2"), "PATH")
-    return [p for p in paths if not is_source(tree.nodes[p])]
+    found = [p for p in paths if not is_source(tree.nodes[p])]
+    return sorted(found, key=lambda p: "to" not in concepts(field_words(tree.nodes[p].relation)))
 
 
 def verb_class(sdc: SDC) -> str:
@@ -48,11 +53,21 @@ def verb_class(sdc: SDC) -> str:
     return "other"
 
 
-def verb_scores(event: SDC, kinds: Sequence[str]) -> FloatArray:
+def verb_scores(
+    event: SDC, kinds: Sequence[str], *, leads: bool = False, held: str | None = None
+) -> FloatArray:
     """What it costs actions of some kinds (n,) that a verb doesn't name such; shape (n,).
 
-    Who goes, turns or waits handles nothing; who places something does; who takes something
-    doesn't put it down. Verbs that may mean either cost nothing.
+    Who goes, turns or waits handles nothing; who places something does, and doesn't just pick it
+    up; who takes something doesn't put it down. Who carries something somewhere puts it down there,
+    or drives there with what is on the forks. Verbs that may mean either cost nothing.
+
+    Parameters
+    ----------
+    leads
+        Whether the clause names what is carried and where to.
+    held
+        What is on the forks.
     """
     verb = set(verb_class(event).split("+")) & VERBS
     handles = np.isin(kinds, HANDLING)
@@ -60,7 +75,10 @@ def verb_scores(event: SDC, kinds: Sequence[str]) -> FloatArray:
     if verb and verb <= {"going", "turning", "staying"}:
         unusual = handles
     elif verb == {"placing"}:
-        unusual = ~handles
+        unusual = ~np.isin(kinds, PUTTING)
+    elif verb == {"carrying"} and leads:
+        drives = np.char.startswith(np.array(kinds, dtype=str), "drive") & (held is not None)
+        unusual = ~(np.isin(kinds, PUTTING) | drives)
     elif verb == {"taking"}:
         unusual = np.isin(kinds, ["put down"])
     return np.where(unusual, UNUSUAL, 0.0)

@@ -10,14 +10,10 @@ from itertools import product
 
 import numpy as np
 
+from g3.inference.phrases import is_complement
 from g3.inference.scene import Group
-from g3.inference.things import (
-    Surroundings,
-    Tree,
-    is_complement,
-    number_scores,
-    other_side_scores,
-)
+from g3.inference.things import Surroundings, unmeant_scores
+from g3.inference.tree import Tree
 
 
 def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, dict[int, Group]]:
@@ -61,8 +57,5 @@ def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) 
         landmark=index[1:2] if marks else np.full(1, -1, dtype=np.intp),
     )
     score = float(about.cost.log_probability(batch)[0])
-    if node not in tree.parts:
-        score += float(other_side_scores(tree.nodes[node], batch)[0])
-    if not tree.nodes[node].figure:
-        score += float(number_scores(tree.nodes[node], np.array([len(found[node])]))[0])
+    score += float(unmeant_scores(tree, node, batch, [len(found[node])])[0])
     return score

@@ -15,11 +15,12 @@ from g3.inference.candidates import object_groups
 from g3.inference.clarification import Question, question_about
 from g3.inference.costs import Cost, Scorer
 from g3.inference.explanation import reasons_for_things
-from g3.inference.scene import Scene, scene_of
+from g3.inference.scene import Group, Scene, scene_of
 from g3.inference.scoring import Reason
 from g3.inference.search import WIDTH, Hypothesis, search
 from g3.inference.state import State, start_state
-from g3.inference.things import Surroundings, Tree
+from g3.inference.things import Surroundings
+from g3.inference.tree import Tree
 from g3.language.words import field_words
 from g3.model import Model
 from g3.sdc import SDC, all_words
@@ -43,10 +44,11 @@ class GroundedClause:
     probability
         p(φ = true) of its factor.
     reasons
-        What spoke for an OBJECT's or a PLACE's grounding, and against it, the weightiest first; for
-        what the robot does rather than its rival. Only of a learned cost.
+        What spoke for the grounding rather than for its rival, and against it; without a rival what
+        spoke for it. Of clauses that name one thing, or tell of one action, the outermost has all.
+        Only of a learned cost.
     rival
-        The best other action; None for a thing or a place.
+        The best other action, or the best other thing; None where there is none.
     """
 
     node: int
@@ -54,7 +56,7 @@ class GroundedClause:
     group: tuple[Grounding, ...]
     probability: float
     reasons: tuple[Reason, ...] = ()
-    rival: Action | None = None
+    rival: Action | Group | None = None
 
     @property
     def text(self) -> str:
@@ -209,7 +211,7 @@ class Grounder:
         if plans[0].probability < least:
             note = "no plan is at all likely to be what was meant"
             return Result(sdcs, (), note)
-        return Result(sdcs, plans, question=question_about(tree, found, start))
+        return Result(sdcs, plans, question=question_about(tree, found[0], start))
 
     def _unknown_verb(self, sdcs: Sequence[SDC]) -> str:
         """The first verb of a command of whose verbs the model knows none; else empty."""
@@ -245,9 +247,9 @@ def _plan(
     scene: Scene,
     cost: Cost | None,
 ) -> Plan:
-    things = isinstance(cost, Scorer) and reasons_for_things(tree, hypothesis.nodes, scene, cost)
-    why: dict[int, tuple[Action | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
-    why |= {node: (None, reasons) for node, reasons in (things or {}).items()}
+    why: dict[int, tuple[Action | Group | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
+    if isinstance(cost, Scorer):
+        why |= reasons_for_things(tree, hypothesis.nodes, scene, cost)
     groundings = []
     for node, (group, score) in sorted(hypothesis.nodes.items()):
         rival, reasons = why.get(node, (None, ()))

@@ -17,34 +17,28 @@ import numpy as np
 from g3.actions import centre
 from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
-from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
+from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
 from g3.inference.actions import Action, possible_actions, result
-from g3.inference.arguments import Arguments, Rows, arguments, combine, focus_of
-from g3.inference.candidates import beneath
+from g3.inference.arguments import Arguments, arguments, combine, focus_of
 from g3.inference.changes import beside_scores, change_scores
-from g3.inference.clauses import verb_scores
+from g3.inference.clauses import verb_class, verb_scores
 from g3.inference.costs import Cost, Scorer
-from g3.inference.explanation import MOST, reasons_against
+from g3.inference.directions import direction_scores
+from g3.inference.explanation import reasons_against, told_besides, weightiest
 from g3.inference.motions import Motions
+from g3.inference.phrases import is_there, names_other
 from g3.inference.scene import Group
 from g3.inference.scoring import Reason
 from g3.inference.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.state import State
-from g3.inference.things import (
-    Candidate,
-    Surroundings,
-    Tree,
-    ground_thing,
-    is_pronoun,
-    names_other,
-)
+from g3.inference.things import Candidate, Surroundings, ground_thing, is_pronoun
+from g3.inference.tree import Tree
 from g3.language.anaphora import anaphors
 from g3.language.negation import negated
 
 Reasons = tuple[Action, tuple[Reason, ...]]
+Choices = tuple[tuple[Group, float], ...]
 
-SPOKEN_OF = float(np.log(0.01))
-"""What it costs that "the other truck" is one that was meant before."""
 OTHER_PLACE_M = 2.5
 """Places further apart than this are others."""
 WIDTH = 5
@@ -67,9 +61,14 @@ class Hypothesis:
         Groundings of the clauses, and their factors' log-probabilities.
     referents
         What was acted on, the most recent last.
+    goals
+        What the clauses lead to, the last one last.
     reasons
-        Where they are asked for: for each EVENT and PATH the best other action, and what spoke
+        Where they are asked for: for each top-level clause the best other action, and what spoke
         against it.
+    choices
+        What clauses could be grounded in, by node, the best first: each with the score of the best
+        that could be done then, after the plan's earlier clauses.
     """
 
     score: float
@@ -77,7 +76,9 @@ class Hypothesis:
     actions: tuple[Action, ...] = ()
     nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
     referents: tuple[Group, ...] = ()
+    goals: tuple[Group, ...] = ()
     reasons: Mapping[int, Reasons] = field(default_factory=dict)
+    choices: Mapping[int, Choices] = field(default_factory=dict)
 
 
 def extend(
@@ -96,12 +97,21 @@ def extend(
     theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
     goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
-    total = total + other_scores(tree, root, before, found, rows)
+    besides: dict[str, FloatArray] = {"goal": goal_score[rows.goal]}
     if not forbidden:
-        unusual = verb_scores(tree.nodes[root], [a.kind for a in actions])
-        unusual = unusual + change_scores(about.state, actions)
-        unusual = unusual + beside_scores(tree, root, state, actions, found.goal_path)
-        total = total + unusual[rows.action]
+        unusual = {
+            "verb": verb_scores(
+                tree.nodes[root],
+                [a.kind for a in actions],
+                leads=_leads(tree, root, found),
+                held=state.held,
+            ),
+            "change": change_scores(about.state, actions),
+            "way": direction_scores(tree, root, actions),
+            "beside": beside_scores(tree, root, state, actions, found.goal_path),
+        }
+        besides |= {name: scores[rows.action] for name, scores in unusual.items()}
+        total = total + np.sum(list(unusual.values()), axis=0)[rows.action]
     goal_path = np.zeros(len(batch))
     if found.goal_path >= 0:
         goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)
@@ -112,8 +122,9 @@ def extend(
         total = total + own[rows.action]
         chosen[path] = (own, which)
     order = np.argsort(-total, kind="stable")
-    ranked = _Ranked(actions, rows.action[order], order)
-    factors = _factors(tree, root, found, stage, batch) if about.explain else {}
+    ranked = _Ranked(actions, rows.action[order], order, besides)
+    factors = _factors(tree, root, found, stage, batch) if about.explain else []
+    choices = _choices([(found.themes, rows.theme), (found.goals, rows.goal)], total)
     taken: set[int] = set()
     for i in order:
         a = int(rows.action[i])
@@ -141,34 +152,70 @@ def extend(
             (*before.actions, actions[a]),
             nodes,
             (*before.referents, *referent),
-            {**before.reasons, **_reasons(factors, cost, ranked, a)},
+            (*before.goals, *((goal.group,) if goal else ())),
+            {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
+            {**before.choices, **choices},
         )
+
+
+def _choices(
+    parts: Sequence[tuple[Sequence[Candidate | None], IntArray]], total: FloatArray
+) -> dict[int, Choices]:
+    """The best total of each grounding of each clause.
+
+    Parameters
+    ----------
+    parts
+        Candidates of themes or goals, and which of them each row has, -1 for none, shape (n,).
+    total
+        Scores of the rows, shape (n,).
+    """
+    best: dict[int, dict[tuple[int, ...], tuple[Group, float]]] = {}
+    for candidates, index in parts:
+        for i, candidate in enumerate(candidates):
+            if candidate is None or not (own := total[index == i]).size:
+                continue
+            for node, (group, _) in candidate.nodes.items():
+                known = best.setdefault(node, {})
+                key = tuple(id(g) for g in group)
+                before = known[key][1] if key in known else -np.inf
+                known[key] = group, max(before, float(own.max()))
+    return {n: tuple(sorted(known.values(), key=lambda c: -c[1])) for n, known in best.items()}
+
+
+def _leads(tree: Tree, root: int, found: Arguments) -> bool:
+    """Whether a clause moves something somewhere, and no later one puts it down."""
+    later = any("placing" in verb_class(sdc) for sdc in tree.sdcs[root + 1 :])
+    return found.themes != (None,) and found.goals != (None,) and not later
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Ranked:
-    """Combinations of actions, themes and goals, the best first: actions, and rows of batches."""
+    """Combinations of actions, themes and goals, the best first: actions, and rows of batches.
+
+    Besides its factors, a combination has scores (by row) of its goal and of what words rule out.
+    """
 
     actions: Sequence[Action]
     action: IntArray
     row: IntArray
+    besides: Mapping[str, FloatArray]
 
 
 def _factors(
     tree: Tree, root: int, found: Arguments, stage: Stage, batch: FactorBatch
-) -> dict[int, FactorBatch]:
+) -> list[FactorBatch]:
     """The factors of an EVENT and of the PATH that leads to its goal, with the same rows."""
-    factors = {root: batch} if tree.nodes[root].type == "EVENT" else {}
+    factors = [batch] if tree.nodes[root].type == "EVENT" else []
     if found.goal_path >= 0:
-        path = path_batch(tree, found.goal_path, stage, batch.figure, batch.goal)
-        factors[found.goal_path] = path
+        factors.append(path_batch(tree, found.goal_path, stage, batch.figure, batch.goal))
     return factors
 
 
 def _reasons(
-    factors: Mapping[int, FactorBatch], cost: Cost, ranked: _Ranked, action: int
+    root: int, factors: Sequence[FactorBatch], cost: Cost, ranked: _Ranked, action: int
 ) -> dict[int, Reasons]:
-    """What spoke for an action against the best one that does something else, by clause."""
+    """What spoke for an action against the best one that does something else."""
     if not isinstance(cost, Scorer):
         return {}
     chosen = ranked.actions[action]
@@ -178,7 +225,9 @@ def _reasons(
     first, best = (int(np.flatnonzero(x)[0]) for x in (ranked.action == action, other))
     rows = int(ranked.row[first]), int(ranked.row[best])
     rival = ranked.actions[int(ranked.action[best])]
-    return {n: (rival, tuple(reasons_against(f, rows, cost)[:MOST])) for n, f in factors.items()}
+    besides = {name: float(x[rows[0]] - x[rows[1]]) for name, x in ranked.besides.items()}
+    reasons = [r for batch in factors for r in reasons_against(batch, rows, cost)]
+    return {root: (rival, tuple(weightiest([*reasons, *told_besides(besides)])))}
 
 
 def _differs(action: Action, other: Action) -> bool:
@@ -194,41 +243,11 @@ def _differs(action: Action, other: Action) -> bool:
     return (action.kind, action.target, action.amount) != (other.kind, other.target, other.amount)
 
 
-def other_scores(
-    tree: Tree, root: int, before: Hypothesis, found: Arguments, rows: Rows
-) -> FloatArray:
-    """What "the other truck" costs each row if it is one that was meant before.
-
-    That is anything that an earlier clause is grounded in, and what the theme stands on.
-    """
-    total = np.zeros(len(rows.action))
-    nodes = [n for n in tree.all_below(root) if names_other(tree.nodes[n])]
-    if not nodes:
-        return total
-    spoken = {_id(g) for group, _ in before.nodes.values() for g in group}
-    spoken -= {"", before.state.context.agent_id}
-    for i, (t, g) in enumerate(zip(rows.theme, rows.goal, strict=True)):
-        theme = found.themes[t] if t >= 0 else None
-        goal = found.goals[g] if g >= 0 else None
-        meant = {**(theme.nodes if theme else {}), **(goal.nodes if goal else {})}
-        under = _support(before.state, theme)
-        for n in nodes:
-            if n in meant and {_id(x) for x in meant[n][0]} & (spoken | under):
-                total[i] += SPOKEN_OF
-    return total
-
-
-def _id(grounding: Grounding) -> str:
-    return grounding.id if isinstance(grounding, PhysicalObject) else ""
-
-
-def _support(state: State, theme: Candidate | None) -> set[str]:
-    """Id of what a theme stands on."""
-    thing = theme.group[0] if theme else None
-    if not isinstance(thing, PhysicalObject):
-        return set()
-    under = beneath(Place(state.thing(thing.id).prism), state, thing.id)
-    return {under.id} if under else set()
+def _meant(before: Hypothesis) -> frozenset[str]:
+    """Ids of what the clauses so far are grounded in, but for the robot."""
+    things = (g for group, _ in before.nodes.values() for g in group)
+    ids = {g.id for g in things if isinstance(g, PhysicalObject)}
+    return frozenset(ids - {before.state.context.agent_id})
 
 
 def _referent(
@@ -259,11 +278,16 @@ def search(
         if sdc.type in ("OBJECT", "PLACE"):
             beam = _mentioned(tree, root, beam, about)[:width]
             continue
-        pronouns = [n for n in tree.all_below(root) if is_pronoun(tree.nodes[n])]
+        below = tree.all_below(root)
+        pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
+        there = any(is_there(tree.nodes[n]) for n in below)
+        others = any(names_other(tree.nodes[n]) for n in below)
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []
         for before in beam:
             spoken = before.referents if pronouns else ()
+            goals = before.goals if there else ()
+            meant_before = _meant(before) if others else frozenset()
             meant = {
                 n: tuple(
                     (before.nodes[x.index][0], x.probability)
@@ -272,9 +296,16 @@ def search(
                 )
                 for n in pronouns
             }
-            key = (spoken, *meant.values())
+            key = (spoken, goals, meant_before, before.state.held, *meant.values())
             if key not in grounded:
-                around = replace(about, referents=spoken, antecedents=meant)
+                around = replace(
+                    about,
+                    referents=spoken,
+                    antecedents=meant,
+                    goals=goals,
+                    spoken=meant_before,
+                    load=before.state.held,
+                )
                 grounded[key] = arguments(tree, root, around)
             grown += islice(extend(tree, root, before, grounded[key], about), width)
         beam = sorted(grown, key=lambda h: -h.score)[:width]

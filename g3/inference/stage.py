@@ -16,7 +16,8 @@ from g3.inference.costs import Cost
 from g3.inference.motions import Motions
 from g3.inference.scene import Scene, carried_bodies, join, moving_bodies, scene_of
 from g3.inference.state import State
-from g3.inference.things import Candidate, Tree
+from g3.inference.things import Candidate
+from g3.inference.tree import Tree
 
 
 @dataclass(frozen=True, slots=True)

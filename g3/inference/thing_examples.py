@@ -18,9 +18,11 @@ from g3.features.order import is_ordinal
 from g3.groundings import Path, PhysicalObject, Place
 from g3.inference.candidates import grounded, spots_about, spots_of_robot
 from g3.inference.labelled import Labelled
+from g3.inference.phrases import factor_type
 from g3.inference.scene import Group, Scene
 from g3.inference.state import State
-from g3.inference.things import Tree, is_pronoun
+from g3.inference.things import is_pronoun
+from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.words import field_words
 from g3.sdc import all_words
@@ -61,7 +63,7 @@ def thing_examples(
     """
     clauses = [c for a in annotations for c in _clauses(a, state, scene, rng)]
     for kind in ("OBJECT", "PLACE"):
-        own = [c for c in clauses if c.tree.nodes[c.node].type == kind]
+        own = [c for c in clauses if factor_type(c.tree.nodes[c.node]) == kind]
         if own:
             yield _labelled(own, scene)
 
@@ -74,9 +76,10 @@ def _clauses(
         right = annotation.groundings[node]
         if not right or annotation.correct[node] is not True or is_pronoun(sdc):
             continue
-        if sdc.type == "OBJECT":
+        kind = factor_type(sdc)
+        if kind == "OBJECT":
             wrong = _wrong_objects(tree, node, annotation, scene, rng)
-        elif sdc.type == "PLACE":
+        elif kind == "PLACE":
             wrong = _wrong_places(tree, node, annotation, state, rng)
         else:
             continue
@@ -92,7 +95,7 @@ def _labelled(clauses: Sequence[_Clause], scene: Scene) -> Labelled:
     landmark = np.array([next(mark_of) if c.landmark else -1 for c in clauses], dtype=np.intp)
     factor = np.repeat(np.arange(len(clauses)), [1 + len(c.wrong) for c in clauses])
     batch = scene.batch(
-        clauses[0].tree.nodes[clauses[0].node].type,
+        factor_type(clauses[0].tree.nodes[clauses[0].node]),
         [c.tree.words[c.node] for c in clauses],
         factor,
         bodies,

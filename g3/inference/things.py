@@ -8,25 +8,33 @@ them, then groups, then places.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from g3.examples import factor_words
 from g3.features.batch import FactorBatch
-from g3.features.bodies import IntArray
-from g3.groundings import FloatArray, Grounding, PhysicalObject
-from g3.inference.candidates import grounded, spots_about, spots_of_robot
+from g3.groundings import FloatArray, Grounding, PhysicalObject, Place
+from g3.inference.candidates import GROUND_M, ground, grounded, spots_about, spots_of_robot
 from g3.inference.costs import Cost
+from g3.inference.phrases import (
+    MISCOUNTED,
+    factor_type,
+    is_bare,
+    is_complement,
+    is_there,
+    names_other,
+    number_scores,
+)
+from g3.inference.places import carrier, free_places, place_scores
+from g3.inference.salience import near_scores
 from g3.inference.scene import Scene
-from g3.inference.sides import side_scores
+from g3.inference.sides import MISPLACED, side_scores
 from g3.inference.state import State
-from g3.language.groups import group as group_of
+from g3.inference.tree import Tree
 from g3.language.words import field_words
-from g3.sdc import SDC, Field, breadth_first, child_indices
+from g3.sdc import SDC
 
 Group = tuple[Grounding, ...]
 
@@ -37,12 +45,12 @@ FAR_BEHIND = 6.0
 """Landmarks, themes and goals with a log-probability so much less than the best one's are left."""
 COMMON = 2
 """Places that are not about a landmark are tried with so many of them."""
+JOINT_LANDMARKS = 3
+"""So many landmarks of each PLACE are tried where several name one place."""
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
 BETWEEN = frozenset({"between", "inbetween", "among"})
-OTHERS = frozenset({"other", "another"})
-MISCOUNTED = float(np.log(0.1))
-ONE_FOR_MANY = float(np.log(0.4))
-"""A plural often names one thing that holds many: "the tires"."""
+SPOKEN_OF = float(np.log(0.01))
+"""What it costs that "the other truck" is one that was meant before."""
 UNSPOKEN = 0.01
 """Probability that a pronoun stands for a thing that was not spoken of."""
 
@@ -67,60 +75,6 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Tree:
-    """A command's clauses with what is looked up again and again.
-
-    Parameters
-    ----------
-    sdcs
-        The top-level clauses.
-    """
-
-    sdcs: tuple[SDC, ...]
-
-    @cached_property
-    def nodes(self) -> list[SDC]:
-        """All clauses, breadth first."""
-        return list(breadth_first(self.sdcs))
-
-    @cached_property
-    def children(self) -> list[dict[Field, tuple[int, ...]]]:
-        """The clauses in the fields of each."""
-        return child_indices(self.sdcs)
-
-    @cached_property
-    def words(self) -> list[dict]:  # type: ignore[type-arg]
-        """Words of each clause's factor."""
-        return [factor_words(sdc) for sdc in self.nodes]
-
-    @cached_property
-    def parts(self) -> frozenset[int]:
-        """OBJECTs of which another clause says more without a landmark: "the pallet" of tires."""
-        return frozenset(
-            child
-            for node, sdc in enumerate(self.nodes)
-            if sdc.type == "OBJECT" and (is_complement(sdc) or not sdc.landmark1)
-            for child in (*self.children[node].get("f", ()), *self.children[node].get("l", ()))
-        )
-
-    def all_below(self, node: int) -> list[int]:
-        """A clause and all clauses in it."""
-        found = [node]
-        for n in found:
-            found.extend(c for group in self.children[n].values() for c in group)
-        return found
-
-    def below(self, node: int, fields: Sequence[Field], *types: str) -> list[int]:
-        """Clauses of some types in some fields of another, in the order of the fields."""
-        return [
-            child
-            for name in fields
-            for child in self.children[node].get(name, ())
-            if self.nodes[child].type in types and not self.nodes[child].is_implicit
-        ]
-
-
-@dataclass(frozen=True)
 class Surroundings:
     """What the first pass grounds clauses in.
 
@@ -137,6 +91,12 @@ class Surroundings:
     antecedents
         What pronouns may stand for by :mod:`g3.language.anaphora`, with probabilities: the
         groundings of OBJECTs of earlier clauses, by the pronoun's clause.
+    goals
+        What earlier clauses lead to, the last one last: "there" is one of them.
+    spoken
+        Ids of what earlier clauses mean.
+    load
+        Id of what the clause moves: it goes where there is room for it, and is no landmark of that.
     width
         Width of the beams.
     landmarks
@@ -152,6 +112,9 @@ class Surroundings:
     cost: Cost
     referents: tuple[Group, ...] = ()
     antecedents: Mapping[int, tuple[tuple[Group, float], ...]] = field(default_factory=dict)
+    goals: tuple[Group, ...] = ()
+    spoken: frozenset[str] = frozenset()
+    load: str | None = None
     width: int = WIDTH
     landmarks: int = LANDMARKS
     answers: Mapping[int, str] = field(default_factory=dict)
@@ -166,7 +129,9 @@ def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
 def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
     sdc = tree.nodes[node]
-    if sdc.type == "PLACE":
+    if is_there(sdc) and about.goals:
+        return _there(node, about)
+    if factor_type(sdc) == "PLACE":
         return _place(tree, node, about)
     if is_pronoun(sdc):
         return _antecedents(node, about)
@@ -177,7 +142,8 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
         for other in figures[1:]:
             own = _both(own, ground_thing(tree, other, about), about.width)
     else:
-        own = [Candidate(group, 0.0, {}) for group in about.scene.groups]
+        score = _barred(sdc, about)
+        own = [Candidate(g, score(g), {}) for g in about.scene.groups]
     if node in about.answers:
         own = [c for c in own if _ids(c.group) == (about.answers[node],)] or own
     pairs = [(f, lm) for f in own for lm in landmarks]
@@ -186,9 +152,26 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     return _scored(tree, node, about, pairs)
 
 
-def is_complement(sdc: SDC) -> bool:
-    """Whether an OBJECT's landmark names the same thing: "the pallet of tires"."""
-    return sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",)
+def _barred(sdc: SDC, about: Surroundings) -> Callable[[Group], float]:
+    """What it costs a leaf to be grounded in what it surely isn't.
+
+    What is carried is no landmark of where it goes. "The other truck" is none that was meant
+    before, nor what the load stands on.
+    """
+    load = {about.load} if about.load else set()
+    meant = about.spoken | _carrier(about) if names_other(sdc) else set()
+
+    def score(group: Group) -> float:
+        ids = {g.id for g in group if isinstance(g, PhysicalObject)}
+        return (MISPLACED if ids & load else 0.0) + (SPOKEN_OF if ids & meant else 0.0)
+
+    return score
+
+
+def _carrier(about: Surroundings) -> set[str]:
+    """Id of what the load stands on."""
+    under = carrier(about.state, about.load) if about.load else None
+    return {under.id} if under else set()
 
 
 def _same(
@@ -205,26 +188,23 @@ def is_pronoun(sdc: SDC) -> bool:
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in PRONOUNS
 
 
-def names_other(sdc: SDC) -> bool:
-    """Whether a leaf names something else than what was meant before: "the other truck"."""
-    return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
+def unmeant_scores(tree: Tree, node: int, batch: FactorBatch, sizes: Sequence[int]) -> FloatArray:
+    """What it costs rows that an OBJECT's words speak of another number or another thing alike.
 
-
-def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
-    """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
-    said = group_of(sdc)
-    if said.count is not None and said.count > 1:
-        return np.where(sizes == said.count, 0.0, MISCOUNTED)
-    if said.number == "singular":
-        return np.where(sizes == 1, 0.0, MISCOUNTED)
-    return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
-
-
-def other_side_scores(sdc: SDC, batch: FactorBatch) -> FloatArray:
-    """What it costs rows that an OBJECT's words single out another thing, shape (n,)."""
-    if sdc.landmark1 and not is_complement(sdc):
-        batch = replace(batch, words=[{**words, "figure": ()} for words in batch.words])
-    return side_scores(batch)
+    Parameters
+    ----------
+    sizes
+        How many things each row's figure is.
+    """
+    sdc = tree.nodes[node]
+    total = np.zeros(len(batch))
+    if not sdc.figure:
+        total = total + number_scores(sdc, np.array(sizes))
+    if node not in tree.parts:
+        if sdc.landmark1 and not is_complement(sdc):
+            batch = replace(batch, words=[{**words, "figure": ()} for words in batch.words])
+        total = total + side_scores(batch)
+    return total
 
 
 def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
@@ -290,14 +270,55 @@ def _several(beam: Sequence[Candidate]) -> list[Candidate]:
 
 def _place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     landmarks = _landmarks(tree, node, about)
-    common = [grounded(p, about.state) for p in about.state.context.places]
-    common += spots_of_robot(about.state)
+    common = _common_spots(about.state)
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
         spots = [] if landmark is None else spots_about(landmark.group, about.state)
         more = common if number < COMMON else []
-        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in (*spots, *more)]
+        room = _room(about, [*spots, *more])
+        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in room]
     return _scored(tree, node, about, pairs)
+
+
+def _there(node: int, about: Surroundings) -> list[Candidate]:
+    """Places at what earlier clauses lead to, the last one first; on it rather than beside it."""
+    found = []
+    for number, group in enumerate(dict.fromkeys(reversed(about.goals))):
+        score = float(np.log(0.9 * 0.1**number))
+        spots = spots_about(group, about.state)
+        top = [s for s in spots if s.prism.z_min > ground(about.state) + GROUND_M]
+        found += [Candidate((s,), score, {node: ((s,), score)}) for s in top or spots]
+    return found[: about.width]
+
+
+def _room(about: Surroundings, places: list[Place]) -> list[Place]:
+    """Places where there is room for what the clause moves; all of them if there is none."""
+    return places if about.load is None else free_places(places, about.state, about.load) or places
+
+
+def _common_spots(state: State) -> list[Place]:
+    """Places that are not about a landmark."""
+    return [grounded(p, state) for p in state.context.places] + spots_of_robot(state)
+
+
+def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list[Candidate]:
+    """The beam of PLACEs that name one place together: "on the ground, behind you"."""
+    if len(nodes) == 1:
+        return ground_thing(tree, nodes[0], about)
+    marks = {n: _landmarks(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
+    groups = {_ids(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None}
+    spots = [s for group in groups.values() for s in spots_about(group, about.state)]
+    room = _room(about, [*spots, *_common_spots(about.state)])
+    figures = [Candidate((s,), 0.0, {}) for s in room]
+    everywhere = replace(about, width=len(figures))
+    joined: dict[int, Candidate] = {}
+    for node in nodes:
+        pairs = [(f, lm) for f in figures for lm in marks[node]]
+        for c in _scored(tree, node, everywhere, pairs):
+            other = joined.get(id(c.group[0]), Candidate(c.group, 0.0, {}))
+            both = Candidate(c.group, c.score + other.score, {**other.nodes, **c.nodes})
+            joined[id(c.group[0])] = both
+    return sorted(joined.values(), key=lambda c: -c.score)[: about.width]
 
 
 def _scored(
@@ -307,13 +328,15 @@ def _scored(
     pairs: Sequence[tuple[Candidate, Candidate | None]],
 ) -> list[Candidate]:
     """The best candidates of a clause from figures and landmarks, one for each grounding."""
+    sdc = tree.nodes[node]
+    kind = factor_type(sdc)
     marks = [lm.group for _, lm in pairs if lm is not None]
     bodies, index = about.scene.indices([*(f.group for f, _ in pairs), *marks])
     n = len(pairs)
     landmark = np.full(n, -1, dtype=np.intp)
     landmark[[i for i, (_, lm) in enumerate(pairs) if lm is not None]] = index[n:]
     batch = about.scene.batch(
-        tree.nodes[node].type,
+        kind,
         [tree.words[node]],
         np.zeros(n, dtype=np.intp),
         bodies,
@@ -321,11 +344,14 @@ def _scored(
         landmark=landmark,
     )
     own = about.cost.log_probability(batch)
-    if tree.nodes[node].type == "OBJECT" and not tree.nodes[node].figure:
-        sizes = np.array([len(figure.group) for figure, _ in pairs])
-        own = own + number_scores(tree.nodes[node], sizes)
-    if tree.nodes[node].type == "OBJECT" and node not in tree.parts:
-        own = own + other_side_scores(tree.nodes[node], batch)
+    if kind == "PLACE":
+        own = own + place_scores(sdc, batch, ground(about.state))
+    else:
+        sizes = [len(figure.group) for figure, _ in pairs]
+        own = own + unmeant_scores(tree, node, batch, sizes)
+    if about.load and is_bare(sdc) and node not in tree.parts:
+        ids = [o.id for o in about.state.context.objects]
+        own = own + near_scores(batch, ids.index(about.load))
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below
     best: dict[int, Candidate] = {}

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from g3.actions import REACH_M, SIDE_ENTRY_M, centre
+from g3.actions import REACH_M, SIDE_ENTRY_M, centre, covers
 from g3.driving import direction
 from g3.geometry import convex_hull, point_gap, rotate
-from g3.groundings import FloatArray, Path, PhysicalObject
+from g3.groundings import FloatArray, Grounding, Path, PhysicalObject
 from g3.inference import motions
-from g3.inference.actions import Action, Group
+from g3.inference.actions import Action
 from g3.inference.motions import Legs, Motions
 from g3.inference.state import State, centres
 
@@ -66,14 +66,14 @@ def turn(state: State, actions: Sequence[Action]) -> Motions:
     return _driven(state, poses)
 
 
-def footprint_of(group: Group) -> FloatArray:
+def footprint_of(group: Sequence[Grounding]) -> FloatArray:
     """The hull of a group's footprints, shape (k, 2)."""
     corners = [g.prism.xy for g in group if not isinstance(g, Path)]
     return convex_hull(np.concatenate(corners))
 
 
 def drive_to(state: State, actions: Sequence[Action]) -> Motions:
-    """Up to a thing, facing it; into the middle of a place."""
+    """Up to a thing, facing it; into the middle of a place, or before what stands there."""
     finals = []
     for action in actions:
         footprint = footprint_of(action.target)
@@ -83,12 +83,21 @@ def drive_to(state: State, actions: Sequence[Action]) -> Motions:
         square = np.arctan2(edge[1], edge[0]) + np.pi / 2 * np.arange(4)
         headings = np.append(square, np.arctan2(ahead[1], ahead[0]))
         back = np.zeros(len(headings))
-        if isinstance(action.target[0], PhysicalObject):
-            back = _stand_offs(footprint, middle, headings)
+        thing = isinstance(action.target[0], PhysicalObject)
+        blocked = footprint if thing else _standing(state, middle)
+        if blocked is not None:
+            back = _stand_offs(blocked, middle, headings)
         finals.append(np.column_stack((middle - back[:, None] * direction(headings), headings)))
     every = np.array(finals)
     way = motions.ways(_starts(state, len(actions)), every, np.zeros(every.shape[:2]))
     return _driven(state, way)
+
+
+def _standing(state: State, point: FloatArray) -> FloatArray | None:
+    """The footprint of what stands at a point; None where nothing does."""
+    own = (state.context.agent_id, state.held)
+    things = [o for o in state.context.objects if o.id not in own and covers(o.prism, point)]
+    return footprint_of(things[:1]) if things else None
 
 
 def _stand_offs(footprint: FloatArray, middle: FloatArray, headings: FloatArray) -> FloatArray:

@@ -51,6 +51,21 @@ def test_the_same_command_gives_the_same_output(model):
     assert first.output == second.output
 
 
+def test_reasons_are_told_in_plain_words(model):
+    text = "Pick up the boxes and back up"
+    done = run(text, *SCENARIO, *model, "--plan-only", "--explain")
+    assert done.exit_code == 0, done.output
+    lines = done.stdout.splitlines()
+    assert any(
+        line.startswith("  'the boxes': boxes-") and ", rather than " in line for line in lines
+    )
+    reasons = [line.strip() for line in lines if line.startswith("      ")]
+    assert reasons
+    told = (" likelier for ", " less likely for ", "nothing in these words")
+    assert all(any(words in reason for words in told) for reason in reasons)
+    assert not any("/" in line or "_" in line for line in reasons)
+
+
 def test_what_nobody_understands_is_refused_with_status_2(model):
     done = run("fly", *SCENARIO, *model, "--plan-only")
     assert done.exit_code == 2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from eval.end_to_end import Outcome, interval, reliability
+from eval.end_to_end import Outcome, interval, reliability, risk_coverage
 from eval.judge import judge
 from g3.actions import recorded
 from g3.inference.actions import Action, move, result
@@ -80,6 +80,12 @@ def test_perfectly_stated_probabilities_have_no_calibration_error():
 
 def test_certain_and_wrong_has_the_largest_error():
     assert reliability([outcome(1.0, False)] * 3)[0] == pytest.approx(1.0)
+
+
+def test_risk_is_that_of_the_most_probable():
+    # Of the one most probable none is wrong, of two a half, of three a third.
+    given = [outcome(0.1, True), outcome(0.9, True), outcome(0.5, False)]
+    assert risk_coverage(given) == pytest.approx((0 + 1 / 2 + 1 / 3) / 3)
 
 
 def test_intervals_hold_the_mean_and_follow_the_seed():

@@ -7,9 +7,9 @@ from g3.groundings import Context
 from g3.inference.actions import Action
 from g3.inference.candidates import square
 from g3.inference.changes import UNMOVED, beside_scores, change_scores
-from g3.inference.clauses import UNUSUAL
+from g3.inference.clauses import UNUSUAL, goal_paths
 from g3.inference.state import start_state
-from g3.inference.things import Tree
+from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
 
@@ -42,16 +42,16 @@ def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
 
 
 @pytest.mark.parametrize(
-    ("place", "dear"),
+    ("path", "dear"),
     [
-        ("PLACE(r = closer to, l = OBJ(f = the truck))", True),
-        ("PLACE(r = on, l = OBJ(f = the ground))", True),
-        ("PLACE(r = on, l = OBJ(f = the truck))", False),
-        ("PLACE(r = on the left side of, l = OBJ(f = the truck))", False),
+        ("PATH(r = to, l = OBJ(f = the ground))", True),
+        ("PATH(r = closer to, l = OBJ(f = the truck))", True),
+        ("PATH(r = onto, l = OBJ(f = the truck))", False),
     ],
 )
-def test_beside_a_truck_is_not_on_it(place, dear):
-    tree = Tree(parse_brackets(f"EVENT(r = Put, l = OBJ(f = it), l2 = {place})"))
+def test_to_the_floor_is_not_on_the_truck(path, dear):
+    tree = Tree(parse_brackets(f"EVENT(r = Move, l = OBJ(f = it), l2 = {path})"))
     actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
-    cost = beside_scores(tree, 0, STATE, actions, -1)
+    (goal,) = goal_paths(tree, 0)
+    cost = beside_scores(tree, 0, STATE, actions, goal)
     assert cost.tolist() == [UNUSUAL if dear else 0, 0]

@@ -3,10 +3,10 @@
 import pytest
 
 from g3.inference.clauses import UNUSUAL, goal_paths, verb_scores
-from g3.inference.things import Tree
+from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 
-KINDS = ("wait", "drive to", "pick up", "put down")
+KINDS = ("wait", "drive to", "pick up", "carry", "put down")
 
 
 def test_what_something_is_taken_from_is_no_goal():
@@ -23,9 +23,9 @@ def test_what_something_is_taken_from_is_no_goal():
 @pytest.mark.parametrize(
     ("verb", "unusual"),
     [
-        ("turn", {"pick up", "put down"}),
-        ("wait", {"pick up", "put down"}),
-        ("Set down", {"wait", "drive to"}),
+        ("turn", {"pick up", "carry", "put down"}),
+        ("wait", {"pick up", "carry", "put down"}),
+        ("Set down", {"wait", "drive to", "pick up"}),
         ("Lift", {"put down"}),
         # Who moves a load may drive it somewhere, pick it up or put it down.
         ("Move", set()),
@@ -37,3 +37,24 @@ def test_a_verb_is_of_a_sort_of_action(verb, unusual):
     costs = dict(zip(KINDS, verb_scores(event, KINDS).tolist(), strict=True))
     assert {kind for kind, cost in costs.items() if cost} == unusual
     assert set(costs.values()) <= {0.0, UNUSUAL}
+
+
+def test_what_is_passed_is_no_goal_if_another_path_has_one():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Drive, l2 = [PATH(r = past, l = OBJ(f = the barrel)), "
+            "PATH(r = to, l = OBJ(f = the truck))])"
+        )
+    )
+    assert [w.text for w in tree.nodes[goal_paths(tree, 0)[0]].relation] == ["to"]
+
+
+def test_who_moves_a_load_somewhere_puts_it_down_or_drives_there_with_it():
+    (event,) = parse_brackets("EVENT(r = Move, l = OBJ(f = it))")
+
+    def dear(held):
+        costs = verb_scores(event, KINDS, leads=True, held=held)
+        return {kind for kind, cost in zip(KINDS, costs, strict=True) if cost}
+
+    assert dear(None) == {"wait", "drive to", "pick up"}
+    assert dear("tires") == {"wait", "pick up"}

@@ -1,0 +1,94 @@
+"""What kind of phrase a clause is: a noun's complement, an area, "there"."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from g3.features.bodies import IntArray
+from g3.features.order import is_ordinal
+from g3.groundings import FloatArray
+from g3.language.concepts import concepts
+from g3.language.groups import group
+from g3.language.words import field_words, figure_words, normalise
+from g3.sdc import SDC, SDCType, all_words
+
+AREAS = frozenset(
+    normalise(word)
+    for word in (
+        *("area", "space", "spot", "place", "gap", "slot", "location", "position", "region"),
+        *("ground", "floor"),
+    )
+)
+TELLING = frozenset(
+    normalise(word)
+    for word in (
+        *("other", "another", "same", "this", "that", "empty", "full", "loaded", "single"),
+        *("lonely", "only", "tall", "big", "small"),
+    )
+)
+OTHERS = frozenset({"other", "another"})
+MISCOUNTED = float(np.log(0.1))
+ONE_FOR_MANY = float(np.log(0.4))
+"""A plural often names one thing that holds many: "the tires"."""
+STRESSED = frozenset(
+    normalise(word) for word in ("in", "next", "beside", "by", "behind", "near", "there")
+)
+
+
+def is_complement(sdc: SDC) -> bool:
+    """Whether an OBJECT's landmark names the same thing: "the pallet of tires"."""
+    return sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",)
+
+
+def is_area(sdc: SDC) -> bool:
+    """Whether an OBJECT is a place that its relation tells: "the space between the pallets"."""
+    if sdc.type != "OBJECT" or not sdc.landmark1 or is_complement(sdc):
+        return False
+    return bool(AREAS.intersection(figure_words(sdc)))
+
+
+def factor_type(sdc: SDC) -> SDCType:
+    """The type of a clause's factor: where an area is tells a PLACE's."""
+    return "PLACE" if is_area(sdc) else sdc.type
+
+
+def is_bare(sdc: SDC) -> bool:
+    """Whether an OBJECT names one thing by nothing but its kind: "the pallet of tires"."""
+    if sdc.type != "OBJECT" or not (sdc.is_leaf or is_complement(sdc)):
+        return False
+    words = field_words(all_words(sdc))
+    more = concepts(words) or TELLING.intersection(words) or any(map(is_ordinal, words))
+    return not more and not names_other(sdc) and group(sdc).number == "singular"
+
+
+def is_there(sdc: SDC) -> bool:
+    """Whether a PLACE is one that was spoken of: "there", "on top"."""
+    if sdc.type != "PLACE" or sdc.landmark1:
+        return False
+    words = field_words(all_words(sdc))
+    return "there" in words or concepts(words) == {"on"}
+
+
+def names_other(sdc: SDC) -> bool:
+    """Whether a leaf names something else than what was meant before: "the other truck"."""
+    return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
+
+
+def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
+    """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
+    said = group(sdc)
+    if said.count is not None and said.count > 1:
+        return np.where(sizes == said.count, 0.0, MISCOUNTED)
+    if said.number == "singular":
+        return np.where(sizes == 1, 0.0, MISCOUNTED)
+    return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
+
+
+def told(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Normal forms of words without those that only stress others.
+
+    >>> told(("right", "next", "to"))
+    ('next', 'to')
+    """
+    after = (*words[1:], "")
+    return tuple(w for w, a in zip(words, after, strict=False) if w != "right" or a not in STRESSED)

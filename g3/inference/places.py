@@ -1,0 +1,157 @@
+"""What words say about a place: on the ground, and on which side of a thing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from g3.action_candidates import FREE_M
+from g3.actions import centre, covers, recorded
+from g3.features.batch import FactorBatch
+from g3.features.named import named
+from g3.features.ranks import local_centres
+from g3.geometry import BoolArray, convex_hull, point_gap, rotate
+from g3.groundings import FloatArray, PhysicalObject, Place, Prism
+from g3.inference.candidates import GROUND_M, beneath
+from g3.inference.sides import MISPLACED, facing, turned
+from g3.inference.state import State, centres
+from g3.language.concepts import CONCEPTS, concepts
+from g3.language.words import field_words, normalise
+from g3.sdc import SDC, all_words
+
+FLOOR = frozenset({"ground", "floor", "pavement"})
+BESIDE = frozenset({"near", "left", "right", "front", "back", "between"})
+BEHIND = frozenset({normalise("behind")})
+_WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
+"""Where the left, right, front and far side of a thing are for who looks along the first axis."""
+SAME_SPOT_M = 1.5
+"""Nearer than this to where it stood a load has not been moved."""
+ASIDE = 0.5
+"""A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
+
+
+def on_ground(words: SDC, relation: SDC) -> bool:
+    """Whether words say that something is to be on the ground: not on the truck but beside it.
+
+    Parameters
+    ----------
+    words
+        The clause whose words may name the floor.
+    relation
+        The clause whose relation may put it beside something.
+    """
+    if FLOOR.intersection(field_words(all_words(words))):
+        return True
+    told = concepts(field_words(relation.relation))
+    return "on" not in told and bool(told & BESIDE)
+
+
+def place_scores(sdc: SDC, batch: FactorBatch, ground: float) -> FloatArray:
+    """What it costs rows (n,) of a PLACE's factor that its words say otherwise.
+
+    Parameters
+    ----------
+    sdc
+        The PLACE.
+    batch
+        Places as figures, with landmarks.
+    ground
+        Height of the ground.
+    """
+    total = place_side_scores(batch)
+    if on_ground(sdc, sdc):
+        high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
+        total = total + np.where(high, MISPLACED, 0.0)
+    return total
+
+
+def place_side_scores(batch: FactorBatch) -> FloatArray:
+    """What it costs places (n,) that they aren't on the side of a thing that words name.
+
+    The right of a pallet is where it is for who faces the row of its like; its front is the side
+    of who speaks, and the far side is behind it. The right of several things is beyond all of
+    them. The robot has its own sides.
+    """
+    wanted = _sides(batch)
+    bodies, mark = batch.bodies, batch.landmark
+    robot = mark == batch.agent_body
+    told = (mark >= 0) & (wanted.sum(axis=1) == 1)
+    told &= robot | bodies.labels[mark].any(axis=1)
+    told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
+    if not told.any():
+        return np.zeros(len(batch))
+    middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
+    peers = local_centres(batch, batch.peers)
+    alike = (bodies.labels[batch.peers] & bodies.labels[mark][:, None]).any(axis=2)
+    ahead = facing(middle, peers, alike & (batch.peers != mark[:, None]))
+    sight = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
+    ahead = np.where(wanted[:, 2:].any(axis=1, keepdims=True), sight, ahead)
+    ahead = np.where(robot[:, None], np.array([1.0, 0.0]), ahead)
+    way = wanted @ _WAYS
+    way[robot, 0] *= -1
+    off = turned(place - middle, ahead)
+    along = (off * way).sum(axis=1)
+    wrong = along < ASIDE * np.linalg.norm(off, axis=1)
+    several = bodies.count[mark] > 1
+    if several.any():
+        beyond = np.nan_to_num(_beyond(batch, place, ahead, way), nan=np.inf).min(axis=1)
+        wrong |= several & (beyond < 0)
+    return np.where(told & wrong, MISPLACED, 0.0)
+
+
+def _sides(batch: FactorBatch) -> BoolArray:
+    """Which of left, right, front and far side each row's relation names, shape (n, 4)."""
+    told = named(batch, ("relation",))[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+    behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
+    return np.column_stack((told, np.array(behind)[batch.factor]))
+
+
+def _beyond(
+    batch: FactorBatch, place: FloatArray, ahead: FloatArray, way: FloatArray
+) -> FloatArray:
+    """How much further places are than each of their landmark's things; (n, members)."""
+    offset = batch.bodies.members[batch.landmark] - batch.agent[:, None, :2]
+    local = rotate(offset, np.broadcast_to(-batch.agent[:, 2, None], offset.shape[:2]))
+    off = turned(place[:, None] - local, ahead[:, None])
+    further: FloatArray = (off * way[:, None]).sum(axis=-1)
+    return further
+
+
+def carrier(state: State, object_id: str) -> PhysicalObject | None:
+    """What an object stands on; None for the ground."""
+    return beneath(Place(state.thing(object_id).prism), state, object_id)
+
+
+def free_places(places: Sequence[Place], state: State, load: str) -> list[Place]:
+    """Where a load can be put: where nothing stands, and it hasn't stood itself."""
+    middles = centres([place.prism for place in places])
+    bottoms = np.array([place.prism.z_min for place in places])
+    free = np.ones(len(places), dtype=bool)
+    for thing in recorded(state.context).objects:
+        if thing.id != load:
+            blocked = _gaps(middles, thing.prism) <= FREE_M
+            free &= ~(blocked & (thing.prism.z_max > bottoms + 0.3))
+    if load != state.held:
+        own, under = state.thing(load), carrier(state, load)
+        if under is None:
+            free &= np.linalg.norm(middles - centre(own.prism), axis=1) >= SAME_SPOT_M
+        else:
+            level = np.abs(under.prism.z_max - bottoms) < GROUND_M
+            free &= ~(level & (_gaps(middles, under.prism) <= 0))
+    return [place for place, is_free in zip(places, free, strict=True) if is_free]
+
+
+def _gaps(points: FloatArray, prism: Prism) -> FloatArray:
+    """How far points (n, 2) are from a footprint, 0 inside; shape (n,)."""
+    gaps: FloatArray = point_gap(points[None], convex_hull(prism.xy)[None])[0]
+    return gaps
+
+
+def stands_at(place: Place, thing: PhysicalObject, under: PhysicalObject | None) -> bool:
+    """Whether a place is on what a thing stands on, or for one on the ground where it is."""
+    middle = centre(place.prism)
+    if under is None:
+        return bool(np.linalg.norm(middle - centre(thing.prism)) < SAME_SPOT_M)
+    level = abs(under.prism.z_max - place.prism.z_min) < GROUND_M
+    return level and covers(under.prism, middle)

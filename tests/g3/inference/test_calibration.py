@@ -1,0 +1,93 @@
+"""What tells how probably a plan is right."""
+
+import numpy as np
+import pytest
+
+from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.inference.actions import Action
+from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end
+from g3.inference.search import Hypothesis
+from g3.inference.state import State, moved_to, with_moved
+
+
+def thing(name, x, y, size=1.0, height=1.0, bottom=0.0):
+    corners = size / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) + np.array([x, y])
+    pose = Trajectory(np.zeros(1), np.array([[x, y, bottom]]), np.zeros(1))
+    return PhysicalObject(name, (name,), Prism(corners, bottom, bottom + height), pose)
+
+
+START = State(
+    Context(
+        "yard",
+        (
+            thing("robot", 0, 0),
+            thing("tires", 9, 3),
+            thing("boxes", 9, -3),
+            thing("truck", 20, 0, 6),
+        ),
+        (),
+        "robot",
+    ),
+    None,
+)
+
+
+def put(name, x, y, bottom=0.0, score=0.0):
+    moved = moved_to(START.thing(name), np.array([x, y, 0.0]), bottom)
+    return Hypothesis(score, with_moved(START, {name: moved}, None), (Action("carry", name),))
+
+
+def driven(x, y, kind="drive to", score=0.0):
+    moved = moved_to(START.thing("robot"), np.array([x, y, 0.0]), 0.0)
+    return Hypothesis(score, with_moved(START, {"robot": moved}, None), (Action(kind),))
+
+
+def lifted(name):
+    return Hypothesis(0.0, State(START.context, name), (Action("pick up", name),))
+
+
+@pytest.mark.parametrize(
+    ("plan", "other", "same"),
+    [
+        (put("tires", 5, 5), put("tires", 6, 6), True),
+        (put("tires", 5, 5), put("tires", 5, 8), False),
+        (put("tires", 5, 5), put("boxes", 5, 5), False),
+        # Anywhere on the truck, which is 6 m wide; but not beside it.
+        (put("tires", 18, 0, 1.0), put("tires", 22, 0, 1.0), True),
+        (put("tires", 18, 0, 1.0), put("tires", 16, 0), False),
+        (lifted("tires"), lifted("tires"), True),
+        (lifted("tires"), lifted("boxes"), False),
+        (driven(5, 0), driven(6, 0), True),
+        (driven(5, 0), driven(9, 0), False),
+    ],
+)
+def test_plans_lead_to_the_same_if_loads_do(plan, other, same):
+    assert same_end(plan, other) is same
+    assert same_end(other, plan) is same
+
+
+def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
+    best, alike, another = (
+        put("tires", 5, 5, score=np.log(0.5)),
+        put("tires", 6, 6, score=np.log(0.25)),
+        put("boxes", 5, 5, score=np.log(0.25)),
+    )
+    best = Hypothesis(
+        best.score, best.state, best.actions, {0: ((), np.log(0.5)), 2: ((), np.log(0.125))}
+    )
+    seen = evidence(best, [best, alike, another])
+    assert seen.tolist() == pytest.approx([1.0, np.log(0.25), np.log(0.75)])
+
+
+def test_probability_falls_with_both():
+    sure = np.array([1.0, -0.1, -0.1])
+    for less in ([0, -1, 0], [0, 0, -1]):
+        assert plan_probability(sure + less) < plan_probability(sure)
+
+
+def test_a_curve_finds_the_odds_that_plans_were_made_with():
+    rng = np.random.default_rng(0)
+    seen = np.column_stack((np.ones(4000), rng.normal(size=(4000, 2))))
+    odds = seen @ [0.5, 1.0, -1.0]
+    correct = rng.uniform(size=4000) < 1 / (1 + np.exp(-odds))
+    assert fit_curve(seen, correct) == pytest.approx([0.5, 1.0, -1.0], abs=0.15)

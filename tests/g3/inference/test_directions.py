@@ -1,0 +1,43 @@
+"""Ways that words name without a landmark."""
+
+import numpy as np
+import pytest
+
+from g3.inference.actions import Action
+from g3.inference.clauses import UNUSUAL
+from g3.inference.directions import direction_scores
+from g3.inference.tree import Tree
+from g3.sdc_notation import parse_brackets
+
+ACTIONS = {
+    "wait": Action("wait"),
+    "ahead": Action("go straight", amount=4.0),
+    "back": Action("back up", amount=-4.0),
+    "left": Action("turn", amount=np.pi / 2),
+    "right": Action("turn", amount=-np.pi / 2),
+    "around": Action("turn", amount=np.pi),
+    "put": Action("put down", object_id="boxes-1"),
+}
+
+
+@pytest.mark.parametrize(
+    ("notation", "free"),
+    [
+        ("EVENT(r = Go forward)", {"ahead"}),
+        ("EVENT(r = Go, l = PATH(r = straight ahead))", {"ahead"}),
+        ("EVENT(r = Back up)", {"back"}),
+        ("EVENT(r = swing, l = PLACE(r = to the right))", {"right"}),
+        ("EVENT(r = turn left)", {"left"}),
+        ("EVENT(r = Turn around)", {"around"}),
+        ("EVENT(r = Go back left)", {"back", "left"}),
+        # No way is named, or it is that of a thing.
+        ("EVENT(r = Drive)", ACTIONS.keys()),
+        ("EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the left truck)))", ACTIONS.keys()),
+    ],
+)
+def test_another_way_than_words_name_costs(notation, free):
+    tree = Tree(parse_brackets(notation))
+    cost = dict(zip(ACTIONS, direction_scores(tree, 0, [*ACTIONS.values()]), strict=True))
+    # What handles a load leads to more than a way.
+    assert {name for name, c in cost.items() if c == 0.0} == {*free, "put"}
+    assert set(cost.values()) <= {0.0, UNUSUAL}

@@ -1,0 +1,151 @@
+"""What words say about places."""
+
+import numpy as np
+import pytest
+
+from g3.examples import to_batch
+from g3.groundings import Context
+from g3.inference.arguments import arguments
+from g3.inference.candidates import square
+from g3.inference.costs import ConstantCost
+from g3.inference.phrases import is_area, is_there, told
+from g3.inference.places import carrier, free_places, on_ground, place_scores, place_side_scores
+from g3.inference.scene import scene_of
+from g3.inference.sides import MISPLACED
+from g3.inference.state import start_state
+from g3.inference.things import Surroundings, ground_places
+from g3.inference.tree import Tree
+from g3.sdc_notation import parse_brackets
+from tests.g3.features.scenes import robot, row, scene, thing
+
+# The robot stands at the origin and looks along +x; a row of pallets is to its right.
+ROW = [thing(name, "pallet", 3, -y) for name, y in (("a", 4), ("b", 7), ("c", 10))]
+TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
+OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
+BOXES = thing("boxes", "box pallet", 20, 0, z=(1, 2))
+STATE = start_state(Context("yard", (TRUCK, OTHER, BOXES, *ROW, robot()), (), "robot"))
+
+
+def spot(x, y, bottom=0.0):
+    return square(np.array([x, y], dtype=float), 0.0, bottom)
+
+
+PLACES = {"right": spot(3, -12.2), "left": spot(3, -1.8), "near": spot(2, -1), "far": spot(4, -13)}
+
+
+@pytest.mark.parametrize(
+    ("relation", "landmark", "meant"),
+    [
+        # The right of a pallet goes on along its row, for who faces that.
+        ("to the right of", ROW[1:2], "right far"),
+        ("to the left of", ROW[1:2], "left near"),
+        # Its front is the side of who speaks.
+        ("in front of", ROW[1:2], "left near"),
+        ("behind", ROW[1:2], "right far"),
+        # The right of several things is beyond all of them.
+        ("to the right of", ROW, "right far"),
+        ("to the right of", [*ROW, thing("d", "pallet", 3, -15)], ""),
+        ("next to", ROW[1:2], "right left near far"),
+    ],
+)
+def test_sides_of_things_are_those_of_who_looks_at_them(relation, landmark, meant):
+    world = scene(*ROW, agent=robot())
+    rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in PLACES.values()]
+    cost = place_side_scores(to_batch(rows))
+    assert set(cost) <= {0.0, MISPLACED}
+    assert {name for name, c in zip(PLACES, cost, strict=True) if c == 0} == set(meant.split())
+
+
+def test_a_row_is_faced_straight_on_from_wherever_the_robot_stands():
+    rows = [
+        row(scene(*ROW, agent=robot()), "PLACE", p, relation="right of", landmark=ROW[:1])
+        for p in (spot(3, -6.2), spot(1, -4.5))
+    ]
+    assert place_side_scores(to_batch(rows)).tolist() == [0, MISPLACED]
+
+
+def test_the_robot_has_its_own_sides():
+    agent = robot()
+    world = scene(*ROW, agent=agent)
+    places = [spot(4, 0), spot(-4, 0), spot(0, -4)]
+    for relation, meant in (("in front of", 0), ("behind", 1), ("to the right of", 2)):
+        rows = [row(world, "PLACE", p, relation=relation, landmark=(agent,)) for p in places]
+        cost = place_side_scores(to_batch(rows))
+        assert np.flatnonzero(cost == 0).tolist() == [meant]
+
+
+@pytest.mark.parametrize(
+    ("place", "beside"),
+    [
+        ("PLACE(r = closer to, l = OBJ(f = the truck))", True),
+        ("PLACE(r = on, l = OBJ(f = the ground))", True),
+        ("PLACE(r = on, l = OBJ(f = the truck))", False),
+        ("PLACE(r = on the left side of, l = OBJ(f = the truck))", False),
+    ],
+)
+def test_beside_a_truck_is_not_on_it(place, beside):
+    (sdc,) = parse_brackets(place)
+    assert on_ground(sdc, sdc) is beside
+    world = scene(TRUCK, agent=robot())
+    rows = [row(world, "PLACE", p, landmark=(TRUCK,)) for p in (spot(20, 0, 1), spot(15, 0))]
+    assert place_scores(sdc, to_batch(rows), 0.0).tolist() == [MISPLACED if beside else 0, 0]
+
+
+def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
+    places = [spot(20, 2, 1), spot(-20, 0, 1), spot(3, -4), spot(3, 0)]
+    assert carrier(STATE, "boxes").id == "truck"
+    assert carrier(STATE, "a") is None
+    assert free_places(places, STATE, "boxes") == [places[1], places[3]]
+    # The boxes take up the middle of the truck.
+    assert free_places([spot(20, 0, 1), *places], STATE, "a") == [places[1], places[3]]
+
+
+def around(**options):
+    return Surroundings(STATE, scene_of(STATE.context), ConstantCost(), **options)
+
+
+def test_places_that_name_one_place_together_are_one():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Put, l = OBJ(f = it), l2 = [PLACE(r = on, l = OBJ(f = the ground)), "
+            "PLACE(r = behind, l = OBJ(f = the truck))])"
+        )
+    )
+    places = tree.below(0, ("l2",), "PLACE")
+    best = ground_places(tree, places, around())[0]
+    assert set(places) <= set(best.nodes)
+    assert {best.nodes[n][0] for n in places} == {best.group}
+    assert best.group[0].prism.z_min == 0
+
+
+def test_there_is_what_an_earlier_clause_led_to_and_on_it_rather_than_beside_it():
+    tree = Tree(parse_brackets("EVENT(r = Put, l = OBJ(f = it), l2 = PLACE(f = there))"))
+    found = arguments(tree, 0, around(goals=((OTHER,), (TRUCK,)))).goals
+    best = found[0].group[0].prism
+    assert best.z_min == 1
+    assert best.xy.mean(axis=0)[0] == pytest.approx(20, abs=4)
+
+
+def test_what_is_carried_is_no_landmark_and_the_other_truck_is_not_the_one_it_is_on():
+    put = "EVENT(r = Put, l = OBJ(f = the boxes), l2 = PLACE(r = on, l = OBJ(f = the other truck)))"
+    tree = Tree(parse_brackets(put))
+    (mark,) = (n for n, sdc in enumerate(tree.nodes) if "other" in [w.text for w in sdc.words])
+    best = ground_places(tree, tree.below(0, ("l2",), "PLACE"), around(load="boxes"))[0]
+    assert best.nodes[mark][0] not in ((BOXES,), (TRUCK,))
+    spoken = around(load="a", spoken=frozenset({"truck"}))
+    best = ground_places(tree, tree.below(0, ("l2",), "PLACE"), spoken)[0]
+    assert best.nodes[mark][0] not in ((ROW[0],), (TRUCK,))
+
+
+def test_phrases():
+    area, pallet = parse_brackets(
+        "OBJ(f = OBJ(f = the empty space), r = between, l = OBJ(f = the pallets)); "
+        "OBJ(f = OBJ(f = the pallet), r = between, l = OBJ(f = the pallets))"
+    )
+    assert is_area(area)
+    assert not is_area(pallet)
+    there, right = parse_brackets("PLACE(f = over there); PLACE(f = to the right)")
+    assert is_there(there)
+    assert not is_there(right)
+    assert told(("right", "in", "front", "of")) == ("in", "front", "of")
+    assert told(("to", "the", "right", "of")) == ("to", "the", "right", "of")
