@@ -24,7 +24,7 @@ from g3.action_log import (
     start_pose,
 )
 from g3.driving import Obstacles, Way, arc, direction, dock, route, straight
-from g3.geometry import centroid, convex_hull, cross, point_gap, rotate
+from g3.geometry import convex_hull, cross, hull_centre, point_gap, rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 REACH_M = 1.1
@@ -272,8 +272,7 @@ def _object(context: Context, object_id: str) -> PhysicalObject:
 
 def centre(prism: Prism) -> FloatArray:
     """The middle of a footprint, shape (2,)."""
-    middle: FloatArray = centroid(convex_hull(prism.xy)[None])[0]
-    return middle
+    return hull_centre(prism.xy)
 
 
 def covers(prism: Prism, point: FloatArray, margin_m: float = 0.0) -> bool:

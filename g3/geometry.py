@@ -8,7 +8,7 @@ whole batch at once.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -235,13 +235,39 @@ def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
 
 
 def convex_hull(points: FloatArray) -> FloatArray:
-    """The convex hull of points (m, 2), corners counter-clockwise.
+    """The convex hull of points (m, 2), corners counter-clockwise; it can't be written to.
 
     Andrew's monotone chain; used to bring footprints into the form of this module.
     """
-    order = sorted({(x, y) for x, y in np.asarray(points, dtype=float).tolist()})
+    return _hull(_bytes(points))
+
+
+def hull_centre(points: FloatArray) -> FloatArray:
+    """The centre of area of points' convex hull, shape (2,); it can't be written to."""
+    return _hull_centre(_bytes(points))
+
+
+def _bytes(points: FloatArray) -> bytes:
+    return np.asarray(points, dtype=np.float64).tobytes()
+
+
+def _fixed(array: FloatArray) -> FloatArray:
+    array.flags.writeable = False
+    return array
+
+
+# A scene's things are looked at again and again, one by one.
+@lru_cache(maxsize=1 << 14)
+def _hull_centre(points: bytes) -> FloatArray:
+    return _fixed(centroid(_hull(points)[None])[0].copy())
+
+
+@lru_cache(maxsize=1 << 14)
+def _hull(points: bytes) -> FloatArray:
+    table = np.frombuffer(points).reshape(-1, 2)
+    order = sorted({(x, y) for x, y in table.tolist()})
     if len(order) < 3:
-        return np.array(order).reshape(-1, 2)
+        return _fixed(np.array(order).reshape(-1, 2))
 
     def chain(rows: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
         hull: list[tuple[float, float]] = []
@@ -254,4 +280,4 @@ def convex_hull(points: FloatArray) -> FloatArray:
             hull.append((x, y))
         return hull[:-1]
 
-    return np.array(chain(order) + chain(reversed(order)))
+    return _fixed(np.array(chain(order) + chain(reversed(order))))

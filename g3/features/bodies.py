@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from g3.geometry import area, centroid, convex_hull, cross, rotate, wrap
+from g3.geometry import area, centroid, convex_hull, cross, hull_centre, rotate, wrap
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 
 IntArray = npt.NDArray[np.intp]
@@ -267,8 +267,7 @@ def _own_trajectory(grounding: Grounding) -> Trajectory:
     if not isinstance(grounding, Place):
         return grounding.trajectory
     prism = grounding.prism
-    centre = centroid(convex_hull(prism.xy)[None])[0]
-    return Trajectory(np.zeros(1), np.array([[*centre, prism.z_min]]), np.zeros(1))
+    return Trajectory(np.zeros(1), np.array([[*hull_centre(prism.xy), prism.z_min]]), np.zeros(1))
 
 
 def _members(things: Sequence[Sequence[FloatArray]]) -> FloatArray:

@@ -216,11 +216,11 @@ def _reasons(
     root: int, factors: Sequence[FactorBatch], cost: Cost, ranked: _Ranked, action: int
 ) -> dict[int, Reasons]:
     """What spoke for an action against the best one that does something else."""
-    if not isinstance(cost, Scorer):
+    if not factors or not isinstance(cost, Scorer):
         return {}
     chosen = ranked.actions[action]
     other = np.array([_differs(a, chosen) for a in ranked.actions])[ranked.action]
-    if not factors or not other.any():
+    if not other.any():
         return {}
     first, best = (int(np.flatnonzero(x)[0]) for x in (ranked.action == action, other))
     rows = int(ranked.row[first]), int(ranked.row[best])
