@@ -28,6 +28,9 @@ a side that runs along the direction, the noise of its corners would choose betw
 THICKNESS, LEAST_M = 1e-3, 1e-6
 """How wide a landmark without an area is, as part of its length, and at least."""
 
+RECTANGLE = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""Its corners, counter-clockwise: at which end and on which side."""
+
 NEAR = 0.03
 """Nearer to the focus than this, in units of the figure's distance, attention is as at this
 distance: it is all but the same there, and single precision loses its differences."""
@@ -78,7 +81,9 @@ def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
         Which of them each landmark is, shape (n,); each once if left out.
     """
     centre = centroid(corners)
-    seen = corners - centre[:, None]
+    missing = max(len(RECTANGLE) - corners.shape[1], 0)
+    seen = np.concatenate((corners, np.repeat(corners[:, -1:], missing, axis=1)), axis=1)
+    seen -= centre[:, None]
     edge = following(seen) - seen
     side = length(edge)
     flat = np.flatnonzero(cross(seen, edge).sum(axis=1) <= 1e-12 * (side**2).sum(axis=1))
@@ -101,7 +106,7 @@ def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> Float
     low, high = reach.min(axis=1), reach.max(axis=1)
     half = (THICKNESS * (high - low) + LEAST_M) / 2
     ends, sides = ((low - half), (high + half)), (-half, half)
-    around = [(ends[i], sides[j]) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    around = [(ends[i], sides[j]) for i, j in RECTANGLE]
     around += [around[-1]] * (corners.shape[1] - len(around))
     return np.stack([a[:, None] * along + s[:, None] * across for a, s in around], axis=1)
 

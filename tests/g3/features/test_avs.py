@@ -144,6 +144,14 @@ def test_a_line_is_seen_as_a_thin_strip() -> None:
         assert_allclose(frame(np.array(figure), line, 0.7), expected, atol=5e-3)
 
 
+@pytest.mark.parametrize("corners", [1, 2, 3])
+def test_lines_and_points_need_no_more_corners_than_they_have(corners: int) -> None:
+    line = np.array([[-1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
+    whole = line if corners > 1 else line[:1].repeat(4, axis=0)
+    figure = np.array([2.0, 3.0])
+    assert_allclose(frame(figure, line[:corners], 0.2), frame(figure, whole, 0.2), atol=1e-9)
+
+
 def test_landmarks_with_few_and_many_corners_are_seen_together_as_alone() -> None:
     angle = 2 * np.pi * np.arange(7) / 7
     round_one = 2 * np.column_stack((np.cos(angle), np.sin(angle)))
