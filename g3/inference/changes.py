@@ -32,7 +32,7 @@ def change_scores(start: State, actions: Sequence[Action]) -> FloatArray:
         if action.object_id not in stood:
             thing = start.thing(action.object_id)
             stood[action.object_id] = thing, beneath(Place(thing.prism), start, thing.id)
-        if stands_at(action.place, *stood[action.object_id]):
+        if stands_at([action.place], *stood[action.object_id])[0]:
             total[i] = UNMOVED
     return total
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from g3.action_candidates import FREE_M
-from g3.actions import centre, covers, recorded
+from g3.actions import centre, recorded
 from g3.features.batch import FactorBatch
 from g3.features.named import named
 from g3.features.ranks import local_centres
@@ -133,12 +133,7 @@ def free_places(places: Sequence[Place], state: State, load: str) -> list[Place]
             blocked = _gaps(middles, thing.prism) <= FREE_M
             free &= ~(blocked & (thing.prism.z_max > bottoms + 0.3))
     if load != state.held:
-        own, under = state.thing(load), carrier(state, load)
-        if under is None:
-            free &= np.linalg.norm(middles - centre(own.prism), axis=1) >= SAME_SPOT_M
-        else:
-            level = np.abs(under.prism.z_max - bottoms) < GROUND_M
-            free &= ~(level & (_gaps(middles, under.prism) <= 0))
+        free &= ~stands_at(places, state.thing(load), carrier(state, load))
     return [place for place, is_free in zip(places, free, strict=True) if is_free]
 
 
@@ -148,10 +143,14 @@ def _gaps(points: FloatArray, prism: Prism) -> FloatArray:
     return gaps
 
 
-def stands_at(place: Place, thing: PhysicalObject, under: PhysicalObject | None) -> bool:
-    """Whether a place is on what a thing stands on, or for one on the ground where it is."""
-    middle = centre(place.prism)
+def stands_at(
+    places: Sequence[Place], thing: PhysicalObject, under: PhysicalObject | None
+) -> BoolArray:
+    """Which places are on what a thing stands on, or for one on the ground where it is."""
+    middles = centres([place.prism for place in places])
     if under is None:
-        return bool(np.linalg.norm(middle - centre(thing.prism)) < SAME_SPOT_M)
-    level = abs(under.prism.z_max - place.prism.z_min) < GROUND_M
-    return level and covers(under.prism, middle)
+        near: BoolArray = np.linalg.norm(middles - centre(thing.prism), axis=1) < SAME_SPOT_M
+        return near
+    bottoms = np.array([place.prism.z_min for place in places])
+    level = np.abs(under.prism.z_max - bottoms) < GROUND_M
+    return level & (_gaps(middles, under.prism) <= 0)
