@@ -17,6 +17,7 @@ import numpy.typing as npt
 from g3.groundings import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.intp]
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -157,31 +158,34 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
     return np.where((count > 0)[:, None, None], clipped, 0.0)
 
 
-PAIRS = 1 << 13
-"""Pairs of a point and an edge that are looked at together: so many stay in a core's cache, and
-their memory with the process."""
+def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = None) -> FloatArray:
+    """Shortest distances in metres between pairs of polygons, 0 where they overlap.
 
+    Parameters
+    ----------
+    a, b
+        Polygons.
+    rows
+        Which of them each pair has; left out, those in the same place.
+    """
+    from g3.separation import separations  # noqa: PLC0415 - see g3.compiled
 
-def gap(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Shortest distances in metres between pairs of polygons, 0 where they overlap."""
-    result = np.empty(len(a))
-    step = max(1, PAIRS // (a.shape[1] * b.shape[1]))
-    for start in range(0, len(a), step):
-        rows = slice(start, start + step)
-        result[rows] = _gap(a[rows], b[rows])
+    in_place = np.arange(len(a))
+    first, second = (
+        _polygons(polygons, row)
+        for polygons, row in zip((a, b), rows or (in_place, in_place), strict=True)
+    )
+    result = np.empty(len(first[2]))
+    separations(first, second, result)
     return result
 
 
-def _gap(a: FloatArray, b: FloatArray) -> FloatArray:
-    a_inwards, a_distance = _from_edges(a, b)
-    b_inwards, b_distance = _from_edges(b, a)
-    low, high = _shared_extent(a, b)
-    # Apart where some edge of one has all of the other on its outer side (separating axis).
-    apart = ~_all(low <= high)
-    for inwards in (a_inwards, b_inwards):
-        apart |= (inwards.max(axis=0) < 0).any(axis=0)
-    distance = np.minimum(a_distance.min(axis=0), b_distance.min(axis=0))
-    return np.where(apart, distance, 0.0)
+def _polygons(
+    polygons: FloatArray, row: IntArray
+) -> tuple[FloatArray, npt.NDArray[np.uint8], IntArray]:
+    """What :mod:`g3.separation` takes."""
+    corners = np.require(polygons, float, ("C", "W"))
+    return corners, corner_count(corners), np.require(row, np.intp, ("C", "W"))
 
 
 def _shared_extent(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import optimize
 from threadpoolctl import threadpool_limits
 
 from g3.groundings import FloatArray
@@ -23,6 +22,8 @@ def minimise(problem: Problem, *, tolerance: float, max_iterations: int) -> Floa
     weights = np.zeros(len(problem.unit))
     if not len(weights):
         return weights
+    from scipy import optimize  # noqa: PLC0415 - a fifth of a second, which only training waits for
+
     slope = weights
 
     def objective(weights: FloatArray) -> tuple[float, FloatArray]:

@@ -54,8 +54,8 @@ class Footprints:
     ----------
     centre
         Of those that differ, shape (m, 2), in metres.
-    x, y
-        Their corners, seen from there, shape (k, m).
+    seen
+        Their corners, seen from there, shape (m, k, 2).
     corners
         How many come before the last one is repeated, shape (m,).
     row
@@ -63,8 +63,7 @@ class Footprints:
     """
 
     centre: FloatArray
-    x: Singles
-    y: Singles
+    seen: Singles
     corners: npt.NDArray[np.uint8]
     row: IntArray
 
@@ -88,10 +87,8 @@ def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
     side = length(edge)
     flat = np.flatnonzero(cross(seen, edge).sum(axis=1) <= 1e-12 * (side**2).sum(axis=1))
     seen[flat] = _thickened(seen[flat], edge[flat], side[flat])
-    x, y = np.ascontiguousarray(seen.T, dtype=np.float32)
-    return Footprints(
-        centre, x, y, corner_count(seen), np.arange(len(corners)) if row is None else row
-    )
+    row = np.arange(len(corners)) if row is None else row
+    return Footprints(centre, seen.astype(np.float32), corner_count(seen), row)
 
 
 def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> FloatArray:
@@ -145,105 +142,13 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
+    from g3.features.attention import degrees  # noqa: PLC0415 - see g3.compiled
+
     frames, n = yaw.shape
-    # To the left is ahead for who has turned by a quarter.
-    heading = np.concatenate((yaw, yaw + np.pi / 2)).astype(np.float32).reshape(-1)
-    row, figure = np.tile(landmarks.row, 2 * frames), np.tile(points, (2 * frames, 1))
-    angle = np.empty((2, len(row)), dtype=np.float32)
-    # Those with as many corners are looked at together.
-    order = np.argsort(landmarks.corners[row], kind="stable")
-    # To ask the system for so much memory again and again takes as long as to fill it.
-    most = len(PLACES) * int(landmarks.corners.max(initial=0))
-    room = np.empty((6, 2, most, min(BLOCK, len(row))), dtype=np.float32)
-    for start in range(0, len(row), BLOCK):
-        some = order[start : start + BLOCK]
-        place = row[some]
-        corners = int(landmarks.corners[place[-1]])
-        x, y = (c[:corners].take(place, axis=1) for c in (landmarks.x, landmarks.y))
-        offset = (figure[some] - landmarks.centre[place]).astype(np.float32)
-        cos, sin = np.cos(heading[some]), np.sin(heading[some])
-        angle[:, some] = _deviations(
-            _turned(x, y, cos, sin),
-            _turned(offset[:, 0], offset[:, 1], cos, sin),
-            room[:, :, : len(PLACES) * corners, : len(some)],
-        )
-    steps = np.rint(np.degrees(angle) / np.float32(PRECISION_DEG)).astype(float)
-    degrees = np.clip(INTERCEPT + SLOPE_PER_DEGREE * PRECISION_DEG * steps, 0.0, 1.0)
-    by_frame: FloatArray = degrees.reshape(2, 2, frames, n).transpose(3, 2, 0, 1)
-    return by_frame.reshape(n, 4 * frames)
-
-
-def _turned(x: Singles, y: Singles, cos: Singles, sin: Singles) -> tuple[Singles, Singles]:
-    """Points as seen by who heads in a direction: how far ahead and to the left."""
-    return x * cos + y * sin, y * cos - x * sin
-
-
-def _deviations(
-    corners: tuple[Singles, Singles], figure: tuple[Singles, Singles], room: Singles
-) -> Singles:
-    """Angular deviations (2, n) of figures from straight ahead and from straight back.
-
-    Of figures and of landmarks with corners (k, n), how far ahead and to the left they are; and
-    room (6, 2, p, n) for points of the border.
-    """
-    (ahead, side), (x, y) = corners, figure
-    low, high = side.min(axis=0), side.max(axis=0)
-    inset = np.float32(CORNER_INSET) * (high - low)
-    in_line = np.minimum(np.maximum(y, low + inset), high - inset)
-    side, y = side - in_line, y - in_line
-    ahead_edge, side_edge = (np.concatenate((c[1:], c[:1])) - c for c in (ahead, side))
-    # Corners run counter-clockwise, so that edges that face ahead lead to the left.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        border = ahead - ahead_edge / side_edge * side
-    beyond = np.copysign(np.float32(np.inf), -side_edge)
-    # Between corners that are the same there is no border: NaN, which fmin and fmax skip.
-    front = np.fmin.reduce(np.maximum(border, beyond), axis=0)
-    back = np.fmax.reduce(np.minimum(border, beyond), axis=0)
-    focus = np.stack((front, back))
-    figure_ahead = x - focus
-    distance = np.sqrt(figure_ahead * figure_ahead + y * y)
-    rate = 1 / (np.float32(ATTENTION_WIDTH) * np.maximum(distance, np.float32(1e-6)))
-    from_focus = ahead - focus[:, None]
-    x_seen, (y_seen, y_square), share = room[:3]
-    for i, (place, weight) in enumerate(zip(PLACES, WEIGHTS, strict=True)):
-        part = slice(i * len(ahead), (i + 1) * len(ahead))
-        np.add(from_focus, place * ahead_edge, out=x_seen[:, part])
-        np.add(side, place * side_edge, out=y_seen[part])
-        area = np.subtract(from_focus * side_edge, side * ahead_edge, out=share[:, part])
-        area *= weight
-    np.multiply(y_seen, y_seen, out=y_square)
-    attended, drawn_ahead, drawn_aside = _attend(room, rate)
-    total_ahead = attended * figure_ahead - drawn_ahead
-    total_ahead[1] *= -1
-    angle: Singles = np.arctan2(np.abs(attended * y - drawn_aside), total_ahead)
-    return angle
-
-
-def _attend(room: Singles, rate: Singles) -> tuple[Singles, Singles, Singles]:
-    """Sums over landmarks' points of attention and of attention times point, shape (2, n) each.
-
-    In the room are points x, y and y² (2, p, n) of the border seen from two foci, with their share
-    in the area, and space. Attention falls at a rate (2, n). Along a ray of length R, in units of
-    it, the integrals of r exp(-r) and r² exp(-r) are 1 - (1 + R) exp(-R), and twice that less
-    R² exp(-R).
-    """
-    x, (y, y_square), share, ray, attention, lone = room
-    np.multiply(x, x, out=ray)
-    ray += y_square
-    np.sqrt(ray, out=ray)
-    ray *= rate[:, None]
-    np.maximum(ray, np.float32(NEAR), out=ray)
-    np.exp(np.negative(ray, out=attention), out=attention)
-    np.add(ray, np.float32(1), out=lone)
-    lone *= attention
-    np.subtract(np.float32(1), lone, out=lone)
-    lone /= ray
-    lone /= ray
-    drawn = np.subtract(lone, attention, out=attention)
-    drawn += lone
-    drawn /= ray
-    lone *= share
-    drawn *= share
-    x *= drawn
-    drawn *= y
-    return lone.sum(axis=1), x.sum(axis=1), drawn.sum(axis=1)
+    turn = yaw.astype(np.float32)
+    result = np.empty((n, frames, 4))
+    row = np.require(landmarks.row, np.intp, ("C", "W"))
+    footprint = (landmarks.seen, landmarks.corners, landmarks.centre, row)
+    heading = np.array((np.cos(turn), np.sin(turn)), order="C")
+    degrees(footprint, np.require(points, float, ("C", "W")), heading, result)
+    return result.reshape(n, 4 * frames)

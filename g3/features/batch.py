@@ -106,11 +106,12 @@ class FactorBatch:
 
     def take(self, rows: IntArray) -> FactorBatch:
         """The batch of some of the rows, with the words of their factors only."""
-        factors, factor = np.unique(self.factor[rows], return_inverse=True)
+        factors = self.factor[rows]
+        first, factor = distinct(factors)
         return FactorBatch(
             bodies=self.bodies,
-            words=[self.words[i] for i in factors],
-            factor=factor.reshape(-1),
+            words=[self.words[i] for i in factors[first]],
+            factor=factor,
             **{name: _rows(getattr(self, name), rows) for name in _GEOMETRY},
         )
 
@@ -139,11 +140,16 @@ class FactorBatch:
             The roles that it sees.
         """
         different, row = self.once((roles, words), lambda batch: _different(batch, roles, words))
-        return different.once(compute, compute)[row]
+        result = different.once(compute, compute)
+        return result if row is None else result.take(row, axis=0)
 
     def boxes(self, role: Role) -> Boxes:
         """Prisms of the bodies in a role, at their first pose."""
         return self.once(("boxes", role), lambda batch: boxes(batch.bodies, batch.role(role)))
+
+    def all_boxes(self) -> Boxes:
+        """Prisms of all bodies at their first pose."""
+        return Boxes(*(getattr(self.bodies, f.name) for f in fields(Boxes)))
 
 
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -158,28 +164,36 @@ _SCENE = tuple(name for name in _GEOMETRY if name not in ROLES)
 
 def _rows(values: npt.NDArray[Any], rows: IntArray) -> npt.NDArray[Any]:
     if values.strides[0] == 0 and len(values):
+        if len(rows) <= len(values):
+            return values[: len(rows)]
         return np.broadcast_to(values[0], (len(rows), *values.shape[1:]))
-    return values[rows]
+    return values.take(rows, axis=0)
 
 
 def _different(
     batch: FactorBatch, roles: tuple[Role, ...], words: bool
-) -> tuple[FactorBatch, IntArray]:
+) -> tuple[FactorBatch, IntArray | None]:
     """The rows that differ in some roles, or words; and which of them each row is.
 
-    They have nothing in other roles.
+    They have nothing in other roles. Where all rows differ, they are as they were: None.
     """
     columns = [batch.role(role) + 1 for role in roles] + ([batch.factor] if words else [])
     scenes = batch.once("scenes", _scenes)
     first, row = _equal_rows(scenes, columns)
-    taken = {name: _rows(getattr(batch, name), first) for name in _GEOMETRY}
+    taken = {name: getattr(batch, name) for name in _GEOMETRY}
+    factor = batch.factor
+    all_differ = len(first) == len(batch)
+    if not all_differ:
+        taken = {name: _rows(values, first) for name, values in taken.items()}
+        factor, scenes = factor[first], scenes[first]
     unseen = np.broadcast_to(np.intp(-1), len(first))
     taken |= {role: unseen for role in ROLES if role not in roles}
-    factor = batch.factor[first] if words else np.zeros(len(first), dtype=np.intp)
-    used = batch.words if words else ({},)
+    used: Sequence[FieldWords] = batch.words
+    if not words:
+        factor, used = np.zeros(len(first), dtype=np.intp), ({},)
     different = FactorBatch(batch.bodies, factor=factor, words=used, **taken)
-    different.known["scenes"] = scenes[first]
-    return different, row
+    different.known["scenes"] = scenes
+    return different, None if all_differ else row
 
 
 def _scenes(batch: FactorBatch) -> IntArray:
@@ -198,9 +212,30 @@ def _equal_rows(code: IntArray, columns: Sequence[IntArray]) -> tuple[IntArray, 
     """Where each different row of a table comes first, and which of those each row is."""
     first = np.arange(len(code))
     for column in columns:
-        code = code * (column.max(initial=0) + 1) + column
-        _, first, code = np.unique(code, return_index=True, return_inverse=True)
-    return first, code.reshape(-1)
+        first, code = distinct(code * (column.max(initial=0) + 1) + column)
+    return first, code
+
+
+SPARSE = 64
+"""Numbers up to so many times their count are told apart by a table of all, not by sorting."""
+
+
+def distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """Where each of the numbers (n,) that differ comes first, by size, and which of them each is.
+
+    None is negative. ``np.unique`` finds the same by sorting.
+    """
+    size = int(numbers.max(initial=-1)) + 1
+    if size > SPARSE * len(numbers):
+        _, first, which = np.unique(numbers, return_index=True, return_inverse=True)
+        return first, which.reshape(-1)
+    place = np.full(size, -1)
+    # Of several rows with a number the last that is written stays.
+    place[numbers[::-1]] = np.arange(len(numbers) - 1, -1, -1)
+    found = np.flatnonzero(place >= 0)
+    first = place[found]
+    place[found] = np.arange(len(found))
+    return first, place[numbers]
 
 
 def boxes(bodies: Bodies, index: IntArray) -> Boxes:

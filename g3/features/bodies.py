@@ -259,6 +259,8 @@ def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
 
 
 def _length(trajectory: Trajectory) -> float:
+    if len(trajectory) == 1:
+        return 0.0
     turned = METRES_PER_RADIAN * np.abs(wrap(np.diff(trajectory.yaw)))
     return float((np.linalg.norm(np.diff(trajectory.xyz, axis=0), axis=1) + turned).sum())
 

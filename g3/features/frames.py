@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from g3.features.avs import Footprints, avs_directions, footprints
-from g3.features.batch import FactorBatch, Role
+from g3.features.batch import FactorBatch, Role, distinct
 from g3.features.registry import Column, Columns, feature_set
 from g3.geometry import following, length
 from g3.groundings import FloatArray
@@ -56,8 +56,9 @@ def footprints_of(batch: FactorBatch, role: Role) -> Footprints:
 
 
 def _footprints(batch: FactorBatch, role: Role) -> Footprints:
-    used, row = np.unique(batch.role(role), return_inverse=True)
-    return footprints(batch.bodies.corners[used], row.reshape(-1))
+    bodies = batch.role(role)
+    first, row = distinct(bodies)
+    return footprints(batch.bodies.corners[bodies[first]], row)
 
 
 @feature_set(
@@ -114,7 +115,9 @@ def _in_frame(frame: str, batch: FactorBatch) -> FloatArray:
 
 def _in_frames(batch: FactorBatch) -> FloatArray:
     yaw = batch.shared(_yaw, "landmark").T
-    return avs_directions(batch.boxes("figure").centre, footprints_of(batch, "landmark"), yaw)
+    return avs_directions(
+        batch.bodies.centre.take(batch.figure, axis=0), footprints_of(batch, "landmark"), yaw
+    )
 
 
 def _yaw(batch: FactorBatch) -> FloatArray:
@@ -145,4 +148,6 @@ def avs_log(batch: FactorBatch) -> FloatArray:
     chosen yet, so these orientations are not known.
     """
     yaw = np.stack((batch.agent_end_yaw, batch.agent_mean_yaw))
-    return avs_directions(batch.boxes("figure").centre, footprints_of(batch, "landmark"), yaw)
+    return avs_directions(
+        batch.bodies.centre.take(batch.figure, axis=0), footprints_of(batch, "landmark"), yaw
+    )

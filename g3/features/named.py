@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from g3.features.batch import FactorBatch, WordField
 from g3.features.frames import avs_speaker, avs_start
@@ -14,13 +14,14 @@ from g3.features.ranks import RANK_COLUMNS, bearing, ranks
 from g3.features.registry import Column, Columns, feature_set
 from g3.features.scene import PAIR
 from g3.features.trajectories import SHAPE_COLUMNS, own_shape
+from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 from g3.language.concepts import CONCEPTS, Concept, concepts
 
 SIDES: tuple[Concept, ...] = ("front", "left", "back", "right")
 
 
-def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> npt.NDArray[np.bool_]:
+def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> BoolArray:
     """Which concepts the words of each row's fields name, shape (n, len(CONCEPTS))."""
     words = [tuple(word for f in fields for word in factor.get(f, ())) for factor in batch.words]
     table = np.array([_named(row) for row in words], dtype=bool).reshape(-1, len(CONCEPTS))
@@ -33,17 +34,26 @@ def _named(words: tuple[str, ...]) -> tuple[bool, ...]:
     return tuple(concept in found for concept in CONCEPTS)
 
 
-def satisfied(degrees: FloatArray, wanted: npt.NDArray[np.bool_]) -> FloatArray:
-    """Mean and least of the wanted degrees, NaN where none is wanted; shape (n, 2)."""
-    known = wanted & ~np.isnan(degrees)
-    count = known.sum(axis=1)
-    total = np.where(known, degrees, 0.0).sum(axis=1)
-    least = np.where(known, degrees, np.inf).min(axis=1)
-    return np.where(
-        (count > 0)[:, None],
-        np.column_stack((total / np.maximum(count, 1), np.minimum(least, 1.0))),
-        np.nan,
-    )
+def satisfied(degrees: Mapping[Concept, FloatArray], wanted: BoolArray) -> FloatArray:
+    """Degrees (n,) of the concepts that are wanted (n, len(CONCEPTS)), as `DEGREE_COLUMNS`.
+
+    With their mean and the least of them; NaN where none is wanted.
+    """
+    n = len(wanted)
+    table = np.full((n, len(CONCEPTS) + 2), np.nan)
+    count, total, least = np.zeros(n), np.zeros(n), np.ones(n)
+    for concept, degree in degrees.items():
+        column = CONCEPTS.index(concept)
+        if not wanted[:, column].any():
+            continue
+        known = wanted[:, column] & ~np.isnan(degree)
+        table[known, column] = degree[known]
+        count += known
+        total[known] += degree[known]
+        least[known] = np.minimum(least[known], degree[known])
+    some = count > 0
+    table[some, -2], table[some, -1] = total[some] / count[some], least[some]
+    return table
 
 
 DEGREE_COLUMNS: Columns = (
@@ -69,19 +79,15 @@ def named_relation(batch: FactorBatch) -> FloatArray:
     # In front of a thing is also its near side to the speaker, and behind it its far side.
     near, far = speaker[:, SIDES.index("back")], speaker[:, SIDES.index("front")]
     sides[:, 0], sides[:, 2] = np.maximum(sides[:, 0], near), np.maximum(sides[:, 2], far)
-    degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
-
-    def put(concept: Concept, value: FloatArray) -> None:
-        degrees[:, CONCEPTS.index(concept)] = value
-
-    for i, side in enumerate(SIDES):
-        put(side, sides[:, i])
-    put("on", pair[:, PAIR["supports"]])
+    close = np.exp(-pair[:, PAIR["gap"]])
     straight = batch.shared(between, "figure", "landmark")[:, 0]
-    put("between", np.where(np.isnan(straight), np.exp(-pair[:, PAIR["gap"]]), (1 + straight) / 2))
-    put("near", np.exp(-pair[:, PAIR["gap"]]))
-    wanted = named(batch, ("relation",))
-    return np.column_stack((np.where(wanted, degrees, np.nan), satisfied(degrees, wanted)))
+    degrees: dict[Concept, FloatArray] = dict(zip(SIDES, sides.T, strict=True))
+    degrees |= {
+        "on": pair[:, PAIR["supports"]],
+        "between": np.where(np.isnan(straight), close, (1 + straight) / 2),
+        "near": close,
+    }
+    return satisfied(degrees, named(batch, ("relation",)))
 
 
 @feature_set(
@@ -93,31 +99,42 @@ def named_relation(batch: FactorBatch) -> FloatArray:
 )
 def named_position(batch: FactorBatch) -> FloatArray:
     """Degree to which the figure lies, among its peers and from the agent, as words name it."""
+    alone = batch.landmark < 0
+    wanted = named(batch, ("figure",))
+    if alone.any():
+        wanted = wanted | (named(batch, ("figure", "relation")) & alone[:, None])
+    if not wanted.any():
+        return np.full((len(batch), len(DEGREE_COLUMNS)), np.nan)
+    degrees = batch.shared(_positions, "figure").T
+    return satisfied(dict(zip(POSITIONS, degrees, strict=True)), wanted)
+
+
+POSITIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "far", "near")
+
+
+def _positions(batch: FactorBatch) -> FloatArray:
+    """Degrees to which figures lie as `POSITIONS`, (n, len(POSITIONS))."""
     rank = {
         column.name: value
-        for column, value in zip(RANK_COLUMNS, batch.shared(ranks, "figure").T, strict=True)
+        for column, value in zip(RANK_COLUMNS, batch.once(ranks, ranks).T, strict=True)
     }
-    ahead, leftward, among_ahead, among_leftward = batch.shared(bearing, "figure").T
-    degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
-
-    def put(concept: Concept, degree: FloatArray) -> None:
-        degrees[:, CONCEPTS.index(concept)] = degree
+    ahead, leftward, among_ahead, among_leftward = batch.once(bearing, bearing).T
 
     def toward(direction: FloatArray, among: FloatArray) -> FloatArray:
         """Degree of a direction, from the agent and, where there are peers, among them."""
         mean = (direction + np.clip(among, -1, 1)) / 2
         return (1 + np.where(np.isnan(among), direction, mean)) / 2
 
-    put("left", np.maximum(toward(leftward, among_leftward), rank["leftward.last"]))
-    put("right", np.maximum(toward(-leftward, -among_leftward), rank["leftward.first"]))
-    put("front", toward(ahead, among_ahead))
-    put("back", toward(-ahead, -among_ahead))
-    put("far", rank["far.last"])
-    put("near", rank["far.first"])
-    alone = batch.landmark < 0
-    fields: tuple[WordField, ...] = ("figure", "relation")
-    wanted = named(batch, ("figure",)) | (named(batch, fields) & alone[:, None])
-    return np.column_stack((np.where(wanted, degrees, np.nan), satisfied(degrees, wanted)))
+    return np.column_stack(
+        (
+            np.maximum(toward(leftward, among_leftward), rank["leftward.last"]),
+            np.maximum(toward(-leftward, -among_leftward), rank["leftward.first"]),
+            toward(ahead, among_ahead),
+            toward(-ahead, -among_ahead),
+            rank["far.last"],
+            rank["far.first"],
+        )
+    )
 
 
 @feature_set(
@@ -133,13 +150,12 @@ def named_shape(batch: FactorBatch) -> FloatArray:
     shape = {
         c.name: v for c, v in zip(SHAPE_COLUMNS, batch.shared(own_shape, "figure").T, strict=True)
     }
-    degrees = np.full((len(batch), len(CONCEPTS)), np.nan)
-    turn = np.tanh(shape["turn"])
-    first = np.tanh(shape["first_turn"])
-    for concept, sign in (("left", 1), ("right", -1)):
-        lead = sign * (shape["leftward"] + turn + first) / 3
-        degrees[:, CONCEPTS.index(concept)] = (1 + lead) / 2
-    degrees[:, CONCEPTS.index("front")] = (1 + shape["forward"]) / 2
-    degrees[:, CONCEPTS.index("back")] = np.maximum(shape["reversing"], shape["reverses_first"] / 2)
-    wanted = named(batch, ("relation",))
-    return np.column_stack((np.where(wanted, degrees, np.nan), satisfied(degrees, wanted)))
+    turn, first = np.tanh(shape["turn"]), np.tanh(shape["first_turn"])
+    lead = (shape["leftward"] + turn + first) / 3
+    degrees: dict[Concept, FloatArray] = {
+        "left": (1 + lead) / 2,
+        "right": (1 - lead) / 2,
+        "front": (1 + shape["forward"]) / 2,
+        "back": np.maximum(shape["reversing"], shape["reverses_first"] / 2),
+    }
+    return satisfied(degrees, named(batch, ("relation",)))

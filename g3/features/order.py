@@ -10,9 +10,9 @@ import numpy as np
 
 from g3.features.batch import FactorBatch, WordField
 from g3.features.named import named
-from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
+from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres, peer_centres
 from g3.features.registry import Column, feature_set
-from g3.geometry import BoolArray
+from g3.geometry import BoolArray, length
 from g3.groundings import FloatArray
 from g3.language.concepts import CONCEPTS, Concept
 from g3.language.similarity import MEASURES
@@ -57,18 +57,22 @@ def ordinals(batch: FactorBatch, fields: tuple[WordField, ...]) -> FloatArray:
 )
 def named_order(batch: FactorBatch) -> FloatArray:
     """Place that words name ("left-most", "second from the right") among what they could mean."""
-    ahead, beaten = np.split(batch.shared(standing, "figure", words=True), 2, axis=1)
     wanted = named(batch, ("figure",)) | (
         named(batch, ("figure", "relation")) & (batch.landmark < 0)[:, None]
     )
     direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
     direction[:, DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
+    between, from_side = (wanted[:, CONCEPTS.index(c)] for c in ("between", "from"))
+    number = ordinals(batch, ("figure",))
+    if not (direction.any() or between.any() or number.any()):
+        return np.full((len(batch), 3), np.nan)
+    ahead, beaten = np.split(batch.shared(standing, "figure", words=True), 2, axis=1)
     middle = 1 - np.abs(2 * beaten[:, 0] - 1)
     table = np.column_stack(
         (
             _mean(beaten, direction),
-            np.where(wanted[:, CONCEPTS.index("between")], middle, np.nan),
-            _ordinal(batch, ahead, direction, wanted[:, CONCEPTS.index("from")]),
+            np.where(between, middle, np.nan),
+            _ordinal(number, ahead, direction, from_side),
         )
     )
     table[is_robot(batch) | (batch.bodies.count[batch.figure] > 1)] = np.nan
@@ -85,10 +89,13 @@ def standing(batch: FactorBatch) -> FloatArray:
     """
     rival = rivals(batch)
     own = extents(local_centres(batch, batch.figure))
-    others = extents(local_centres(batch, batch.peers))
-    ahead = (rival[..., None] & (others > own[:, None] + SAME_PLACE_M)).sum(axis=1)
-    level = (rival[..., None] & (np.abs(others - own[:, None]) <= SAME_PLACE_M)).sum(axis=1)
-    count = rival.sum(axis=1)[:, None]
+    others = extents(batch.once(peer_centres, peer_centres))
+    ahead, level = np.empty(own.shape), np.empty(own.shape)
+    for i in range(len(DIRECTIONS)):
+        other, mine = others[..., i], own[:, None, i]
+        ahead[:, i] = np.count_nonzero(rival & (other > mine + SAME_PLACE_M), axis=1)
+        level[:, i] = np.count_nonzero(rival & (np.abs(other - mine) <= SAME_PLACE_M), axis=1)
+    count = np.count_nonzero(rival, axis=1)[:, None]
     beaten = np.where(count > 0, 1 - (ahead + level / 2) / np.maximum(count, 1), np.nan)
     return np.hstack((ahead, beaten))
 
@@ -117,7 +124,7 @@ def rivals(batch: FactorBatch) -> BoolArray:
 def extents(local: FloatArray) -> FloatArray:
     """How far centres (..., 2) from the agent lie in each direction, shape (..., directions)."""
     forward, leftward = local[..., 0], local[..., 1]
-    away = np.linalg.norm(local, axis=-1)
+    away = length(local)
     return np.stack((leftward, -leftward, forward, -forward, -away, away), axis=-1)
 
 
@@ -128,14 +135,13 @@ def _mean(degrees: FloatArray, wanted: BoolArray) -> FloatArray:
 
 
 def _ordinal(
-    batch: FactorBatch, ahead: FloatArray, side: BoolArray, from_side: BoolArray
+    number: FloatArray, ahead: FloatArray, side: BoolArray, from_side: BoolArray
 ) -> FloatArray:
     """1 for the place that the words count to, less the further off; NaN where none is.
 
     "The second from the left" is counted from the left; "the second on the left" from there or
     by distance, whichever fits better; "the second" by distance.
     """
-    number = ordinals(batch, ("figure",))
     counted = side.copy()
     counted[:, DIRECTIONS.index("near")] |= ~(from_side & side.any(axis=1))
     off = np.where(counted, np.abs(ahead - (number[:, None] - 1)), np.inf).min(axis=1)

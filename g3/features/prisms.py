@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from collections.abc import Mapping
 
 import numpy as np
 
 from g3.features.batch import Boxes, FactorBatch
 from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import contains_point, corner_count, gap, intersection_area, length
+from g3.geometry import contains_point, gap, intersection_area, length
 from g3.groundings import FloatArray
 
 RESTING_TOLERANCE_M = 0.35
@@ -34,60 +34,75 @@ def size(prisms: Boxes) -> FloatArray:
     return np.sqrt(np.maximum(prisms.area, 0.01))
 
 
-def prism_pair(figure: Boxes, landmark: Boxes) -> FloatArray:
+TOUCHING_M = 1e-6
+"""Prisms further apart share nothing, and none has the middle of the other in it."""
+
+
+def prism_pair(
+    figures: Boxes, landmarks: Boxes, rows: tuple[IntArray, IntArray] | None = None
+) -> FloatArray:
     """Features of a figure's prism relative to a landmark's, as `PRISM_COLUMNS`.
 
     Lengths are divided by the mean size of the two footprints, heights by the figure's
     height, so that nothing depends on the scale.
+
+    Parameters
+    ----------
+    figures, landmarks
+        Prisms.
+    rows
+        Which of them each of n pairs has; left out, those in the same place.
 
     Returns
     -------
     FloatArray
         Shape (n, len(PRISM_COLUMNS)).
     """
-    counts = np.column_stack([corner_count(prisms.corners) for prisms in (figure, landmark)])
-    pairs = np.empty((len(counts), len(PRISM_COLUMNS)))
-    # Those with as many corners are looked at together, without the repeated ones.
-    order = np.lexsort(counts.T)
-    changes = np.flatnonzero((np.diff(counts[order], axis=0) != 0).any(axis=1)) + 1
-    for rows in np.split(order, changes):
-        if len(rows):
-            many = counts[rows[0]]
-            pairs[rows] = _pairs(_some(figure, rows, many[0]), _some(landmark, rows, many[1]))
-    return pairs
-
-
-def _some(prisms: Boxes, rows: IntArray, corners: int) -> Boxes:
-    some = Boxes(*(getattr(prisms, f.name)[rows] for f in fields(prisms)))
-    return replace(some, corners=some.corners[:, :corners])
-
-
-def _pairs(figure: Boxes, landmark: Boxes) -> FloatArray:
-    shared = intersection_area(figure.corners, landmark.corners)
-    figure_area = np.maximum(figure.area, 1e-9)
-    landmark_area = np.maximum(landmark.area, 1e-9)
-    scale = (size(figure) + size(landmark)) / 2
-    between = gap(figure.corners, landmark.corners)
-    height = np.maximum(figure.z_max - figure.z_min, 0.1)
-    above = figure.z_min - landmark.z_max
-    overlap = shared / figure_area
-    meet_in_height = (figure.z_min <= landmark.z_max + RESTING_TOLERANCE_M) & (
-        landmark.z_min <= figure.z_max + RESTING_TOLERANCE_M
+    rows = rows or (np.arange(len(figures.area)),) * 2
+    figure, landmark = (_levels(p, row) for p, row in zip((figures, landmarks), rows, strict=True))
+    between = gap(figures.corners, landmarks.corners, rows)
+    scale = (figure["size"] + landmark["size"]) / 2
+    offset = figures.centre.take(rows[0], axis=0) - landmarks.centre.take(rows[1], axis=0)
+    height = np.maximum(figure["top"] - figure["bottom"], 0.1)
+    above = figure["bottom"] - landmark["top"]
+    shared, inside = np.zeros(len(between)), np.zeros(len(between), dtype=bool)
+    meeting = np.flatnonzero(between < TOUCHING_M)
+    first, second = (row[meeting] for row in rows)
+    shared[meeting] = intersection_area(figures.corners[first], landmarks.corners[second])
+    inside[meeting] = contains_point(landmarks.corners[second], figures.centre[first])
+    overlap = shared / figure["area"]
+    meet_in_height = (above <= RESTING_TOLERANCE_M) & (
+        landmark["bottom"] <= figure["top"] + RESTING_TOLERANCE_M
     )
     return np.column_stack(
         (
             (overlap > 0.3) & (np.abs(above) < RESTING_TOLERANCE_M),
             (between < 0.1 * scale) & meet_in_height,
-            contains_point(landmark.corners, figure.centre),
+            inside,
             between / scale,
-            length(figure.centre - landmark.centre) / scale,
+            length(offset) / scale,
             overlap,
-            shared / landmark_area,
+            shared / landmark["area"],
             above / height,
-            (figure.z_min - landmark.z_min) / height,
-            np.log(figure_area / landmark_area) / np.log(10),
+            (figure["bottom"] - landmark["bottom"]) / height,
+            figure["log_area"] - landmark["log_area"],
         )
     )
+
+
+def _levels(prisms: Boxes, rows: IntArray) -> Mapping[str, FloatArray]:
+    """What features need of each of some prisms by itself."""
+    area = np.maximum(prisms.area, 1e-9)
+    return {
+        name: value.take(rows)
+        for name, value in (
+            ("size", size(prisms)),
+            ("area", area),
+            ("log_area", np.log10(area)),
+            ("bottom", prisms.z_min),
+            ("top", prisms.z_max),
+        )
+    }
 
 
 @feature_set(
@@ -101,7 +116,8 @@ def _pairs(figure: Boxes, landmark: Boxes) -> FloatArray:
 )
 def figure_to_landmark(batch: FactorBatch) -> FloatArray:
     """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
-    return prism_pair(batch.boxes("figure"), batch.boxes("landmark"))
+    prisms = batch.all_boxes()
+    return prism_pair(prisms, prisms, (batch.figure, batch.landmark))
 
 
 @feature_set(

@@ -7,8 +7,9 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.features.registry import Column, Columns, feature_set
-from g3.geometry import BoolArray, rotate
+from g3.geometry import BoolArray, length, rotate
 from g3.groundings import FloatArray
+from g3.language.similarity import label_patterns
 
 ORDERS = ("ahead", "leftward", "far")
 """Along the agent's starting heading, across it to the left, by distance from the agent."""
@@ -49,8 +50,8 @@ def peer_centres(batch: FactorBatch) -> FloatArray:
 
 def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     """Centres of the context's objects that share the figure's labels (n, p, 2), and which."""
-    labels = batch.bodies.labels
-    same = (labels[batch.peers] == labels[batch.figure][:, None]).all(axis=2)
+    _, pattern = label_patterns(batch.bodies.labels)
+    same = pattern[batch.peers] == pattern[batch.figure][:, None]
     return batch.once(peer_centres, peer_centres), same & (batch.peers >= 0)
 
 
@@ -65,7 +66,7 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
 )
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
-    centres, peer = _peers(batch)
+    centres, peer = batch.once(_peers, _peers)
     own = local_centres(batch, batch.figure)
     columns = []
     for own_value, values in zip(_orders(own), _orders(centres), strict=True):
@@ -97,7 +98,7 @@ def is_robot(batch: FactorBatch) -> BoolArray:
 
 
 def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return local[..., 0], local[..., 1], np.linalg.norm(local, axis=-1)
+    return local[..., 0], local[..., 1], length(local)
 
 
 @feature_set(
@@ -112,11 +113,12 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""
     own = local_centres(batch, batch.figure)
-    unit = own / np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-9)
-    centres, peer = _peers(batch)
-    weight = peer[..., None] / np.maximum(peer.sum(axis=1), 1)[:, None, None]
-    mean = (centres * weight).sum(axis=1)
-    spread = np.sqrt((((centres - mean[:, None]) ** 2) * weight).sum(axis=(1, 2)))
+    unit = own / np.maximum(length(own), 1e-9)[:, None]
+    centres, peer = batch.once(_peers, _peers)
+    weight = peer / np.maximum(peer.sum(axis=1), 1)[:, None]
+    mean = np.einsum("np,npc->nc", weight, centres)
+    offset = centres - mean[:, None]
+    spread = np.sqrt(np.einsum("np,npc,npc->n", weight, offset, offset))
     relative = (own - mean) / np.maximum(spread, 0.5)[:, None]
     relative[~peer.any(axis=1)] = np.nan
     table = np.column_stack((unit, relative))

@@ -193,15 +193,22 @@ def scale_of(name: str) -> float:
 
 
 def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:
-    """Values of a feature set for every row, NaN where it doesn't apply; shape (n, columns)."""
+    """Values of a feature set for every row, NaN where it doesn't apply; shape (n, columns).
+
+    Nobody may change them.
+    """
     rows, part = batch.once(
         (feature.types, feature.roles), lambda b: _applicable(b, feature.types, feature.roles)
     )
-    result = np.full((len(batch), len(feature.columns_for(batch))), np.nan)
-    if len(rows):
-        shared = feature.wordless
-        compute = feature.compute
-        result[rows] = part.shared(compute, *feature.roles) if shared else compute(part)
+    if not len(rows):
+        return np.full((len(batch), len(feature.columns_for(batch))), np.nan)
+    shared, compute = feature.wordless, feature.compute
+    found = part.shared(compute, *feature.roles) if shared else compute(part)
+    found = np.asarray(found, dtype=float)
+    if part is batch:
+        return found
+    result = np.full((len(batch), found.shape[1]), np.nan)
+    result[rows] = found
     return result
 
 
@@ -209,8 +216,8 @@ def _applicable(
     batch: FactorBatch, types: tuple[SDCType, ...], roles: tuple[Role, ...]
 ) -> tuple[IntArray, FactorBatch]:
     """Rows of some types that have groundings in some roles, and the batch of them."""
-    wanted = np.isin(batch.type, [SDC_TYPES.index(t) for t in types])
+    wanted = np.array([t in types for t in SDC_TYPES])[batch.type]
     for role in roles:
         wanted &= batch.role(role) >= 0
     rows = np.flatnonzero(wanted)
-    return rows, batch.take(rows)
+    return rows, batch.take(rows) if 0 < len(rows) < len(batch) else batch

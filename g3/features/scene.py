@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import FactorBatch, boxes
+from g3.features.batch import FactorBatch
 from g3.features.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.features.registry import Column, feature_set
 from g3.groundings import FloatArray
@@ -22,15 +22,9 @@ def peer_pairs(batch: FactorBatch) -> FloatArray:
     """
     n, p = batch.peers.shape
     row, column = np.nonzero((batch.peers >= 0) & (batch.peers != batch.figure[:, None]))
-    # Rows share figures and scenes: each pair of bodies is looked at once.
-    m = len(batch.bodies.corners)
-    different, place = np.unique(
-        batch.figure[row] * m + batch.peers[row, column], return_inverse=True
-    )
-    figure, peer = np.divmod(different, m)
-    found = prism_pair(boxes(batch.bodies, figure), boxes(batch.bodies, peer))
+    prisms = batch.all_boxes()
     pairs = np.full((n, p, len(PRISM_COLUMNS)), np.nan)
-    pairs[row, column] = found[place.reshape(-1)]
+    pairs[row, column] = prism_pair(prisms, prisms, (batch.figure[row], batch.peers[row, column]))
     return pairs
 
 

@@ -93,14 +93,15 @@ def _compare(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     vocabulary = sorted({word for words in names for word in words})
     row = {word: i for i, word in enumerate(vocabulary)}
     indices = [[row[word] for word in words] for words in names]
-    sides = batch.once("label sides", _label_sides)
-    columns = []
-    for name in measures:
-        similarity = MEASURES[name](vocabulary, batch.bodies.label_names)
-        columns += [
-            best_match(similarity, indices, factor, labels)[row] for factor, labels, row in sides
-        ]
-    return np.column_stack(columns)
+    similarity = np.array(
+        [MEASURES[name](vocabulary, batch.bodies.label_names) for name in measures]
+    )
+    sides = [
+        best_match(similarity, indices, factor, labels)[:, row]
+        for factor, labels, row in batch.once("label sides", _label_sides)
+    ]
+    found: FloatArray = np.stack(sides, axis=1).reshape(-1, len(batch)).T
+    return found
 
 
 def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray]]:

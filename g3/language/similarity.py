@@ -185,7 +185,7 @@ def best_match(
     Parameters
     ----------
     similarity
-        All words against all labels, shape (w, l).
+        All words against all labels, shape (..., w, l).
     factor_words
         The words of each factor, as rows of `similarity`.
     factor
@@ -196,22 +196,20 @@ def best_match(
     Returns
     -------
     FloatArray
-        Shape (n,); 0 for a row without words or labels.
+        Shape (..., n); 0 for a row without words or labels.
     """
     patterns, pattern = label_patterns(labels)
-    per_word = (
-        np.stack([similarity[:, p].max(axis=1, initial=0.0) for p in patterns], axis=1)
-        if len(patterns)
-        else np.zeros((len(similarity), 0))
-    )
+    per_word = np.zeros((*similarity.shape[:-1], len(patterns)))
+    for i, one in enumerate(patterns):
+        per_word[..., i] = similarity[..., one].max(axis=-1, initial=0.0)
     lengths = np.array([len(w) for w in factor_words], dtype=np.intp)
     flat = np.array([word for words in factor_words for word in words], dtype=np.intp)
-    per_factor = np.zeros((len(factor_words), per_word.shape[1]))
+    per_factor = np.zeros((*similarity.shape[:-2], len(factor_words), len(patterns)))
     filled = np.flatnonzero(lengths)
     if len(filled):
         starts = (np.cumsum(lengths) - lengths)[filled]
-        per_factor[filled] = np.maximum.reduceat(per_word[flat], starts, axis=0)
-    best: FloatArray = per_factor[factor, pattern]
+        per_factor[..., filled, :] = np.maximum.reduceat(per_word[..., flat, :], starts, axis=-2)
+    best: FloatArray = per_factor[..., factor, pattern]
     return best
 
 

@@ -108,10 +108,15 @@ def test_the_shape_that_the_relation_names() -> None:
 
 
 def test_satisfied_skips_what_does_not_apply() -> None:
-    degrees = np.array([[0.2, 0.8, np.nan], [0.2, 0.8, np.nan], [0.2, 0.8, np.nan]])
-    wanted = np.array([[True, True, True], [False, True, False], [False, False, True]])
-    expected = [[0.5, 0.2], [0.8, 0.8], [np.nan, np.nan]]
-    assert_allclose(satisfied(degrees, wanted), expected)
+    wanted = np.zeros((3, len(CONCEPTS)), dtype=bool)
+    column = [CONCEPTS.index(concept) for concept in ("left", "on", "near")]
+    wanted[:, column] = [[True, True, True], [False, True, False], [False, False, True]]
+    none = np.full(3, np.nan)
+    degrees = {"left": np.full(3, 0.2), "on": np.full(3, 0.8), "near": none, "far": np.ones(3)}
+    table = satisfied(degrees, wanted)
+    assert_allclose(table[:, -2:], [[0.5, 0.2], [0.8, 0.8], [np.nan, np.nan]])
+    assert_allclose(table[:, column], [[0.2, 0.8, np.nan], [np.nan, 0.8, np.nan], [np.nan] * 3])
+    assert np.isnan(table[:, CONCEPTS.index("far")]).all()
 
 
 def test_named_concepts_of_each_row() -> None:
