@@ -32,7 +32,7 @@ MOVED_M = 0.15
 """Moves of the middle shorter than this are noise of the logs."""
 SURFACE_M2 = 4.0
 """Things at least this large can have a load put on top."""
-FREE_M = 1.0
+FREE_M = 1.2
 """Gap between the middle of a place and whatever stands at its height."""
 _PLACE_M = 1.0
 _TURNS = (np.pi / 2, -np.pi / 2, np.pi)

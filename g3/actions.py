@@ -9,6 +9,9 @@ AAAI-11 corpus.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import TypeAlias
+
 import numpy as np
 import numpy.typing as npt
 
@@ -45,6 +48,8 @@ START_S, FIND_S, AIM_S, PAUSE_S, RAISE_S = 8.0, 66.0, 12.0, 8.0, 30.0
 """Waits before driving anywhere, before entering a load, before the forks move it, before
 driving on with it, and before it is raised to something high."""
 SETTLE_M = 0.4
+_BORDER_M2 = 1e-9
+_Point: TypeAlias = tuple[float, ...]
 HANGING_M = 0.1
 MOVED_OFF_M = 0.5
 
@@ -56,8 +61,10 @@ def loaded(context: Context) -> str | None:
     the agent when the agent first moves.
     """
     agent, start = context.agent.trajectory, start_pose(context)
-    for thing in recorded(context).objects:
-        offset = rotate(centre(thing.prism) - start[:2], -start[2])
+    things = recorded(context).objects
+    middles = np.array([centre(thing.prism) for thing in things]).reshape(-1, 2)
+    offsets = rotate(middles - start[:2], np.full(len(things), -start[2]))
+    for thing, offset in zip(things, offsets.tolist(), strict=True):
         near = 0.5 < offset[0] < REACH_M + 0.3 and abs(offset[1]) < 0.4
         if near and (_hangs(context, thing) or _goes_along(thing.trajectory, agent)):
             return thing.id
@@ -277,10 +284,27 @@ def centre(prism: Prism) -> FloatArray:
 
 def covers(prism: Prism, point: FloatArray, margin_m: float = 0.0) -> bool:
     """Whether a point (2,) lies in a footprint or within a margin of it, in metres."""
-    low, high = prism.xy.min(axis=0) - margin_m, prism.xy.max(axis=0) + margin_m
-    if (point < low).any() or (point > high).any():
+    x, y = float(point[0]), float(point[1])
+    (x_min, y_min), (x_max, y_max), edges = _outline(prism.xy.tobytes())
+    if x < x_min - margin_m or x > x_max + margin_m or y < y_min - margin_m or y > y_max + margin_m:
+        return False
+    inwards = min(ex * (y - cy) - ey * (x - cx) for cx, cy, ex, ey in edges)
+    if inwards >= 0 and x_min <= x <= x_max and y_min <= y <= y_max:
+        return True
+    if inwards < -_BORDER_M2 and margin_m == 0:
         return False
     return bool(point_gap(point[None, None], convex_hull(prism.xy)[None])[0, 0] <= margin_m)
+
+
+# The same things are asked for many points, one by one.
+@lru_cache(maxsize=1 << 14)
+def _outline(corners: bytes) -> tuple[_Point, _Point, tuple[_Point, ...]]:
+    """Least and largest x and y of corners (k, 2), and corners and edges of their hull."""
+    xy = np.frombuffer(corners).reshape(-1, 2)
+    hull = convex_hull(xy)
+    edges = np.column_stack((hull, np.roll(hull, -1, axis=0) - hull))
+    low, high = xy.min(axis=0).tolist(), xy.max(axis=0).tolist()
+    return tuple(low), tuple(high), tuple(map(tuple, edges.tolist()))
 
 
 def _obstacles(context: Context, but: str | None) -> Obstacles:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.geometry import point_gap, wrap
+from g3.geometry import length, point_gap, wrap
 from g3.groundings import FloatArray
 
 Way = tuple[FloatArray, ...]
@@ -171,11 +171,14 @@ def _cheapest(clear: FloatArray, poses: FloatArray, obstacles: Obstacles) -> tup
 
 def curve(start: FloatArray, goal: FloatArray, stretch: FloatArray, u: FloatArray) -> FloatArray:
     """Cubic Hermite curves driven forwards: poses (..., T, 3) at parameters u (T,)."""
-    p, q = start[..., None, :2], goal[..., None, :2]
-    distance = np.linalg.norm(q - p, axis=-1, keepdims=True)
-    pull = distance * np.asarray(stretch)[..., None, None]
-    m, n = (pull * direction(pose[..., 2])[..., None, :] for pose in (start, goal))
-    u = u[:, None]
+    # Coordinates come first and points last: steps along a last axis of two are slow.
+    p, q = (np.moveaxis(pose[..., :2], -1, 0)[..., None] for pose in (start, goal))
+    distance = np.linalg.norm(q - p, axis=0)
+    pull = distance * np.asarray(stretch)[..., None]
+    m, n = (
+        pull * np.stack((np.cos(pose[..., 2]), np.sin(pose[..., 2])))[..., None]
+        for pose in (start, goal)
+    )
     xy = (
         (2 * u**3 - 3 * u**2 + 1) * p
         + (u**3 - 2 * u**2 + u) * m
@@ -183,18 +186,18 @@ def curve(start: FloatArray, goal: FloatArray, stretch: FloatArray, u: FloatArra
         + (u**3 - u**2) * n
     )
     slope = (6 * u**2 - 6 * u) * (p - q) + (3 * u**2 - 4 * u + 1) * m + (3 * u**2 - 2 * u) * n
-    yaw = np.arctan2(slope[..., 1], slope[..., 0])
+    yaw = np.arctan2(slope[1], slope[0])
     turn = wrap(goal[..., 2] - start[..., 2])[..., None]
-    yaw = np.where(distance[..., 0] < 1e-6, start[..., 2, None] + u[:, 0] * turn, yaw)
+    yaw = np.where(distance < 1e-6, start[..., 2, None] + u * turn, yaw)
     # Headings go on from the start's, without jumps of a full turn.
     onward = wrap(yaw[..., :1] - start[..., 2, None])
     yaw = start[..., 2, None] + onward + np.unwrap(yaw, axis=-1) - yaw[..., :1]
-    return np.concatenate((xy, yaw[..., None]), axis=-1)
+    return np.stack((*xy, yaw), axis=-1)
 
 
 def clear_cost(poses: FloatArray) -> FloatArray:
     """Costs of legs (n, T, 3) where nothing is in the way, in metres."""
-    step = np.linalg.norm(np.diff(poses[..., :2], axis=1), axis=2)
+    step = length(poses[:, 1:, :2] - poses[:, :-1, :2])
     turn = np.abs(np.diff(poses[..., 2], axis=1))
     tight = np.maximum(turn - step / TURNING_RADIUS_M, 0).sum(axis=1)
     cost: FloatArray = step.sum(axis=1) + TIGHT_COST_M * tight

@@ -29,7 +29,7 @@ from g3.inference.labelled import Labelled
 from g3.inference.scene import Group
 from g3.inference.stage import Trial, event_batch, path_batch
 from g3.inference.state import State, start_state
-from g3.inference.things import Candidate
+from g3.inference.surroundings import Candidate
 from g3.inference.trajectories import footprint_of
 from g3.inference.tree import Tree
 

@@ -1,7 +1,7 @@
 """What the robot can do: kinds of actions, how they look, what they lead to.
 
 A kind is registered by a decorator on the function that proposes its actions, together with the
-function for its trajectories (:mod:`g3.inference.proposals`). The state that an action leads to
+function that tells how they go (:mod:`g3.inference.proposals`). The state that an action leads to
 follows from its trajectory.
 """
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from g3.groundings import Grounding, Place
 from g3.inference import motions
+from g3.inference.courses import Course, join_courses
 from g3.inference.motions import Motions
 from g3.inference.state import State, moved_to, with_moved
 
@@ -71,7 +72,7 @@ class Focus:
 
 
 Propose = Callable[[State, Focus], list[Action]]
-Move = Callable[[State, Sequence[Action]], Motions]
+Move = Callable[[State, Sequence[Action]], Course]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ class Kind:
     propose
         Lists its actions that are possible in a state, for a clause.
     move
-        Gives their trajectories.
+        Tells how they go.
     description
         What it does, from the proposing function's docstring.
     """
@@ -101,7 +102,7 @@ KINDS: dict[str, Kind] = {}
 
 
 def action_kind(name: str, move: Move) -> Callable[[Propose], Propose]:
-    """Register a kind of action under a name, with the function for its trajectories."""
+    """Register a kind of action under a name, with the function that tells how they go."""
 
     def register(propose: Propose) -> Propose:
         if name in KINDS:
@@ -127,15 +128,22 @@ def possible_actions(state: State, focus: Focus) -> list[Action]:
 def move(state: State, actions: Sequence[Action]) -> Motions:
     """Trajectories of actions, in their order."""
     order: list[int] = []
-    parts: list[Motions] = []
+    parts: list[Course] = []
     for kind in KINDS.values():
         own = [i for i, a in enumerate(actions) if a.kind == kind.name]
         if own:
             order += own
             parts.append(kind.move(state, [actions[i] for i in own]))
-    joined = motions.join_motions(parts)
+    course = join_courses(parts)
+    objects = state.context.objects
+    index = {o.id: i for i, o in enumerate(objects)}
+    load = np.array([index.get(i, -1) for i in course.load], dtype=np.intp)
+    tracks = [objects[max(i, 0)].trajectory for i in load]
+    first = np.array([[*t.xyz[0], t.yaw[0]] for t in tracks])
+    ground = float(state.context.agent.trajectory.xyz[0, 2])
+    moved = motions.sampled(motions.legs(course), ground, load, first)
     back = np.argsort(order)
-    return Motions(*(getattr(joined, name)[back] for name in Motions.__slots__))
+    return Motions(*(getattr(moved, name)[back] for name in Motions.__slots__))
 
 
 def result(state: State, action: Action, motion: Motions, row: int) -> State:

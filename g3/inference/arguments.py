@@ -10,12 +10,15 @@ import numpy as np
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.actions import Action, Focus
-from g3.inference.clauses import goal_paths
+from g3.inference.clauses import goal_paths, tells_place
+from g3.inference.phrases import MISCOUNTED, is_bare, is_measure
 from g3.inference.proposals import is_load
 from g3.inference.scene import Group
 from g3.inference.state import State
-from g3.inference.things import Candidate, Surroundings, ground_places, ground_thing, likely
+from g3.inference.surroundings import Candidate, Surroundings
+from g3.inference.things import ground_place, ground_places, ground_thing, likely
 from g3.inference.tree import Tree
+from g3.language.groups import noun_words
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
@@ -53,32 +56,70 @@ class Rows:
 
 def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
     """Ground what a top-level clause is about."""
-    kind = tree.nodes[root].type
-    if kind == "PATH":
+    if tree.nodes[root].type == "PATH":
         return Arguments((None,), _marks(tree, root, about, GOALS), root, {})
-    objects = tree.below(root, ("l", "l2"), "OBJECT")
-    places = tree.below(root, ("l", "l2"), "PLACE")
-    paths = tree.below(root, ("l", "l2"), "PATH")
-    free = replace(about, load=None)
-    themes: tuple[Candidate | None, ...] = (None,)
-    if objects:
-        beam = ground_thing(tree, objects[0], free)
-        themes = tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES))
-    goals: tuple[Candidate | None, ...] = (None,)
-    goal_path = -1
+    below = tree.below(root, ("l", "l2"), "OBJECT")
+    objects = [n for n in below if not is_measure(tree.nodes[n])]
+    free = replace(about, load=None, told_side="")
+    themes, left = _themes(tree, objects, free, about.load)
     toward = replace(about, load=about.load or _load(themes, about.state))
-    if places:
-        goals = tuple(likely(ground_places(tree, places, toward), GOALS))
-    elif goal_paths(tree, root):
-        for path in goal_paths(tree, root):
-            goals = _marks(tree, path, toward, GOALS)
-            goal_path = path
-            if goals != (None,):
-                break
-    elif len(objects) > 1:
-        goals = tuple(likely(ground_thing(tree, objects[1], free), GOALS))
+    goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
+    if goals == (None,) and goal_path < 0 and left:
+        goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
+    paths = tree.below(root, ("l", "l2"), "PATH")
     others = {p: _marks(tree, p, free, PATH_LANDMARKS) for p in paths if p != goal_path}
     return Arguments(themes, goals, goal_path, others)
+
+
+def _themes(
+    tree: Tree, objects: Sequence[int], about: Surroundings, held: str | None
+) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
+    """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
+    if not objects:
+        return (None,), ()
+    theme, *left = objects
+    beam = ground_thing(tree, theme, about)
+    if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
+        beam = _same(beam, ground_thing(tree, left.pop(0), about))
+    if held and is_bare(tree.nodes[theme]):
+        beam = _familiar(beam, held)
+    return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
+
+
+def _goals(
+    tree: Tree, root: int, about: Surroundings, *, to_be_put: bool
+) -> tuple[tuple[Candidate | None, ...], int]:
+    """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
+    goals: tuple[Candidate | None, ...] = (None,)
+    path = -1
+    if places := tree.below(root, ("l", "l2"), "PLACE"):
+        return tuple(likely(ground_places(tree, places, about), GOALS)), -1
+    for path in goal_paths(tree, root):
+        if to_be_put and tells_place(tree.nodes[path]):
+            return tuple(likely(ground_place(tree, path, about), GOALS)), -1
+        goals = _marks(tree, path, about, GOALS)
+        if goals != (None,):
+            break
+    return goals, path
+
+
+def _same(beam: Sequence[Candidate], again: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates of two OBJECTs that name one thing: "the pallet ahead, the one on the right"."""
+    joined = [
+        Candidate(a.group, a.score + b.score, {**a.nodes, **b.nodes})
+        for a in beam
+        for b in again
+        if [id(g) for g in a.group] == [id(g) for g in b.group]
+    ]
+    return sorted(joined, key=lambda c: -c.score) or list(beam)
+
+
+def _familiar(beam: Sequence[Candidate], load: str) -> list[Candidate]:
+    """A beam in which all but the load cost: "the pallet" is the one on the forks."""
+    ids = [[g.id for g in c.group if isinstance(g, PhysicalObject)] for c in beam]
+    costs = [0.0 if own == [load] else MISCOUNTED for own in ids]
+    dear = [replace(c, score=c.score + cost) for c, cost in zip(beam, costs, strict=True)]
+    return sorted(dear, key=lambda c: -c.score)
 
 
 def _load(themes: Sequence[Candidate | None], state: State) -> str | None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import expit, log_expit, logsumexp
 
 from g3.actions import centre
@@ -77,6 +76,8 @@ def fit_curve(seen: FloatArray, correct: BoolArray) -> FloatArray:
     correct
         Which of them are right, shape (n,).
     """
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.lbfgs
+
     sign = np.where(correct, 1.0, -1.0)
 
     def loss(weights: FloatArray) -> tuple[float, FloatArray]:

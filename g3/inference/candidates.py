@@ -20,6 +20,7 @@ PAIR_M = 12.0
 """Things further apart than this are no pair that one would speak of."""
 HALF_M = 1.0
 """Half the side of the places that are made, and their height."""
+_CORNERS = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 GAP_M = 0.6
 """Between a thing and a place beside it."""
 AHEAD_M = (3.0, 6.0)
@@ -81,7 +82,18 @@ def spots_of_robot(state: State) -> list[Place]:
     ahead = [(d, 0.0) for d in AHEAD_M]
     beside = [(0.0, BESIDE_ROBOT_M), (0.0, -BESIDE_ROBOT_M), (-BESIDE_ROBOT_M, 0.0)]
     offsets = rotate(np.array(ahead + beside), np.full(len(ahead) + len(beside), pose[2]))
-    return [square(pose[:2] + offset, pose[2], floor) for offset in offsets]
+    return squares(pose[:2] + offsets, pose[2], floor)
+
+
+def spots_toward(group: Group, state: State, load: str | None) -> list[Place]:
+    """Places on the way from where a load is, or the robot without one, to things."""
+    start = centre(state.thing(load).prism) if load else state.pose[:2]
+    prisms = [g.prism for g in group if isinstance(g, (PhysicalObject, Place))]
+    way = centres(prisms).mean(axis=0) - start
+    away = float(np.linalg.norm(way))
+    steps = [start + d / away * way for d in AHEAD_M if d < away]
+    yaw = float(np.arctan2(way[1], way[0]))
+    return squares(np.array(steps).reshape(-1, 2), yaw, ground(state))
 
 
 def ground(state: State) -> float:
@@ -99,9 +111,13 @@ def grounded(place: Place, state: State) -> Place:
 
 def square(middle: FloatArray, yaw: float, bottom: float) -> Place:
     """A place of two metres by two, one metre high."""
-    corners = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    xy = middle + rotate(corners, np.full(4, yaw))
-    return Place(Prism(xy, bottom, bottom + HALF_M))
+    return squares(middle[None], yaw, bottom)[0]
+
+
+def squares(middles: FloatArray, yaw: float, bottom: float) -> list[Place]:
+    """Places of two metres by two, one metre high, around points (n, 2)."""
+    footprints = middles[:, None] + rotate(_CORNERS, np.full(len(_CORNERS), yaw))
+    return [Place(Prism(xy, bottom, bottom + HALF_M)) for xy in footprints]
 
 
 def is_surface(thing: PhysicalObject) -> bool:
@@ -128,18 +144,16 @@ def _on(thing: PhysicalObject) -> list[Place]:
         axis, along = np.array([-axis[1], axis[0]]), across
     shift = max(along - HALF_M - 0.2, 0.0)
     top = thing.prism.z_max
-    return [square(middle + s * axis, yaw, top) for s in (0.0, shift, -shift)]
+    return squares(middle + np.outer((0.0, shift, -shift), axis), yaw, top)
 
 
 def _around(thing: PhysicalObject, state: State) -> list[Place]:
     middle, yaw, along, across = _frame(thing)
-    reach = [along, across, along, across]
+    away = np.array([along, across, along, across]) + GAP_M + HALF_M
     turns = yaw + np.pi / 2 * np.arange(4)
+    ways = np.column_stack((np.cos(turns), np.sin(turns)))
     bottom = ground(state) if thing.prism.z_min < 1.0 else thing.prism.z_min
-    return [
-        square(middle + (r + GAP_M + HALF_M) * np.array([np.cos(a), np.sin(a)]), yaw, bottom)
-        for r, a in zip(reach, turns, strict=True)
-    ]
+    return squares(middle + away[:, None] * ways, yaw, bottom)
 
 
 def _between(pair: Iterable[Grounding], state: State) -> list[Place]:

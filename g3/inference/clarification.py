@@ -12,9 +12,9 @@ from g3.actions import centre
 from g3.geometry import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.candidates import beneath
+from g3.inference.phrases import is_pronoun
 from g3.inference.search import Choices, Hypothesis
 from g3.inference.state import State
-from g3.inference.things import is_pronoun
 from g3.inference.tree import Tree
 from g3.sdc import all_words
 

@@ -10,9 +10,10 @@ from itertools import product
 
 import numpy as np
 
+from g3.inference.meant import unmeant_scores
 from g3.inference.phrases import is_complement
 from g3.inference.scene import Group
-from g3.inference.things import Surroundings, unmeant_scores
+from g3.inference.surroundings import Surroundings
 from g3.inference.tree import Tree
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from g3.features.batch import FactorBatch
 from g3.groundings import PhysicalObject
-from g3.inference.phrases import factor_type, is_complement
+from g3.inference.meant import unmeant_scores
+from g3.inference.phrases import factor_type, is_complement, is_pronoun
 from g3.inference.scene import Group, Scene
 from g3.inference.scoring import Reason, Scorer
-from g3.inference.things import is_pronoun, unmeant_scores
 from g3.inference.tree import Tree
 from g3.sdc import Field
 

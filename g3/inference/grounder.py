@@ -19,7 +19,7 @@ from g3.inference.scene import Group, Scene, scene_of
 from g3.inference.scoring import Reason
 from g3.inference.search import WIDTH, Hypothesis, search
 from g3.inference.state import State, start_state
-from g3.inference.things import Surroundings
+from g3.inference.surroundings import Surroundings
 from g3.inference.tree import Tree
 from g3.language.words import field_words
 from g3.model import Model

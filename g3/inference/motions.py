@@ -7,24 +7,20 @@ obstacles, a batch in one go; the chosen plan is what physics carries out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions import BACK_OFF_M, BACK_OUT_M, CARRY_OUT_M, LIFT_M, RUN_IN_M, SIDE_ENTRY_M
+from g3.actions import LIFT_M
 from g3.driving import CUSP_COST_M, arc, clear_cost, curve, direction
 from g3.features.bodies import METRES_PER_RADIAN, SAMPLES, IntArray
-from g3.geometry import rotate
+from g3.geometry import length, rotate
 from g3.groundings import FloatArray
+from g3.inference.courses import NEVER, Course
 
 SPEED_M_S, LIFT_M_S = 1.0, 0.1
-BLOCKED_COST_M = 20.0
-CLEAR_M = 1.6
-"""Entering past the middle of another thing nearer than this is as good as blocked."""
 
 _BACKWARDS = np.array([(0.0, 0.0), (2.0, 0.0), (4.0, 1.2), (4.0, -1.2)])
-_TURNS = np.array([0.0, SIDE_ENTRY_M, 0.0, SIDE_ENTRY_M])
 _FINE, _COARSE = np.linspace(0, 1, 21), np.linspace(0, 1, 9)
 
 
@@ -55,11 +51,6 @@ class Motions:
         return len(self.t)
 
 
-def join_motions(parts: Sequence[Motions]) -> Motions:
-    """Motions one after another."""
-    return Motions(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Motions)))
-
-
 @dataclass(frozen=True, slots=True)
 class Legs:
     """n ways, each of m poses, with the forks' height over the load's first one.
@@ -71,13 +62,40 @@ class Legs:
     rise
         Metres, shape (n, m).
     grip, drop
-        At which pose a load is gripped, and at which it is let go of; m for never.
+        At which pose a load is gripped, and at which it is let go of, m for never; shape (n,).
     """
 
     poses: FloatArray
     rise: FloatArray
-    grip: int
-    drop: int
+    grip: IntArray
+    drop: IntArray
+
+
+def legs(course: Course) -> Legs:
+    """Drive courses: to each stop, in straight, and back out."""
+    parts, here, ends = [course.lead], course.lead[:, -1], [0]
+    for stop in course.stops:
+        before = stop.finals.copy()
+        before[..., :2] -= stop.run_in[:, None, None] * direction(stop.finals[..., 2])
+        way = ways(here, before, stop.penalty)
+        into = straights(way[:, -1], stop.run_in)
+        out = straights(into[:, -1], -stop.out)
+        parts += [way, into, out]
+        here = out[:, -1]
+        ends.append(sum(part.shape[1] for part in parts[:-1]) - 1)
+    poses = np.concatenate(parts, axis=1)
+    m = poses.shape[1]
+    grips, drops = course.grip != NEVER, course.drop != NEVER
+    grip = np.where(grips, np.array(ends)[course.grip + 1], 0)
+    drop = np.where(drops, np.array(ends)[course.drop + 1], m)
+    pose = np.arange(m)
+    carried, down = np.where(grips, LIFT_M, 0.0)[:, None], course.down[:, None]
+    rise = np.where(pose > grip[:, None], carried, 0.0)
+    over = np.maximum(carried, down + LIFT_M / 2)
+    lowering = np.where(drops, drop - len(_COARSE), m)[:, None]
+    rise = np.where(pose > lowering, over, rise)
+    rise = np.where(pose >= drop[:, None], down, rise)
+    return Legs(poses, rise, grip, drop)
 
 
 def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArray:
@@ -90,135 +108,57 @@ def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArr
     finals
         Alternatives, shape (n, h, 3).
     penalty
-        What each costs on top in metres, shape (n, h).
+        What each costs on top in metres, infinite for one that isn't there, shape (n, h).
 
     Returns
     -------
     FloatArray
-        Shape (n, m, 3).
+        Shape (n, m, 3); the start where there is no alternative.
     """
-    back = arc(start[:, None], -_BACKWARDS[:, 0], _BACKWARDS[:, 1], _COARSE)
-    n, h, v = len(start), finals.shape[1], len(_BACKWARDS)
-    begin = np.broadcast_to(back[:, None, :, -1], (n, h, v, 3)).reshape(-1, 3)
-    end = np.broadcast_to(finals[:, :, None], (n, h, v, 3)).reshape(-1, 3)
-    ahead = curve(begin, end, np.ones(len(begin)), _FINE)
-    cost = clear_cost(ahead).reshape(n, h, v) + penalty[..., None]
-    cost += _BACKWARDS[:, 0] + CUSP_COST_M * (_BACKWARDS[:, 0] > 0)
-    best = cost.reshape(n, h * v).argmin(axis=1)
-    rows = np.arange(n)
-    chosen = ahead.reshape(n, h * v, len(_FINE), 3)[rows, best]
-    return np.concatenate((back[rows, best % v], chosen), axis=1)
+    way = np.repeat(start[:, None], len(_COARSE) + len(_FINE), axis=1)
+    rows = np.flatnonzero(np.isfinite(penalty).any(axis=1))
+    asked = np.concatenate((start, finals.reshape(len(start), -1), penalty), axis=1)[rows]
+    number: dict[bytes, int] = {}
+    which = [number.setdefault(row.tobytes(), len(number)) for row in asked]
+    _, first = np.unique(which, return_index=True)
+    different = rows[first]
+    way[rows] = _ways(start[different], finals[different], penalty[different])[which]
+    return way
 
 
-def straights(start: FloatArray, length: float) -> FloatArray:
-    """Straight ahead, or back where the length is negative, from poses (n, 3); (n, m, 3)."""
-    return arc(start, np.full(len(start), length), np.zeros(len(start)), _COARSE)
+def _ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArray:
+    """Ways of rows that all differ and have an alternative."""
+    reverse = _BACKWARDS[:, 0]
+    extra = reverse + CUSP_COST_M * (reverse > 0)
+    back = arc(start[:, None], -reverse, _BACKWARDS[:, 1], _COARSE)
+    straight = length(finals[:, :, None, :2] - back[:, None, :, -1, :2])
+    least = straight + penalty[..., None] + extra - 1e-9
+    cost = np.full(least.shape, np.inf)
+    number = np.zeros(least.shape, dtype=np.intp)
+    curves = np.zeros((0, len(_FINE), 3))
+    # First ahead from where it stands, then the manoeuvres that could still be cheaper.
+    tried = np.isfinite(least) & (reverse == 0)
+    for _ in range(2):
+        row, option, manoeuvre = np.nonzero(tried)
+        ahead = curve(back[row, manoeuvre, -1], finals[row, option], np.ones(len(row)), _FINE)
+        cost[tried] = clear_cost(ahead) + penalty[row, option] + extra[manoeuvre]
+        number[tried] = len(curves) + np.arange(len(row))
+        curves = np.concatenate((curves, ahead))
+        tried = np.isinf(cost) & (least <= cost.min(axis=(1, 2), keepdims=True))
+    rows = np.arange(len(start))
+    option, manoeuvre = np.divmod(cost.reshape(len(start), -1).argmin(axis=1), len(reverse))
+    ahead = curves[number[rows, option, manoeuvre]]
+    return np.concatenate((back[rows, manoeuvre], ahead), axis=1)
 
 
-def quarters(yaw: FloatArray) -> FloatArray:
-    """The four headings along and across yaws (n,); shape (n, 4)."""
-    result: FloatArray = yaw[:, None] + np.pi / 2 * np.arange(4)
-    return result
+def straights(start: FloatArray, metres: FloatArray) -> FloatArray:
+    """Straight ahead, or back where the metres (n,) is negative, from poses (n, 3); (n, m, 3)."""
+    poses = np.repeat(start[:, None], len(_COARSE), axis=1)
+    poses[..., :2] += (metres[:, None] * _COARSE)[..., None] * direction(start[:, 2])[:, None]
+    return poses
 
 
-def driven(poses: FloatArray) -> Legs:
-    """Driving with whatever is on the forks, or with nothing."""
-    return Legs(poses, np.zeros(poses.shape[:2]), 0, poses.shape[1])
-
-
-def entries(
-    middle: FloatArray, headings: FloatArray, reach: FloatArray, things: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Poses in which a load is gripped or put down, and what entering them costs.
-
-    Parameters
-    ----------
-    middle
-        Where the load's middle is then, shape (n, 2).
-    headings
-        Of the robot, shape (n, h).
-    reach
-        From the robot to the load's middle in the robot's frame, shape (n, 2).
-    things
-        Middles of what may be in the way, shape (p, 2).
-    """
-    n, h = headings.shape
-    offset = rotate(np.broadcast_to(reach[:, None], (n, h, 2)), headings)
-    finals = np.concatenate((middle[:, None] - offset, headings[..., None]), axis=2)
-    back = -np.array([0.5, 1.5, RUN_IN_M])
-    along = finals[:, :, None, :2] + back[:, None] * direction(headings)[:, :, None]
-    if not len(things):
-        return finals, np.zeros((n, h))
-    apart = np.linalg.norm(along[..., None, :] - things, axis=-1)
-    own = np.linalg.norm(middle[:, None] - things, axis=-1) < 0.5
-    apart = np.where(own[:, None, None], np.inf, apart)
-    return finals, BLOCKED_COST_M * (apart.min(axis=(2, 3)) < CLEAR_M)
-
-
-def picked(
-    start: FloatArray, finals: FloatArray, penalty: FloatArray, out_m: float = BACK_OUT_M
-) -> Legs:
-    """Drive to something, in straight, lift it, and back out."""
-    before = finals.copy()
-    before[..., :2] -= RUN_IN_M * direction(finals[..., 2])
-    way = ways(start, before, penalty)
-    into = straights(way[:, -1], RUN_IN_M)
-    out = straights(into[:, -1], -out_m)
-    grip = way.shape[1] + into.shape[1]
-    poses = np.concatenate((way, into, out), axis=1)
-    rise = np.zeros(poses.shape[:2])
-    rise[:, grip:] = LIFT_M
-    return Legs(poses, rise, grip - 1, poses.shape[1])
-
-
-def put(
-    start: FloatArray,
-    finals: FloatArray,
-    penalty: FloatArray,
-    carried: FloatArray,
-    down: FloatArray,
-) -> Legs:
-    """Drive a load to where it is to stand, lower it, and back off.
-
-    Parameters
-    ----------
-    carried, down
-        How high the load is at first, and where it is to stand, over where it was gripped; (n,).
-    """
-    before = finals.copy()
-    before[..., :2] -= RUN_IN_M * direction(finals[..., 2])
-    way = ways(start, before, penalty)
-    into = straights(way[:, -1], RUN_IN_M)
-    off = straights(into[:, -1], -BACK_OFF_M)
-    drop = way.shape[1] + into.shape[1]
-    poses = np.concatenate((way, into, off), axis=1)
-    rise = np.repeat(carried[:, None], poses.shape[1], axis=1)
-    over = np.maximum(carried, down + LIFT_M / 2)
-    rise[:, way.shape[1] : drop - 1] = over[:, None]
-    rise[:, drop - 1 :] = down[:, None]
-    return Legs(poses, rise, 0, drop)
-
-
-def carried(
-    start: FloatArray,
-    pick: tuple[FloatArray, FloatArray],
-    put_at: tuple[FloatArray, FloatArray],
-    down: FloatArray,
-) -> Legs:
-    """Pick something up and put it down elsewhere; parameters as in the functions before."""
-    first = picked(start, *pick, out_m=BACK_OUT_M + CARRY_OUT_M)
-    second = put(first.poses[:, -1], *put_at, first.rise[:, -1], down)
-    return Legs(
-        np.concatenate((first.poses, second.poses), axis=1),
-        np.concatenate((first.rise, second.rise), axis=1),
-        first.grip,
-        first.poses.shape[1] + second.drop,
-    )
-
-
-def sampled(
-    legs: Legs, ground: float, load: IntArray, load_pose: FloatArray, load_z: FloatArray
-) -> Motions:
+def sampled(legs: Legs, ground: float, load: IntArray, first: FloatArray) -> Motions:
     """Motions of ways.
 
     Parameters
@@ -227,8 +167,8 @@ def sampled(
         Height of the robot's position.
     load
         Which thing each way moves, -1 for none, shape (n,).
-    load_pose, load_z
-        Its first pose x, y, yaw and the height of its bottom, shapes (n, 3) and (n,).
+    first
+        Its first pose x, y, z, yaw with the height of its bottom, shape (n, 4).
     """
     poses = legs.poses.copy()
     poses[..., 2] = np.unwrap(poses[..., 2], axis=1)
@@ -238,19 +178,20 @@ def sampled(
     along = np.concatenate((np.zeros((n, 1)), np.cumsum(step, axis=1)), axis=1)
     lifting = np.abs(np.diff(legs.rise, axis=1)) / LIFT_M_S
     t = np.concatenate((np.zeros((n, 1)), np.cumsum(step / SPEED_M_S + lifting, axis=1)), axis=1)
-    grip = poses[:, legs.grip]
-    offset = rotate(load_pose[:, :2] - grip[:, :2], -grip[:, 2])
+    rows, pose = np.arange(n), np.arange(m)
+    grip = poses[rows, legs.grip]
+    offset = rotate(first[:, :2] - grip[:, :2], -grip[:, 2])
     held = np.concatenate(
         (
-            poses[..., :2] + rotate(np.repeat(offset[:, None], m, axis=1), poses[..., 2]),
-            (load_z[:, None] + legs.rise)[..., None],
-            (load_pose[:, 2:] + poses[..., 2] - grip[:, 2:])[..., None],
+            poses[..., :2] + rotate(offset[:, None], poses[..., 2]),
+            (first[:, 2:3] + legs.rise)[..., None],
+            (first[:, 3:] + poses[..., 2] - grip[:, 2:])[..., None],
         ),
         axis=2,
     )
-    held[:, : legs.grip + 1] = np.column_stack((load_pose[:, :2], load_z, load_pose[:, 2]))[:, None]
-    if legs.drop < m:
-        held[:, legs.drop :] = held[:, legs.drop - 1 : legs.drop]
+    left = held[rows, np.minimum(legs.drop, m - 1)]
+    held = np.where((pose <= legs.grip[:, None])[..., None], first[:, None], held)
+    held = np.where((pose > legs.drop[:, None])[..., None], left[:, None], held)
     values = np.concatenate((t[..., None], poses, held), axis=2)
     even = _evenly(along, values)
     height = np.full((n, SAMPLES, 1), ground)
@@ -269,11 +210,16 @@ def _evenly(along: FloatArray, values: FloatArray) -> FloatArray:
     n, m = along.shape
     total = along[:, -1:]
     stride = float(total.max(initial=0.0)) + 1.0
-    key = (along + stride * np.arange(n)[:, None]).reshape(-1)
-    query = (total * np.linspace(0, 1, SAMPLES) + stride * np.arange(n)[:, None]).reshape(-1)
+    shift = stride * np.arange(n)[:, None]
+    key = (along + shift).reshape(-1)
+    query = (total * np.linspace(0, 1, SAMPLES) + shift).reshape(-1)
     flat = values.reshape(n * m, -1)
-    columns = [np.interp(query, key, flat[:, c]) for c in range(flat.shape[1])]
-    even = np.stack(columns, axis=1).reshape(n, SAMPLES, -1)
+    before = np.searchsorted(key, query, side="right") - 1
+    after = np.minimum(before + 1, n * m - 1)
+    gap = key[after] - key[before]
+    part = (query - key[before]) / np.where(gap > 0, gap, 1.0)
+    between = flat[before] + part[:, None] * (flat[after] - flat[before])
+    even: FloatArray = between.reshape(n, SAMPLES, -1)
     # Where poses repeat, the first and the last sample are the way's own.
     even[:, 0], even[:, -1] = values[:, 0], values[:, -1]
     return even

@@ -9,7 +9,8 @@ from g3.features.order import is_ordinal
 from g3.groundings import FloatArray
 from g3.language.concepts import concepts
 from g3.language.groups import group
-from g3.language.words import field_words, figure_words, normalise
+from g3.language.verb_classes import word_class
+from g3.language.words import bare, field_words, figure_words, normalise
 from g3.sdc import SDC, SDCType, all_words
 
 AREAS = frozenset(
@@ -19,6 +20,7 @@ AREAS = frozenset(
         *("ground", "floor"),
     )
 )
+FLOOR = frozenset({"ground", "floor", "pavement"})
 TELLING = frozenset(
     normalise(word)
     for word in (
@@ -26,6 +28,11 @@ TELLING = frozenset(
         *("lonely", "only", "tall", "big", "small"),
     )
 )
+PRONOUNS = frozenset({"it", "them", "they", "itself"})
+THESE = frozenset({"this", "that", "these", "those"})
+ROWS = frozenset({"row", "line", "column", "series"})
+ROW = 3
+"""So many things at least are a row."""
 OTHERS = frozenset({"other", "another"})
 MISCOUNTED = float(np.log(0.1))
 ONE_FOR_MANY = float(np.log(0.4))
@@ -41,10 +48,23 @@ def is_complement(sdc: SDC) -> bool:
 
 
 def is_area(sdc: SDC) -> bool:
-    """Whether an OBJECT is a place that its relation tells: "the space between the pallets"."""
-    if sdc.type != "OBJECT" or not sdc.landmark1 or is_complement(sdc):
+    """Whether an OBJECT is a place: "the floor", "the space between the pallets"."""
+    if sdc.type != "OBJECT" or is_complement(sdc):
         return False
-    return bool(AREAS.intersection(figure_words(sdc)))
+    return bool((AREAS if sdc.landmark1 else FLOOR).intersection(figure_words(sdc)))
+
+
+def names_thing(sdc: SDC) -> bool:
+    """Whether an OBJECT's noun names things, not a place."""
+    return not AREAS.intersection(figure_words(sdc))
+
+
+def is_measure(sdc: SDC) -> bool:
+    """Whether an OBJECT tells how far, and names nothing: "a bit", "two squares"."""
+    words = [bare(word.text) for word in sdc.words]
+    if sdc.type != "OBJECT" or not words or words[0] == "the":
+        return False
+    return "measure" in word_class(words[-1]).split("+")
 
 
 def factor_type(sdc: SDC) -> SDCType:
@@ -69,6 +89,12 @@ def is_there(sdc: SDC) -> bool:
     return "there" in words or concepts(words) == {"on"}
 
 
+def names_same(sdc: SDC) -> bool:
+    """Whether a leaf names what has been spoken of: "this table"."""
+    words = [word.text.lower() for word in sdc.words]
+    return len(words) > 1 and words[0] in THESE
+
+
 def names_other(sdc: SDC) -> bool:
     """Whether a leaf names something else than what was meant before: "the other truck"."""
     return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
@@ -77,11 +103,19 @@ def names_other(sdc: SDC) -> bool:
 def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
     """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
     said = group(sdc)
+    if said.collective in ROWS:
+        return np.where(sizes >= ROW, 0.0, MISCOUNTED)
     if said.count is not None and said.count > 1:
         return np.where(sizes == said.count, 0.0, MISCOUNTED)
     if said.number == "singular":
         return np.where(sizes == 1, 0.0, MISCOUNTED)
     return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
+
+
+def is_pronoun(sdc: SDC) -> bool:
+    """Whether an OBJECT is a pronoun that stands for something spoken of before."""
+    words = [w.text.lower().strip(".,;:!") for w in sdc.words]
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in PRONOUNS
 
 
 def told(words: tuple[str, ...]) -> tuple[str, ...]:

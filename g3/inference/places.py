@@ -8,25 +8,32 @@ import numpy as np
 
 from g3.action_candidates import FREE_M
 from g3.actions import centre, recorded
-from g3.features.batch import FactorBatch
+from g3.features.batch import FactorBatch, WordField
+from g3.features.bodies import IntArray
 from g3.features.named import named
 from g3.features.ranks import local_centres
 from g3.geometry import BoolArray, convex_hull, point_gap, rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.candidates import GROUND_M, beneath
-from g3.inference.sides import MISPLACED, facing, turned
+from g3.inference.facing import facing, turned
+from g3.inference.phrases import FLOOR
+from g3.inference.rows import ENDS, row_scores
+from g3.inference.sides import MISPLACED
 from g3.inference.state import State, centres
 from g3.language.concepts import CONCEPTS, concepts
 from g3.language.words import field_words, normalise
 from g3.sdc import SDC, all_words
 
-FLOOR = frozenset({"ground", "floor", "pavement"})
 BESIDE = frozenset({"near", "left", "right", "front", "back", "between"})
 BEHIND = frozenset({normalise("behind")})
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
 """Where the left, right, front and far side of a thing are for who looks along the first axis."""
 SAME_SPOT_M = 1.5
 """Nearer than this to where it stood a load has not been moved."""
+ROBOT_M = 1.5
+"""Nearer than this to where the robot is it can put nothing."""
+AWAY_M = 5.0
+"""What is only told by the robot is the less likely meant by e, each time it is so much further."""
 ASIDE = 0.5
 """A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
 
@@ -59,7 +66,7 @@ def place_scores(sdc: SDC, batch: FactorBatch, ground: float) -> FloatArray:
     ground
         Height of the ground.
     """
-    total = place_side_scores(batch)
+    total = place_side_scores(batch) + row_scores(batch) + far_scores(batch)
     if on_ground(sdc, sdc):
         high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
         total = total + np.where(high, MISPLACED, 0.0)
@@ -71,12 +78,12 @@ def place_side_scores(batch: FactorBatch) -> FloatArray:
 
     The right of a pallet is where it is for who faces the row of its like; its front is the side
     of who speaks, and the far side is behind it. The right of several things is beyond all of
-    them. The robot has its own sides.
+    them. The robot has its own sides, which are also those that have no landmark.
     """
     wanted = _sides(batch)
-    bodies, mark = batch.bodies, batch.landmark
+    bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
     robot = mark == batch.agent_body
-    told = (mark >= 0) & (wanted.sum(axis=1) == 1)
+    told = wanted.sum(axis=1) == 1
     told &= robot | bodies.labels[mark].any(axis=1)
     told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
     if not told.any():
@@ -84,7 +91,7 @@ def place_side_scores(batch: FactorBatch) -> FloatArray:
     middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
     peers = local_centres(batch, batch.peers)
     alike = (bodies.labels[batch.peers] & bodies.labels[mark][:, None]).any(axis=2)
-    ahead = facing(middle, peers, alike & (batch.peers != mark[:, None]))
+    ahead, _ = facing(middle, peers, alike & (batch.peers != mark[:, None]))
     sight = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
     ahead = np.where(wanted[:, 2:].any(axis=1, keepdims=True), sight, ahead)
     ahead = np.where(robot[:, None], np.array([1.0, 0.0]), ahead)
@@ -95,23 +102,35 @@ def place_side_scores(batch: FactorBatch) -> FloatArray:
     wrong = along < ASIDE * np.linalg.norm(off, axis=1)
     several = bodies.count[mark] > 1
     if several.any():
-        beyond = np.nan_to_num(_beyond(batch, place, ahead, way), nan=np.inf).min(axis=1)
+        beyond = np.nan_to_num(_beyond(batch, mark, place, ahead, way), nan=np.inf).min(axis=1)
         wrong |= several & (beyond < 0)
     return np.where(told & wrong, MISPLACED, 0.0)
 
 
+def far_scores(batch: FactorBatch) -> FloatArray:
+    """What it costs places (n,) to be far from the robot, where nothing else tells of them."""
+    free = (batch.landmark < 0) | (batch.landmark == batch.agent_body)
+    away = np.linalg.norm(local_centres(batch, batch.figure), axis=1)
+    return np.where(free, -away / AWAY_M, 0.0)
+
+
 def _sides(batch: FactorBatch) -> BoolArray:
-    """Which of left, right, front and far side each row's relation names, shape (n, 4)."""
-    told = named(batch, ("relation",))[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+    """Which of left, right, front and far side each row's relation names, shape (n, 4).
+
+    "At the end of the row to your right" is on the right whatever "to your right" belongs to.
+    """
+    ends = any(ENDS.intersection(words.get("relation", ())) for words in batch.words)
+    fields: tuple[WordField, ...] = ("relation", "landmark") if ends else ("relation",)
+    told = named(batch, fields)[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
     behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
     return np.column_stack((told, np.array(behind)[batch.factor]))
 
 
 def _beyond(
-    batch: FactorBatch, place: FloatArray, ahead: FloatArray, way: FloatArray
+    batch: FactorBatch, mark: IntArray, place: FloatArray, ahead: FloatArray, way: FloatArray
 ) -> FloatArray:
     """How much further places are than each of their landmark's things; (n, members)."""
-    offset = batch.bodies.members[batch.landmark] - batch.agent[:, None, :2]
+    offset = batch.bodies.members[mark] - batch.agent[:, None, :2]
     local = rotate(offset, np.broadcast_to(-batch.agent[:, 2, None], offset.shape[:2]))
     off = turned(place[:, None] - local, ahead[:, None])
     further: FloatArray = (off * way[:, None]).sum(axis=-1)
@@ -124,12 +143,15 @@ def carrier(state: State, object_id: str) -> PhysicalObject | None:
 
 
 def free_places(places: Sequence[Place], state: State, load: str) -> list[Place]:
-    """Where a load can be put: where nothing stands, and it hasn't stood itself."""
+    """Where a load can be put: where nothing stands, nor the robot, and it hasn't stood itself."""
     middles = centres([place.prism for place in places])
+    low = middles.min(axis=0, initial=np.inf) - FREE_M
+    high = middles.max(axis=0, initial=-np.inf) + FREE_M
     bottoms = np.array([place.prism.z_min for place in places])
-    free = np.ones(len(places), dtype=bool)
+    free = np.linalg.norm(middles - state.pose[:2], axis=1) > ROBOT_M
     for thing in recorded(state.context).objects:
-        if thing.id != load:
+        xy = thing.prism.xy
+        if thing.id != load and (xy.min(axis=0) <= high).all() and (xy.max(axis=0) >= low).all():
             blocked = _gaps(middles, thing.prism) <= FREE_M
             free &= ~(blocked & (thing.prism.z_max > bottoms + 0.3))
     if load != state.held:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from g3.features.batch import FactorBatch, FieldWords
-from g3.features.bodies import SAMPLES, Bodies, IntArray, pack
-from g3.groundings import Context, FloatArray, Grounding
+from g3.features.bodies import MAX_CORNERS, SAMPLES, Bodies, IntArray, pack
+from g3.geometry import area, centroid, convex_hull
+from g3.groundings import Context, FloatArray, Grounding, Place, Prism
+from g3.inference.state import centres, padded
 from g3.sdc import SDC_TYPES, SDCType
 
 Group = tuple[Grounding, ...]
@@ -48,6 +50,14 @@ class Scene:
             place |= {key: len(self.groups) + i for i, key in enumerate(new)}
             bodies = join(bodies, pack_like(list(new.values()), bodies))
         return bodies, np.array([place[_key(group)] for group in groups], dtype=np.intp)
+
+    def things(self) -> Scene:
+        """The scene of the context's objects alone, which come first."""
+        n = len(self.context.objects)
+        some = {name: getattr(self.bodies, name)[:n] for name in (*_PER_BODY, *_SAMPLED)}
+        some["offsets"] = offsets = self.bodies.offsets[: n + 1]
+        some |= {name: getattr(self.bodies, name)[: offsets[-1]] for name in _RAW}
+        return replace(self, groups=self.groups[:n], bodies=replace(self.bodies, **some))
 
     def batch(
         self,
@@ -107,12 +117,26 @@ def _key(group: Group) -> tuple[int, ...]:
 
 def pack_like(groups: Sequence[Group], like: Bodies) -> Bodies:
     """Pack groundings with the labels of other bodies."""
+    places = [g[0] for g in groups if len(g) == 1 and isinstance(g[0], Place)]
+    hulls = [convex_hull(place.prism.xy) for place in places]
+    if len(places) == len(groups) and max(map(len, hulls)) <= MAX_CORNERS:
+        return _pack_places([place.prism for place in places], padded(hulls), like)
     packed = pack(groups)
     column = [like.label_names.index(name) for name in packed.label_names]
     labels = np.zeros((len(groups), len(like.label_names)), dtype=bool)
     shared = labels.copy()
     labels[:, column], shared[:, column] = packed.labels, packed.shared_labels
     return replace(packed, labels=labels, shared_labels=shared, label_names=like.label_names)
+
+
+def _pack_places(prisms: Sequence[Prism], corners: FloatArray, like: Bodies) -> Bodies:
+    """Places, of which there are many and nothing moves, packed as :func:`pack` does."""
+    z_min = np.array([prism.z_min for prism in prisms])
+    pose = np.column_stack((centres(prisms), z_min))
+    rest = _points(pose, np.zeros(len(prisms)), like)
+    rest.members[:, 0] = centre = centroid(corners)
+    z_max = np.array([prism.z_max for prism in prisms])
+    return replace(rest, corners=corners, centre=centre, area=area(corners), z_max=z_max)
 
 
 def moving_bodies(xyz: FloatArray, yaw: FloatArray, t: FloatArray, like: Bodies) -> Bodies:
@@ -185,6 +209,7 @@ _PER_BODY = (
     *("count", "members", "labels", "shared_labels"),
 )
 _SAMPLED = ("t", "xyz", "yaw", "moves")
+_RAW = ("raw_t", "raw_xyz", "raw_yaw")
 
 
 def take(bodies: Bodies, index: IntArray) -> Bodies:
@@ -213,7 +238,7 @@ def join(*parts: Bodies) -> Bodies:
     corners = [_widened(p.corners, width) for p in parts]
     ends = np.cumsum([0, *(p.offsets[-1] for p in parts)])
     offsets = [p.offsets[:-1] + e for p, e in zip(parts, ends, strict=False)]
-    names = (*_PER_BODY[1:], *_SAMPLED, "raw_t", "raw_xyz", "raw_yaw")
+    names = (*_PER_BODY[1:], *_SAMPLED, *_RAW)
     joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in names}
     return Bodies(
         corners=np.concatenate(corners),

@@ -8,13 +8,14 @@ features is ever made.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import log_expit
 
-from g3.features.batch import FactorBatch, FieldWords
+from g3.features.batch import ROLES, FactorBatch, FieldWords
 from g3.features.matrix import ALONE, discretise, word_names
 from g3.features.registry import Columns, FeatureSet, values
 from g3.groundings import FloatArray
@@ -22,6 +23,9 @@ from g3.model import Model
 from g3.sdc import SDC_TYPES, SDCType
 
 IntArray = npt.NDArray[np.intp]
+
+MOST_TABLES = 1024
+"""Of so many phrases tables are kept, in some 20 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,7 @@ class Scorer:
         self._bases = {name: i for i, name in enumerate(model.space.bases)}
         self._words = {name: i for i, name in enumerate(model.space.words)}
         self._levels: dict[tuple[str, SDCType, tuple[str, ...]], IntArray] = {}
-        self._tables: dict[tuple[object, ...], FloatArray] = {}
+        self._tables: dict[tuple[object, ...], tuple[float, FloatArray]] = {}
 
     def log_probability(self, batch: FactorBatch, *, true: bool = True) -> FloatArray:
         """Log p(φ = true) of each row, shape (n,); of p(φ = false) if so asked."""
@@ -77,17 +81,21 @@ class Scorer:
 
     def _of_type(self, batch: FactorBatch, kind: SDCType) -> FloatArray:
         used, factor = np.unique(batch.factor, return_inverse=True)
-        words = [batch.words[i] for i in used]
-        total = np.array([self._bias(w, kind) for w in words])[factor]
-        for feature in self._sets:
-            if kind not in feature.types:
-                continue
-            columns = feature.columns_for(batch)
-            number = discretise(values(feature, batch), columns) + 1
-            tables = np.stack([self._table(feature, kind, columns, w) for w in words])
-            column = np.arange(len(columns))
-            total += tables[factor[:, None], column, number].sum(axis=1)
+        parts = [(feature, feature.columns_for(batch)) for feature in self._told(batch, kind)]
+        known = [self._table(kind, parts, batch.words[i]) for i in used]
+        total: FloatArray = np.array([bias for bias, _ in known])[factor]
+        if parts:
+            columns = tuple(column for _, own in parts for column in own)
+            table = np.concatenate([values(feature, batch) for feature, _ in parts], axis=1)
+            number = discretise(table, columns) + 1
+            added = np.stack([table for _, table in known])
+            total += added[factor[:, None], np.arange(len(columns)), number].sum(axis=1)
         return total
+
+    def _told(self, batch: FactorBatch, kind: SDCType) -> list[FeatureSet]:
+        """The feature sets that say something of some row of a batch."""
+        there = {role for role in ROLES if (batch.role(role) >= 0).any()}
+        return [f for f in self._sets if kind in f.types and there.issuperset(f.roles)]
 
     def _bias(self, words: FieldWords, kind: SDCType) -> float:
         base = np.array([self._bases.get(f"{kind}/bias", -1)])
@@ -95,18 +103,34 @@ class Scorer:
         return float(self._weights(base, ids).sum())
 
     def _table(
-        self, feature: FeatureSet, kind: SDCType, columns: Columns, words: FieldWords
+        self, kind: SDCType, parts: Sequence[tuple[FeatureSet, Columns]], words: FieldWords
+    ) -> tuple[float, FloatArray]:
+        """The bias, and what each bin of each column adds: (columns, bins + 1), none at 0."""
+        named = tuple(c.name for feature, own in parts if callable(feature.columns) for c in own)
+        key = (kind, tuple(feature.name for feature, _ in parts), named, *sorted(words.items()))
+        found = self._tables.get(key)
+        if found is None:
+            if len(self._tables) >= MOST_TABLES:
+                self._tables.clear()
+            found = self._tables[key] = self._bias(words, kind), self._added(kind, parts, words)
+        return found
+
+    def _added(
+        self, kind: SDCType, parts: Sequence[tuple[FeatureSet, Columns]], words: FieldWords
     ) -> FloatArray:
-        """What each bin of each column adds, shape (columns, bins + 1); none at 0."""
-        names = tuple(c.name for c in columns) if callable(feature.columns) else ()
-        ids = tuple(self._word_ids(words, feature.words, alone=feature.alone).tolist())
-        key = (feature.name, kind, names, ids)
-        if key not in self._tables:
+        steps = []
+        for feature, columns in parts:
             levels = self._level_bases(feature, kind, columns)
-            weight = self._weights(levels.reshape(-1), np.array(ids, dtype=np.intp)).sum(axis=1)
-            steps = np.cumsum(weight.reshape(levels.shape), axis=1)
-            self._tables[key] = np.column_stack((np.zeros(len(columns)), steps))
-        return self._tables[key]
+            ids = self._word_ids(words, feature.words, alone=feature.alone)
+            weight = self._weights(levels.reshape(-1), ids).sum(axis=1)
+            steps.append(np.cumsum(weight.reshape(levels.shape), axis=1))
+        width = 1 + max((step.shape[1] for step in steps), default=0)
+        table = np.zeros((sum(len(step) for step in steps), width))
+        row = 0
+        for step in steps:
+            table[row : row + len(step), 1 : 1 + step.shape[1]] = step
+            row += len(step)
+        return table
 
     def _level_bases(self, feature: FeatureSet, kind: SDCType, columns: Columns) -> IntArray:
         """The base feature of each bin's threshold, -1 where none is, (columns, bins)."""

@@ -20,18 +20,20 @@ from g3.features.bodies import IntArray
 from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
 from g3.inference.actions import Action, possible_actions, result
 from g3.inference.arguments import Arguments, arguments, combine, focus_of
-from g3.inference.changes import beside_scores, change_scores
-from g3.inference.clauses import verb_class, verb_scores
+from g3.inference.changes import beside_scores, change_scores, source_scores
+from g3.inference.clauses import Asked, verb_class, verb_scores
 from g3.inference.costs import Cost, Scorer
-from g3.inference.directions import direction_scores
+from g3.inference.directions import direction_scores, told_side
 from g3.inference.explanation import reasons_against, told_besides, weightiest
+from g3.inference.leaves import leaf_scores
 from g3.inference.motions import Motions
-from g3.inference.phrases import is_there, names_other
+from g3.inference.phrases import is_pronoun, is_there, names_other, names_same
 from g3.inference.scene import Group
 from g3.inference.scoring import Reason
 from g3.inference.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.state import State
-from g3.inference.things import Candidate, Surroundings, ground_thing, is_pronoun
+from g3.inference.surroundings import Candidate, Surroundings
+from g3.inference.things import ground_thing
 from g3.inference.tree import Tree
 from g3.language.anaphora import anaphors
 from g3.language.negation import negated
@@ -89,7 +91,8 @@ def extend(
     forbidden = negated(tree.nodes[root])
     actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
     rows = combine(state, actions, found)
-    batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows))
+    scene = about.scene.things() if state is about.state else None
+    batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
     kind = tree.nodes[root].type
     event = np.zeros(len(batch))
     if kind == "EVENT":
@@ -103,10 +106,15 @@ def extend(
             "verb": verb_scores(
                 tree.nodes[root],
                 [a.kind for a in actions],
-                leads=_leads(tree, root, found),
-                held=state.held,
+                Asked(
+                    theme=found.themes != (None,),
+                    leads=_leads(tree, root, found),
+                    at_place=found.goal_path < 0,
+                    held=state.held,
+                ),
             ),
             "change": change_scores(about.state, actions),
+            "source": source_scores(tree, state, actions, found.paths),
             "way": direction_scores(tree, root, actions),
             "beside": beside_scores(tree, root, state, actions, found.goal_path),
         }
@@ -273,6 +281,7 @@ def search(
 ) -> list[Hypothesis]:
     """The best plans for a command, the best first."""
     beam = [Hypothesis(0.0, start)]
+    about = replace(about, leaves=leaf_scores(tree, about.scene, about.cost))
     known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
     for root, sdc in enumerate(tree.sdcs):
         if sdc.type in ("OBJECT", "PLACE"):
@@ -281,13 +290,13 @@ def search(
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
         there = any(is_there(tree.nodes[n]) for n in below)
-        others = any(names_other(tree.nodes[n]) for n in below)
+        named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []
         for before in beam:
             spoken = before.referents if pronouns else ()
             goals = before.goals if there else ()
-            meant_before = _meant(before) if others else frozenset()
+            meant_before = _meant(before) if named else frozenset()
             meant = {
                 n: tuple(
                     (before.nodes[x.index][0], x.probability)
@@ -305,6 +314,7 @@ def search(
                     goals=goals,
                     spoken=meant_before,
                     load=before.state.held,
+                    told_side=told_side(tree, root),
                 )
                 grounded[key] = arguments(tree, root, around)
             grown += islice(extend(tree, root, before, grounded[key], about), width)

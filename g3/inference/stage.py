@@ -16,7 +16,7 @@ from g3.inference.costs import Cost
 from g3.inference.motions import Motions
 from g3.inference.scene import Scene, carried_bodies, join, moving_bodies, scene_of
 from g3.inference.state import State
-from g3.inference.things import Candidate
+from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
 
 
@@ -76,6 +76,8 @@ class Trial:
         The actions.
     rows
         Which actions, themes and goals are tried together.
+    scene
+        The state's things packed, where they are already.
     """
 
     tree: Tree
@@ -84,13 +86,14 @@ class Trial:
     found: Arguments
     actions: Sequence[Action]
     rows: Rows
+    scene: Scene | None = None
 
 
 def event_batch(trial: Trial) -> tuple[FactorBatch, Stage, dict[int, IntArray]]:
     """The batch of an EVENT's factor; the bodies of PATH landmarks by node are given too."""
     state, found, rows = trial.state, trial.found, trial.rows
     actions = trial.actions
-    scene = scene_of(state.context)
+    scene = trial.scene or scene_of(state.context)
     groups = [current(c.group, state) for c in found.goals if c is not None]
     marks = {p: [current(c.group, state) for c in cs if c] for p, cs in found.paths.items()}
     flat = [g for group in marks.values() for g in group]

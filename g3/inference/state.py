@@ -10,7 +10,7 @@ import numpy as np
 from g3.action_log import at_rest
 from g3.actions import loaded
 from g3.features.bodies import moved_corners
-from g3.geometry import centroid, convex_hull
+from g3.geometry import hull_centre
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 
@@ -44,15 +44,21 @@ def centres(prisms: Sequence[Prism]) -> FloatArray:
     """The middles of footprints, shape (n, 2)."""
     if not prisms:
         return np.zeros((0, 2))
-    hulls = [convex_hull(p.xy) for p in prisms]
+    return np.array([hull_centre(p.xy) for p in prisms])
+
+
+def padded(hulls: Sequence[FloatArray]) -> FloatArray:
+    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
     width = max(len(hull) for hull in hulls)
-    padded = [np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls]
-    return centroid(np.array(padded))
+    return np.array([np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls])
 
 
 def start_state(context: Context) -> State:
     """The state that a context's log starts in."""
-    objects = tuple(replace(o, trajectory=at_rest(o.trajectory)) for o in context.objects)
+    objects = tuple(
+        replace(o, trajectory=at_rest(o.trajectory)) if len(o.trajectory) > 1 else o
+        for o in context.objects
+    )
     return State(replace(context, objects=objects), loaded(context))
 
 

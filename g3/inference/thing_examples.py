@@ -18,10 +18,9 @@ from g3.features.order import is_ordinal
 from g3.groundings import Path, PhysicalObject, Place
 from g3.inference.candidates import grounded, spots_about, spots_of_robot
 from g3.inference.labelled import Labelled
-from g3.inference.phrases import factor_type
+from g3.inference.phrases import factor_type, is_pronoun
 from g3.inference.scene import Group, Scene
 from g3.inference.state import State
-from g3.inference.things import is_pronoun
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.words import field_words

@@ -8,117 +8,49 @@ them, then groups, then places.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from g3.features.batch import FactorBatch
-from g3.groundings import FloatArray, Grounding, PhysicalObject, Place
-from g3.inference.candidates import GROUND_M, ground, grounded, spots_about, spots_of_robot
-from g3.inference.costs import Cost
+from g3.groundings import PhysicalObject, Place
+from g3.inference.candidates import (
+    GROUND_M,
+    ground,
+    grounded,
+    spots_about,
+    spots_of_robot,
+    spots_toward,
+)
+from g3.inference.meant import barred, salience_scores, unmeant_scores
 from g3.inference.phrases import (
     MISCOUNTED,
     factor_type,
-    is_bare,
     is_complement,
+    is_measure,
+    is_pronoun,
     is_there,
-    names_other,
-    number_scores,
 )
-from g3.inference.places import carrier, free_places, place_scores
-from g3.inference.salience import near_scores
-from g3.inference.scene import Scene
-from g3.inference.sides import MISPLACED, side_scores
+from g3.inference.places import free_places, place_scores
 from g3.inference.state import State
+from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings
 from g3.inference.tree import Tree
-from g3.language.words import field_words
-from g3.sdc import SDC
+from g3.language.words import field_words, normalise
+from g3.sdc import SDCType
 
-Group = tuple[Grounding, ...]
-
-WIDTH = 20
-"""The paper's beam width."""
-LANDMARKS = 6
 FAR_BEHIND = 6.0
 """Landmarks, themes and goals with a log-probability so much less than the best one's are left."""
 COMMON = 2
-"""Places that are not about a landmark are tried with so many of them."""
+"""Places that are about no thing are tried with so many landmarks."""
 JOINT_LANDMARKS = 3
 """So many landmarks of each PLACE are tried where several name one place."""
-PRONOUNS = frozenset({"it", "them", "they", "itself"})
+NEARER = frozenset({normalise("closer"), normalise("nearer")})
+HALF = float(np.log(0.5))
+"""What it costs to go nearer to something, and then still nearer."""
 BETWEEN = frozenset({"between", "inbetween", "among"})
-SPOKEN_OF = float(np.log(0.01))
-"""What it costs that "the other truck" is one that was meant before."""
 UNSPOKEN = 0.01
 """Probability that a pronoun stands for a thing that was not spoken of."""
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A grounding of a clause.
-
-    Parameters
-    ----------
-    group
-        The grounding.
-    score
-        Sum of the log-probabilities of the clause's factor and of those below it.
-    nodes
-        The groundings of the clause and of all below it, and their factors' log-probabilities.
-    """
-
-    group: Group
-    score: float
-    nodes: Mapping[int, tuple[Group, float]]
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What the first pass grounds clauses in.
-
-    Parameters
-    ----------
-    state
-        The state that the command was given in.
-    scene
-        Its things, packed.
-    cost
-        Scores of factors.
-    referents
-        What was acted on or spoken of before, the most recent last.
-    antecedents
-        What pronouns may stand for by :mod:`g3.language.anaphora`, with probabilities: the
-        groundings of OBJECTs of earlier clauses, by the pronoun's clause.
-    goals
-        What earlier clauses lead to, the last one last: "there" is one of them.
-    spoken
-        Ids of what earlier clauses mean.
-    load
-        Id of what the clause moves: it goes where there is room for it, and is no landmark of that.
-    width
-        Width of the beams.
-    landmarks
-        Of a clause's beam, how many candidates are tried as landmarks.
-    answers
-        Ids of objects that clauses are known to mean.
-    explain
-        Whether reasons are asked for.
-    """
-
-    state: State
-    scene: Scene
-    cost: Cost
-    referents: tuple[Group, ...] = ()
-    antecedents: Mapping[int, tuple[tuple[Group, float], ...]] = field(default_factory=dict)
-    goals: tuple[Group, ...] = ()
-    spoken: frozenset[str] = frozenset()
-    load: str | None = None
-    width: int = WIDTH
-    landmarks: int = LANDMARKS
-    answers: Mapping[int, str] = field(default_factory=dict)
-    explain: bool = False
 
 
 def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
@@ -132,7 +64,7 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     if is_there(sdc) and about.goals:
         return _there(node, about)
     if factor_type(sdc) == "PLACE":
-        return _place(tree, node, about)
+        return ground_place(tree, node, about)
     if is_pronoun(sdc):
         return _antecedents(node, about)
     landmarks = _landmarks(tree, node, about)
@@ -142,7 +74,7 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
         for other in figures[1:]:
             own = _both(own, ground_thing(tree, other, about), about.width)
     else:
-        score = _barred(sdc, about)
+        score = barred(sdc, about)
         own = [Candidate(g, score(g), {}) for g in about.scene.groups]
     if node in about.answers:
         own = [c for c in own if _ids(c.group) == (about.answers[node],)] or own
@@ -152,59 +84,12 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     return _scored(tree, node, about, pairs)
 
 
-def _barred(sdc: SDC, about: Surroundings) -> Callable[[Group], float]:
-    """What it costs a leaf to be grounded in what it surely isn't.
-
-    What is carried is no landmark of where it goes. "The other truck" is none that was meant
-    before, nor what the load stands on.
-    """
-    load = {about.load} if about.load else set()
-    meant = about.spoken | _carrier(about) if names_other(sdc) else set()
-
-    def score(group: Group) -> float:
-        ids = {g.id for g in group if isinstance(g, PhysicalObject)}
-        return (MISPLACED if ids & load else 0.0) + (SPOKEN_OF if ids & meant else 0.0)
-
-    return score
-
-
-def _carrier(about: Surroundings) -> set[str]:
-    """Id of what the load stands on."""
-    under = carrier(about.state, about.load) if about.load else None
-    return {under.id} if under else set()
-
-
 def _same(
     own: Sequence[Candidate], landmarks: Sequence[Candidate | None]
 ) -> list[tuple[Candidate, Candidate | None]]:
     """Pairs of candidates that are one thing."""
     marks = {_ids(lm.group): lm for lm in landmarks if lm is not None}
     return [(f, marks[_ids(f.group)]) for f in own if _ids(f.group) in marks]
-
-
-def is_pronoun(sdc: SDC) -> bool:
-    """Whether an OBJECT is a pronoun that stands for something spoken of before."""
-    words = [w.text.lower().strip(".,;:!") for w in sdc.words]
-    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in PRONOUNS
-
-
-def unmeant_scores(tree: Tree, node: int, batch: FactorBatch, sizes: Sequence[int]) -> FloatArray:
-    """What it costs rows that an OBJECT's words speak of another number or another thing alike.
-
-    Parameters
-    ----------
-    sizes
-        How many things each row's figure is.
-    """
-    sdc = tree.nodes[node]
-    total = np.zeros(len(batch))
-    if not sdc.figure:
-        total = total + number_scores(sdc, np.array(sizes))
-    if node not in tree.parts:
-        if sdc.landmark1 and not is_complement(sdc):
-            batch = replace(batch, words=[{**words, "figure": ()} for words in batch.words])
-        total = total + side_scores(batch)
-    return total
 
 
 def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
@@ -249,7 +134,8 @@ def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | N
     """Candidates of all landmarks of a clause together; None where it has none."""
     sdc = tree.nodes[node]
     count = about.width if is_complement(sdc) else about.landmarks
-    children = tree.below(node, ("l", "l2"), "OBJECT", "PLACE")
+    below = tree.below(node, ("l", "l2"), "OBJECT", "PLACE")
+    children = [n for n in below if not is_measure(tree.nodes[n])]
     if not children:
         below = tree.below(node, ("l", "l2"), "PATH")
         children = [c for b in below for c in tree.below(b, ("l", "l2"), "OBJECT", "PLACE")]
@@ -268,16 +154,37 @@ def _several(beam: Sequence[Candidate]) -> list[Candidate]:
     return sorted(dear, key=lambda c: -c.score)
 
 
-def _place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+    """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
     landmarks = _landmarks(tree, node, about)
-    common = _common_spots(about.state)
+    if NEARER.intersection(field_words(tree.nodes[node].relation)):
+        nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, about)]
+        if nearer:
+            return nearer[: about.width]
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
         spots = [] if landmark is None else spots_about(landmark.group, about.state)
-        more = common if number < COMMON else []
-        room = _room(about, [*spots, *more])
-        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in room]
+        if number < COMMON and not _is_thing(landmark, about.state):
+            spots = [*spots, *_common_spots(about.state)]
+        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(about, spots)]
     return _scored(tree, node, about, pairs)
+
+
+def _is_thing(landmark: Candidate | None, state: State) -> bool:
+    """Whether places about a landmark are about a thing, not about the robot or a place."""
+    return landmark is not None and any(
+        isinstance(g, PhysicalObject) and g.id != state.context.agent_id for g in landmark.group
+    )
+
+
+def _nearer(node: int, landmark: Candidate, about: Surroundings) -> list[Candidate]:
+    """Places on the way to a landmark: "closer to the trailer". The next is likeliest."""
+    found = []
+    for i, spot in enumerate(_room(about, spots_toward(landmark.group, about.state, about.load))):
+        score = HALF * (i + 1)
+        nodes = {**landmark.nodes, node: ((spot,), score)}
+        found.append(Candidate((spot,), landmark.score + score, nodes))
+    return found
 
 
 def _there(node: int, about: Surroundings) -> list[Candidate]:
@@ -329,7 +236,7 @@ def _scored(
 ) -> list[Candidate]:
     """The best candidates of a clause from figures and landmarks, one for each grounding."""
     sdc = tree.nodes[node]
-    kind = factor_type(sdc)
+    kind: SDCType = "PLACE" if sdc.type == "PATH" else factor_type(sdc)
     marks = [lm.group for _, lm in pairs if lm is not None]
     bodies, index = about.scene.indices([*(f.group for f, _ in pairs), *marks])
     n = len(pairs)
@@ -343,15 +250,14 @@ def _scored(
         figure=index[:n],
         landmark=landmark,
     )
-    own = about.cost.log_probability(batch)
+    known = about.leaves.get(node)
+    own = about.cost.log_probability(batch) if known is None else known[index[:n]]
     if kind == "PLACE":
         own = own + place_scores(sdc, batch, ground(about.state))
     else:
         sizes = [len(figure.group) for figure, _ in pairs]
         own = own + unmeant_scores(tree, node, batch, sizes)
-    if about.load and is_bare(sdc) and node not in tree.parts:
-        ids = [o.id for o in about.state.context.objects]
-        own = own + near_scores(batch, ids.index(about.load))
+    own = own + salience_scores(tree, node, batch, about)
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below
     best: dict[int, Candidate] = {}

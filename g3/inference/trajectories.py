@@ -1,4 +1,4 @@
-"""Trajectories of each kind of action, a batch of actions of one kind at a time."""
+"""How each kind of action goes, a batch of actions of one kind at a time."""
 
 from __future__ import annotations
 
@@ -6,34 +6,30 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from g3.actions import REACH_M, SIDE_ENTRY_M, centre, covers
+from g3.actions import (
+    BACK_OFF_M,
+    BACK_OUT_M,
+    CARRY_OUT_M,
+    REACH_M,
+    RUN_IN_M,
+    SIDE_ENTRY_M,
+    centre,
+    covers,
+)
 from g3.driving import direction
-from g3.geometry import convex_hull, point_gap, rotate
+from g3.geometry import convex_hull, length, point_gap, rotate
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject
 from g3.inference import motions
 from g3.inference.actions import Action
-from g3.inference.motions import Legs, Motions
-from g3.inference.state import State, centres
+from g3.inference.courses import Course, Stops, course, entries, quarters, stops
+from g3.inference.state import State, centres, padded
 
 STAND_OFF_M = 2.5
 PAST_M, BEYOND_M = 2.0, 4.0
 
 
-def _sampled(state: State, legs: Legs, ids: Sequence[str]) -> Motions:
-    index = {o.id: i for i, o in enumerate(state.context.objects)}
-    load = np.array([index.get(i, -1) for i in ids], dtype=np.intp)
-    tracks = [state.context.objects[max(i, 0)].trajectory for i in load]
-    pose = np.array([[*t.xyz[0, :2], t.yaw[0]] for t in tracks])
-    height = np.array([t.xyz[0, 2] for t in tracks])
-    return motions.sampled(legs, _floor(state), load, pose, height)
-
-
-def _floor(state: State) -> float:
-    return float(state.context.agent.trajectory.xyz[0, 2])
-
-
-def _starts(state: State, n: int) -> FloatArray:
-    return np.repeat(state.pose[None], n, axis=0)
+def _starts(state: State, actions: Sequence[Action]) -> FloatArray:
+    return np.repeat(state.pose[None, None], len(actions), axis=0)
 
 
 def _middles(state: State, but: str | None) -> FloatArray:
@@ -42,99 +38,100 @@ def _middles(state: State, but: str | None) -> FloatArray:
     return centres([o.prism for o in others])
 
 
-def _driven(state: State, poses: FloatArray) -> Motions:
-    return _sampled(state, motions.driven(poses), [state.held or ""] * len(poses))
+def _driven(state: State, lead: FloatArray, *stops: Stops) -> Course:
+    """With whatever is on the forks, or with nothing."""
+    return course(lead, [state.held or ""] * len(lead), *stops)
 
 
-def wait(state: State, actions: Sequence[Action]) -> Motions:
+def wait(state: State, actions: Sequence[Action]) -> Course:
     """Stay."""
-    return _driven(state, np.repeat(_starts(state, len(actions))[:, None], 2, axis=1))
+    return _driven(state, _starts(state, actions))
 
 
-def straight(state: State, actions: Sequence[Action]) -> Motions:
+def straight(state: State, actions: Sequence[Action]) -> Course:
     """Straight ahead, or back."""
-    legs = [motions.straights(_starts(state, 1), a.amount) for a in actions]
-    return _driven(state, np.concatenate(legs))
+    amounts = np.array([a.amount for a in actions])
+    return _driven(state, motions.straights(_starts(state, actions)[:, 0], amounts))
 
 
-def turn(state: State, actions: Sequence[Action]) -> Motions:
+def turn(state: State, actions: Sequence[Action]) -> Course:
     """Turn on the spot."""
-    pose, fraction = state.pose, np.linspace(0, 1, 9)
-    poses = np.repeat(_starts(state, len(actions))[:, None], 9, axis=1)
-    for row, action in zip(poses, actions, strict=True):
-        row[:, 2] = pose[2] + action.amount * fraction
+    poses = np.repeat(_starts(state, actions), 9, axis=1)
+    poses[..., 2] += np.array([a.amount for a in actions])[:, None] * np.linspace(0, 1, 9)
     return _driven(state, poses)
 
 
 def footprint_of(group: Sequence[Grounding]) -> FloatArray:
     """The hull of a group's footprints, shape (k, 2)."""
     corners = [g.prism.xy for g in group if not isinstance(g, Path)]
-    return convex_hull(np.concatenate(corners))
+    return convex_hull(corners[0] if len(corners) == 1 else np.concatenate(corners))
 
 
-def drive_to(state: State, actions: Sequence[Action]) -> Motions:
+def drive_to(state: State, actions: Sequence[Action]) -> Course:
     """Up to a thing, facing it; into the middle of a place, or before what stands there."""
-    finals = []
-    for action in actions:
-        footprint = footprint_of(action.target)
-        middle = footprint.mean(axis=0)
-        ahead = middle - state.pose[:2]
-        edge = footprint[1] - footprint[0]
-        square = np.arctan2(edge[1], edge[0]) + np.pi / 2 * np.arange(4)
-        headings = np.append(square, np.arctan2(ahead[1], ahead[0]))
-        back = np.zeros(len(headings))
-        thing = isinstance(action.target[0], PhysicalObject)
-        blocked = footprint if thing else _standing(state, middle)
-        if blocked is not None:
-            back = _stand_offs(blocked, middle, headings)
-        finals.append(np.column_stack((middle - back[:, None] * direction(headings), headings)))
-    every = np.array(finals)
-    way = motions.ways(_starts(state, len(actions)), every, np.zeros(every.shape[:2]))
-    return _driven(state, way)
+    footprints = [footprint_of(action.target) for action in actions]
+    middle = np.array([footprint.mean(axis=0) for footprint in footprints])
+    edge = np.array([footprint[1] - footprint[0] for footprint in footprints])
+    ahead = middle - state.pose[:2]
+    square = quarters(np.arctan2(edge[:, 1], edge[:, 0]))
+    headings = np.column_stack((square, np.arctan2(ahead[:, 1], ahead[:, 0])))
+    things = [isinstance(action.target[0], PhysicalObject) for action in actions]
+    blocked = [
+        own if thing else _standing(state, point)
+        for own, thing, point in zip(footprints, things, middle, strict=True)
+    ]
+    back = np.zeros(headings.shape)
+    rows = [i for i, footprint in enumerate(blocked) if footprint is not None]
+    if rows:
+        outlines = padded([footprint for footprint in blocked if footprint is not None])
+        back[rows] = _stand_offs(outlines, middle[rows], headings[rows])
+    away = back[..., None] * direction(headings)
+    finals = np.concatenate((middle[:, None] - away, headings[..., None]), axis=2)
+    return _driven(state, _starts(state, actions), stops(finals))
 
 
 def _standing(state: State, point: FloatArray) -> FloatArray | None:
     """The footprint of what stands at a point; None where nothing does."""
     own = (state.context.agent_id, state.held)
-    things = [o for o in state.context.objects if o.id not in own and covers(o.prism, point)]
-    return footprint_of(things[:1]) if things else None
+    things = (o for o in state.context.objects if o.id not in own and covers(o.prism, point))
+    thing = next(things, None)
+    return footprint_of((thing,)) if thing else None
 
 
-def _stand_offs(footprint: FloatArray, middle: FloatArray, headings: FloatArray) -> FloatArray:
-    """How far before the middle of a footprint the robot stops, for each heading."""
-    far = float(np.linalg.norm(footprint - middle, axis=1).max()) + STAND_OFF_M
-    back = np.arange(0.0, far + 0.25, 0.25)
-    points = middle - back[None, :, None] * direction(headings)[:, None]
-    gaps = point_gap(points, np.repeat(footprint[None], len(headings), axis=0))
-    chosen: FloatArray = back[(gaps >= STAND_OFF_M - 0.1).argmax(axis=1)]
+def _stand_offs(footprints: FloatArray, middle: FloatArray, headings: FloatArray) -> FloatArray:
+    """How far before the middles of footprints the robot stops, for each heading; (n, h)."""
+    far = float(length(footprints - middle[:, None]).max()) + STAND_OFF_M
+    # Nearer to its middle no point is that far from a footprint.
+    back = np.arange(STAND_OFF_M - 0.25, far + 0.25, 0.25)
+    points = middle[:, None, None] - back[:, None] * direction(headings)[:, :, None]
+    gaps = point_gap(points.reshape(len(middle), -1, 2), footprints).reshape(points.shape[:3])
+    chosen: FloatArray = back[(gaps >= STAND_OFF_M - 0.1).argmax(axis=2)]
     return chosen
 
 
-def drive_past(state: State, actions: Sequence[Action]) -> Motions:
+def drive_past(state: State, actions: Sequence[Action]) -> Course:
     """Past a thing on the side that the robot faces and on; or around it, to its other side."""
-    abeams, beyonds = [], []
-    for action in actions:
-        footprint = footprint_of(action.target)
-        middle = footprint.mean(axis=0)
-        ahead = middle - state.pose[:2]
-        yaw = float(np.arctan2(ahead[1], ahead[0]))
-        own = rotate(footprint - middle, np.full(len(footprint), -yaw))
-        depth, width = np.abs(own).max(axis=0)
-        side = width + PAST_M
-        left = np.sin(state.pose[2] - yaw) >= 0
-        offset = np.array(
-            [[0.0, side if left else -side], [depth + BEYOND_M, side if left else -side]]
+    footprints = [footprint_of(action.target) for action in actions]
+    middle = np.array([footprint.mean(axis=0) for footprint in footprints])
+    ahead = middle - state.pose[:2]
+    yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
+    own = rotate(padded(footprints) - middle[:, None], -yaw[:, None])
+    depth, width = np.abs(own).max(axis=1).T
+    aside = np.where(np.sin(state.pose[2] - yaw) >= 0, width + PAST_M, -(width + PAST_M))
+    around = np.array([action.kind == "drive around" for action in actions])
+    beyond = np.column_stack(
+        (
+            depth + np.where(around, STAND_OFF_M, BEYOND_M),
+            np.where(around, 0.0, aside),
         )
-        if action.kind == "drive around":
-            offset[1] = [depth + STAND_OFF_M, 0.0]
-        points = middle + rotate(offset, np.full(2, yaw))
-        heading = yaw + (np.pi if action.kind == "drive around" else 0.0)
-        abeams.append([*points[0], yaw])
-        beyonds.append([*points[1], heading])
-    return _through(state, np.array(abeams), np.array(beyonds))
+    )
+    abeam = middle + rotate(np.column_stack((np.zeros(len(yaw)), aside)), yaw)
+    heading = yaw + np.where(around, np.pi, 0.0)
+    first = np.column_stack((abeam, yaw))
+    return _through(state, actions, first, np.column_stack((middle + rotate(beyond, yaw), heading)))
 
 
-def drive_between(state: State, actions: Sequence[Action]) -> Motions:
+def drive_between(state: State, actions: Sequence[Action]) -> Course:
     """Through between two things and on."""
     first, last = [], []
     for action in actions:
@@ -147,30 +144,35 @@ def drive_between(state: State, actions: Sequence[Action]) -> Motions:
         yaw = float(np.arctan2(along[1], along[0]))
         first.append([*(middle - along), yaw])
         last.append([*(middle + BEYOND_M * along), yaw])
-    return _through(state, np.array(first), np.array(last))
+    return _through(state, actions, np.array(first), np.array(last))
 
 
-def _through(state: State, first: FloatArray, last: FloatArray) -> Motions:
-    free = np.zeros((len(first), 1))
-    to = motions.ways(_starts(state, len(first)), first[:, None], free)
-    on = motions.ways(to[:, -1], last[:, None], free)
-    return _driven(state, np.concatenate((to, on), axis=1))
+def _through(
+    state: State, actions: Sequence[Action], first: FloatArray, last: FloatArray
+) -> Course:
+    """By way of some poses (n, 3) to others."""
+    return _driven(state, _starts(state, actions), stops(first[:, None]), stops(last[:, None]))
 
 
-def _pick_entries(state: State, ids: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+def _picks(state: State, ids: Sequence[str], out: float) -> Stops:
+    """Where loads are picked up, backing out by so much."""
     things = [state.thing(i) for i in ids]
     middle = centres([o.prism for o in things])
-    headings = motions.quarters(np.array([o.trajectory.yaw[0] for o in things]))
-    reach = np.tile([REACH_M, 0.0], (len(ids), 1))
-    finals, blocked = motions.entries(middle, headings, reach, _middles(state, None))
-    return finals, blocked + np.array([0.0, SIDE_ENTRY_M, 0.0, SIDE_ENTRY_M])
+    headings = quarters(np.array([o.trajectory.yaw[0] for o in things]))
+    finals, blocked = entries(middle, headings, _reaches(ids), _middles(state, None))
+    penalty = blocked + np.array([0.0, SIDE_ENTRY_M, 0.0, SIDE_ENTRY_M])
+    return stops(finals, penalty, run_in=RUN_IN_M, out=out)
 
 
-def pick_up(state: State, actions: Sequence[Action]) -> Motions:
+def _reaches(ids: Sequence[str]) -> FloatArray:
+    """Where loads are on the forks, in the robot's frame."""
+    return np.tile([REACH_M, 0.0], (len(ids), 1))
+
+
+def pick_up(state: State, actions: Sequence[Action]) -> Course:
     """Up to a load, lift it, and back out."""
     ids = [a.object_id for a in actions]
-    legs = motions.picked(_starts(state, len(ids)), *_pick_entries(state, ids))
-    return _sampled(state, legs, ids)
+    return course(_starts(state, actions), ids, _picks(state, ids, BACK_OUT_M), grip=0)
 
 
 def _spots(state: State, actions: Sequence[Action]) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -180,28 +182,31 @@ def _spots(state: State, actions: Sequence[Action]) -> tuple[FloatArray, FloatAr
     edge = np.array([p.xy[1] - p.xy[0] for p in prisms])
     yaw = np.arctan2(edge[:, 1], edge[:, 0])
     bottoms = np.array([state.thing(a.object_id).prism.z_min for a in actions])
-    return middle, motions.quarters(yaw), np.array([p.z_min for p in prisms]) - bottoms
+    return middle, quarters(yaw), np.array([p.z_min for p in prisms]) - bottoms
 
 
-def carry(state: State, actions: Sequence[Action]) -> Motions:
+def carry(state: State, actions: Sequence[Action]) -> Course:
     """Pick a load up and put it down elsewhere."""
     ids = [a.object_id for a in actions]
     middle, headings, down = _spots(state, actions)
-    reach = np.tile([REACH_M, 0.0], (len(ids), 1))
-    put_at = motions.entries(middle, headings, reach, _middles(state, None))
-    pick = _pick_entries(state, ids)
-    legs = motions.carried(_starts(state, len(ids)), pick, put_at, down)
-    return _sampled(state, legs, ids)
+    put_at = entries(middle, headings, _reaches(ids), _middles(state, None))
+    return course(
+        _starts(state, actions),
+        ids,
+        _picks(state, ids, BACK_OUT_M + CARRY_OUT_M),
+        stops(*put_at, run_in=RUN_IN_M, out=BACK_OFF_M),
+        grip=0,
+        drop=1,
+        down=down,
+    )
 
 
-def put_down(state: State, actions: Sequence[Action]) -> Motions:
+def put_down(state: State, actions: Sequence[Action]) -> Course:
     """Drive the load on the forks to a place and put it down."""
     ids = [a.object_id for a in actions]
     middle, headings, down = _spots(state, actions)
     load = state.thing(ids[0])
     reach = rotate(centre(load.prism) - state.pose[:2], -state.pose[2])
-    finals, blocked = motions.entries(
-        middle, headings, np.tile(reach, (len(ids), 1)), _middles(state, load.id)
-    )
-    legs = motions.put(_starts(state, len(ids)), finals, blocked, np.zeros(len(ids)), down)
-    return _sampled(state, legs, ids)
+    put_at = entries(middle, headings, np.tile(reach, (len(ids), 1)), _middles(state, load.id))
+    spot = stops(*put_at, run_in=RUN_IN_M, out=BACK_OFF_M)
+    return course(_starts(state, actions), ids, spot, drop=0, down=down)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from g3.action_candidates import candidates, kind_of, moved, perform, square
@@ -16,6 +16,7 @@ from g3.actions import (
     back_up,
     carry,
     centre,
+    covers,
     drive_along,
     drive_past,
     drive_to,
@@ -28,6 +29,7 @@ from g3.actions import (
 from g3.driving import TURNING_RADIUS_M, route, straight
 from g3.geometry import convex_hull, point_gap, rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
+from tests.strategies import metres, prisms
 
 
 def box(
@@ -283,3 +285,13 @@ def test_a_way_backs_up_where_a_curve_would_be_too_tight() -> None:
     assert len(way) == 2, "one leg back, one ahead"
     assert way[0][-1, 0] < 0
     assert straight(np.zeros(3), -TURNING_RADIUS_M)[-1, 0] == -TURNING_RADIUS_M
+
+
+@given(prisms(), st.tuples(metres(), metres()), st.sampled_from([0.0, 0.5]))
+def test_a_footprint_covers_what_is_no_further_from_it_than_the_margin(
+    prism: Prism, offset: tuple[float, float], margin: float
+) -> None:
+    point = centre(prism) + np.array(offset) / 40
+    gap = point_gap(point[None, None], convex_hull(prism.xy)[None])[0, 0]
+    assume(gap == 0 or abs(gap - margin) > 1e-6)
+    assert covers(prism, point, margin) == (gap <= margin)

@@ -6,9 +6,10 @@ import pytest
 from g3.groundings import Context
 from g3.inference.actions import Action
 from g3.inference.candidates import square
-from g3.inference.changes import UNMOVED, beside_scores, change_scores
+from g3.inference.changes import UNMOVED, beside_scores, change_scores, source_scores
 from g3.inference.clauses import UNUSUAL, goal_paths
 from g3.inference.state import start_state
+from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
@@ -55,3 +56,13 @@ def test_to_the_floor_is_not_on_the_truck(path, dear):
     (goal,) = goal_paths(tree, 0)
     cost = beside_scores(tree, 0, STATE, actions, goal)
     assert cost.tolist() == [UNUSUAL if dear else 0, 0]
+
+
+def test_what_is_taken_off_a_truck_is_on_it():
+    off = "PATH(r = off, l = OBJ(f = the truck))"
+    tree = Tree(parse_brackets(f"EVENT(r = Take, l = OBJ(f = the pallet), l2 = {off})"))
+    (path,) = tree.below(0, ("l2",), "PATH")
+    actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
+    marks = {path: [Candidate((TRUCK,), 0.0, {})]}
+    assert source_scores(tree, STATE, actions, marks).tolist() == [0, UNUSUAL, 0]
+    assert source_scores(tree, STATE, actions, {path: [None]}).tolist() == [0, 0, 0]

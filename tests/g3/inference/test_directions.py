@@ -5,7 +5,7 @@ import pytest
 
 from g3.inference.actions import Action
 from g3.inference.clauses import UNUSUAL
-from g3.inference.directions import direction_scores
+from g3.inference.directions import direction_scores, told_side
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 
@@ -30,6 +30,7 @@ ACTIONS = {
         ("EVENT(r = turn left)", {"left"}),
         ("EVENT(r = Turn around)", {"around"}),
         ("EVENT(r = Go back left)", {"back", "left"}),
+        ("EVENT(r = Move forward, l = OBJ(f = a bit))", {"ahead"}),
         # No way is named, or it is that of a thing.
         ("EVENT(r = Drive)", ACTIONS.keys()),
         ("EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the left truck)))", ACTIONS.keys()),
@@ -41,3 +42,23 @@ def test_another_way_than_words_name_costs(notation, free):
     # What handles a load leads to more than a way.
     assert {name for name, c in cost.items() if c == 0.0} == {*free, "put"}
     assert set(cost.values()) <= {0.0, UNUSUAL}
+
+
+@pytest.mark.parametrize(
+    ("notation", "sides"),
+    [
+        (
+            "EVENT(r = Swing left); EVENT(r = proceed, l = PATH(r = to, l = OBJ(f = the truck)))",
+            "l l",
+        ),
+        ("EVENT(r = Go, l = PATH(r = to, l = OBJ(f = your right)))", "r"),
+        # The truck on the left is not on the left of all that comes.
+        ("EVENT(r = Go, l = PATH(r = to the left of, l = OBJ(f = the truck)))", "-"),
+        ("EVENT(r = Turn left); EVENT(r = turn right); EVENT(r = stop)", "l r r"),
+        ("EVENT(r = Turn left); EVENT(r = lift, l = OBJ(f = it)); EVENT(r = go)", "l l -"),
+    ],
+)
+def test_a_side_is_told_until_something_is_handled(notation, sides):
+    tree = Tree(parse_brackets(notation))
+    told = [told_side(tree, root)[:1] or "-" for root in range(len(tree.sdcs))]
+    assert " ".join(told) == sides

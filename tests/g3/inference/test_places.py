@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 
 from g3.examples import to_batch
-from g3.groundings import Context
+from g3.groundings import Context, Place
 from g3.inference.arguments import arguments
 from g3.inference.candidates import square
 from g3.inference.costs import ConstantCost
-from g3.inference.phrases import is_area, is_there, told
+from g3.inference.meant import UNLIKELY, barred
+from g3.inference.phrases import is_area, is_measure, is_there, told
 from g3.inference.places import carrier, free_places, on_ground, place_scores, place_side_scores
+from g3.inference.rows import OFF_LINE, row_scores
 from g3.inference.scene import scene_of
 from g3.inference.sides import MISPLACED
 from g3.inference.state import start_state
-from g3.inference.things import Surroundings, ground_places
+from g3.inference.surroundings import Surroundings
+from g3.inference.things import ground_place, ground_places
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, row, scene, thing
@@ -144,8 +147,83 @@ def test_phrases():
     )
     assert is_area(area)
     assert not is_area(pallet)
+    floor, row_of = parse_brackets("OBJ(f = the floor); OBJ(f = the row)")
+    assert is_area(floor)
+    assert not is_area(row_of)
+    for noun, measures in (("a bit", True), ("two squares", True), ("the spot", False)):
+        (sdc,) = parse_brackets(f"OBJ(f = {noun})")
+        assert is_measure(sdc) is measures
     there, right = parse_brackets("PLACE(f = over there); PLACE(f = to the right)")
     assert is_there(there)
     assert not is_there(right)
     assert told(("right", "in", "front", "of")) == ("in", "front", "of")
     assert told(("to", "the", "right", "of")) == ("to", "the", "right", "of")
+
+
+@pytest.mark.parametrize(
+    ("relation", "landmark", "costs"),
+    [
+        # In line with the row, before it, between two of it.
+        ("next to", ROW[1:2], (0, OFF_LINE, 0)),
+        ("near", ROW[1:2], (0, 0, 0)),
+        ("at the end of", ROW, (0, MISPLACED + OFF_LINE, MISPLACED)),
+        ("to the right of", ROW, (0, MISPLACED + OFF_LINE, MISPLACED)),
+    ],
+)
+def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
+    world = scene(*ROW, agent=robot())
+    places = (spot(3, -12.2), spot(1, -7), spot(3, -8.5))
+    rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in places]
+    assert row_scores(to_batch(rows)) == pytest.approx(np.array(costs))
+
+
+def test_a_pallet_is_no_place_but_the_floor_is():
+    pallet, floor = parse_brackets("OBJ(f = the pallet); OBJ(f = the ground)")
+    nameless = (Place(spot(5, 5).prism),)
+    assert barred(pallet, around())(nameless) == UNLIKELY
+    assert barred(pallet, around())((Place(spot(5, 5).prism, "the dock"),)) == 0
+    assert barred(floor, around())(nameless) == 0
+
+
+def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
+    tree = Tree(parse_brackets("PLACE(r = a bit closer to, l = OBJ(f = the truck))"))
+    beam = ground_place(tree, 0, around(load="a", answers={1: "truck"}))
+    # From (3, -4) to (20, 0), three and six metres on.
+    middles = [c.group[0].prism.xy.mean(axis=0) for c in beam]
+    assert middles == [pytest.approx(m, abs=0.01) for m in ((5.92, -3.31), (8.84, -2.63))]
+
+
+def test_nothing_is_put_where_the_robot_is():
+    assert free_places([spot(0, 0), spot(4, 3)], STATE, "boxes") == [spot(4, 3)]
+
+
+def test_this_pallet_is_one_that_was_spoken_of():
+    (this,) = parse_brackets("OBJ(f = this pallet)")
+    score = barred(this, around(spoken=frozenset({"a"})))
+    assert [score((thing,)) for thing in ROW[:2]] == [0, UNLIKELY]
+    assert barred(this, around())((ROW[1],)) == 0
+
+
+def test_the_one_names_the_same_thing_again():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Lift, l = [OBJ(f = the pallet), "
+            "OBJ(f = OBJ(f = the one), r = on, l = OBJ(f = the right))])"
+        )
+    )
+    found = arguments(tree, 0, around())
+    assert found.goals == (None,)
+    assert set(tree.below(0, ("l",), "OBJECT")) <= set(found.themes[0].nodes)
+
+
+def test_the_pallet_is_the_one_on_the_forks():
+    tree = Tree(parse_brackets("EVENT(r = Put down, l = OBJ(f = the pallet))"))
+    assert arguments(tree, 0, around(load="b")).themes[0].group == (ROW[1],)
+
+
+def test_a_path_beside_something_leads_to_a_place():
+    path = "PATH(r = beside, l = OBJ(f = the truck))"
+    tree = Tree(parse_brackets(f"EVENT(r = Put, l = OBJ(f = it), l2 = {path})"))
+    found = arguments(tree, 0, around())
+    assert found.goal_path == -1
+    assert all(isinstance(goal.group[0], Place) for goal in found.goals)

@@ -13,7 +13,8 @@ from g3.inference.costs import ConstantCost, RandomCost, Scorer
 from g3.inference.exact import best_groundings
 from g3.inference.scene import scene_of
 from g3.inference.state import centres, start_state
-from g3.inference.things import Candidate, Surroundings, ground_thing, likely
+from g3.inference.surroundings import Candidate, Surroundings
+from g3.inference.things import ground_thing, likely
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 

@@ -4,25 +4,27 @@ import numpy as np
 import pytest
 
 from g3.examples import to_batch
-from g3.inference.sides import MISPLACED, facing, side_scores
+from g3.inference.facing import facing
+from g3.inference.sides import MISPLACED, side_scores
 from tests.g3.features.scenes import robot, row, scene, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = [thing("a", "pallet", 8, 6), thing("b", "pallet", 8, 0), thing("c", "pallet", 8, -6)]
 BEHIND = [thing("a", "pallet", -8, 6), thing("b", "pallet", -8, 0), thing("c", "pallet", -8, -6)]
+WIDE = [thing("a", "trailer", 9, -4), thing("b", "trailer", -9, 4)]
 AROUND = [thing("a", "trailer", 9, 1), thing("b", "trailer", -9, 1)]
 
 
-def singled_out(things, words, relation=""):
-    """The ids of the things that cost nothing; a relation is one to the robot."""
+def singled_out(things, words, relation="", landmark=None):
+    """The ids of the things that cost nothing; a relation is one to the robot if to nothing."""
     agent = robot()
     world = scene(*things, agent=agent)
-    landmark = (agent,) if relation else ()
+    landmark = landmark or ((agent,) if relation else ())
     rows = [
         row(world, "OBJECT", t, words=words, relation=relation, landmark=landmark) for t in things
     ]
     cost = side_scores(to_batch(rows))
-    assert set(cost) <= {0.0, MISPLACED}
+    assert set(cost) <= {0.0, 2 * MISPLACED}
     return "".join(t.id for t, c in zip(things, cost, strict=True) if c == 0)
 
 
@@ -40,6 +42,9 @@ def singled_out(things, words, relation=""):
         # Of things all around people speak as they stand.
         (AROUND, "the trailer behind", "b"),
         (AROUND, "the trailer ahead", "a"),
+        # Right and left of what is ahead and behind nearly in line is anybody's guess.
+        (AROUND, "the trailer on the left", "ab"),
+        (WIDE, "the trailer on the left", "b"),
     ],
 )
 def test_words_single_out_one_of_things_alike(things, words, meant):
@@ -51,12 +56,22 @@ def test_a_relation_to_the_robot_singles_out():
     assert singled_out(AROUND, "the trailer", "in front of") == "a"
 
 
-def test_a_row_is_faced_straight_on_and_what_is_all_around_is_not():
-    every = np.ones((1, 2), dtype=bool)
-    row_aside = np.array([[[-2.0, 5.0], [2.0, 5.0]]])
-    assert facing(np.array([[0.0, 5.0]]), row_aside, every) == pytest.approx(np.array([[0.0, 1.0]]))
-    every = every[:, :1]
-    behind = facing(np.array([[-4.0, 4.0]]), np.array([[[-4.0, -4.0]]]), every)
-    assert behind == pytest.approx(np.array([[-1.0, 0.0]]))
-    around = facing(np.array([[9.0, 1.0]]), np.array([[[-9.0, 1.0]]]), every)
-    assert around == pytest.approx(np.array([[1.0, 0.0]]))
+def test_the_left_of_a_row_is_one_of_the_row():
+    assert singled_out(AHEAD, "the pallet", "on the left side of", AHEAD) == "a"
+    assert singled_out(AHEAD, "the pallet", "on the left side of", AROUND[:1]) == "abc"
+
+
+@pytest.mark.parametrize(
+    ("own", "others", "ahead", "all_around"),
+    [
+        # A row aside is faced straight on, two things behind by their middle.
+        ((0.0, 5.0), [(-2.0, 5.0), (2.0, 5.0)], (0.0, 1.0), False),
+        ((-4.0, 4.0), [(-4.0, -4.0)], (-1.0, 0.0), False),
+        ((9.0, 1.0), [(-9.0, 1.0)], (1.0, 0.0), True),
+    ],
+)
+def test_rows_are_faced_straight_on_and_what_is_all_around_is_not(own, others, ahead, all_around):
+    every = np.ones((1, len(others)), dtype=bool)
+    faced, around = facing(np.array([own]), np.array([others]), every)
+    assert faced == pytest.approx(np.array([ahead]))
+    assert around.tolist() == [all_around]

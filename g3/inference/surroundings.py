@@ -1,0 +1,90 @@
+"""What the first pass grounds clauses in, and what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from g3.groundings import FloatArray, Grounding
+from g3.inference.costs import Cost
+from g3.inference.scene import Scene
+from g3.inference.state import State
+
+Group = tuple[Grounding, ...]
+
+WIDTH = 20
+"""The paper's beam width."""
+LANDMARKS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A grounding of a clause.
+
+    Parameters
+    ----------
+    group
+        The grounding.
+    score
+        Sum of the log-probabilities of the clause's factor and of those below it.
+    nodes
+        The groundings of the clause and of all below it, and their factors' log-probabilities.
+    """
+
+    group: Group
+    score: float
+    nodes: Mapping[int, tuple[Group, float]]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the first pass grounds clauses in.
+
+    Parameters
+    ----------
+    state
+        The state that the command was given in.
+    scene
+        Its things, packed.
+    cost
+        Scores of factors.
+    referents
+        What was acted on or spoken of before, the most recent last.
+    antecedents
+        What pronouns may stand for by :mod:`g3.language.anaphora`, with probabilities: the
+        groundings of OBJECTs of earlier clauses, by the pronoun's clause.
+    goals
+        What earlier clauses lead to, the last one last: "there" is one of them.
+    spoken
+        Ids of what earlier clauses mean.
+    load
+        Id of what the clause moves: it goes where there is room for it, and is no landmark of that.
+    width
+        Width of the beams.
+    landmarks
+        Of a clause's beam, how many candidates are tried as landmarks.
+    told_side
+        "left" or "right" if the robot has been told to go there, for what it comes to.
+    answers
+        Ids of objects that clauses are known to mean.
+    explain
+        Whether reasons are asked for.
+    leaves
+        What is known of OBJECTs without others below, by node: the log-probabilities of their
+        factors with each of the scene's groups.
+    """
+
+    state: State
+    scene: Scene
+    cost: Cost
+    referents: tuple[Group, ...] = ()
+    antecedents: Mapping[int, tuple[tuple[Group, float], ...]] = field(default_factory=dict)
+    goals: tuple[Group, ...] = ()
+    spoken: frozenset[str] = frozenset()
+    load: str | None = None
+    width: int = WIDTH
+    landmarks: int = LANDMARKS
+    told_side: str = ""
+    answers: Mapping[int, str] = field(default_factory=dict)
+    explain: bool = False
+    leaves: Mapping[int, FloatArray] = field(default_factory=dict)
