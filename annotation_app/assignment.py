@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -10,8 +11,10 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 from sqlalchemy import (
     BindParameter,
     ColumnElement,
+    Text,
     UpdateBase,
     bindparam,
+    cast,
     exists,
     func,
     or_,
@@ -21,7 +24,7 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import ReturningUpdate
 
-from annotation_app.database import connection_of, core, dialect_of, inserting, run
+from annotation_app.database import core, dialect_of, inserting, run
 from annotation_app.models import Answer, Handout, Item, Person, Record, Slot, Study, Task
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
@@ -60,11 +63,11 @@ class Work(NamedTuple):
     id: str
     task: Task
     subject: str
-    payload: Record
-    attention: bool
     study_id: str
     study_name: str
+    payload: Record
     config: Record
+    attention: bool
 
 
 AnyItem: TypeAlias = Item | Work
@@ -132,8 +135,12 @@ def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: flo
 def handed_out(session: Session, item_id: str, who: str) -> Work | None:
     """An item, if it is or was a person's."""
     about = {"item": item_id, "who": who}
-    row = connection_of(session).execute(_HANDED_OUT, about).first()
-    return None if row is None else Work(who, *row)
+    found = run(session, _HANDED_OUT, about)
+    if not found:
+        return None
+    item, task, subject, study, name, payload, config, attention = found[0]
+    records = json.loads(payload), json.loads(config)
+    return Work(who, item, task, subject, study, name, *records, bool(attention))
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
@@ -240,11 +247,11 @@ _HANDED_OUT = (
         ITEM.c.id,
         ITEM.c.task,
         ITEM.c.subject,
-        ITEM.c.payload,
-        ITEM.c.attention,
         STUDY.c.id,
         STUDY.c.name,
-        STUDY.c.config,
+        cast(ITEM.c.payload, Text),
+        cast(STUDY.c.config, Text),
+        ITEM.c.attention,
     )
     .select_from(HANDOUT)
     .join(ITEM, ITEM.c.id == HANDOUT.c.item_id)

@@ -38,7 +38,6 @@ BUSY_S = 20
 """How long a writer waits for another one, in SQLite."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
-_READS = {"reads": True}
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
 
@@ -58,15 +57,17 @@ def open_database(url_or_path: str | Path) -> Engine:
     """
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
-        engine = create_engine(url, pool_size=10, max_overflow=20, hide_parameters=True)
+        engine = create_engine(
+            url, isolation_level="AUTOCOMMIT", pool_size=10, max_overflow=20, hide_parameters=True
+        )
         event.listen(engine, "checkin", _note_use)
         event.listen(engine, "checkout", _check_if_idle)
-        return engine
-    engine = create_engine(
-        url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
-    )
-    event.listen(engine, "connect", _set_up_sqlite)
-    event.listen(engine, "begin", _begin_at_once)
+    else:
+        engine = create_engine(
+            url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
+        )
+        event.listen(engine, "connect", _set_up_sqlite)
+    event.listen(engine, "begin", _begin)
     return engine
 
 
@@ -111,10 +112,8 @@ def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
         Whether all that is read must be of one moment. In SQLite it always is; PostgreSQL is
         spared work where each statement may see what has come since the last.
     """
-    level = "REPEATABLE READ" if one_state else "AUTOCOMMIT"
-    options = {"isolation_level": level} if engine.dialect.name == "postgresql" else _READS
     with engine.connect() as connection:
-        connection.execution_options(**options)
+        connection.execution_options(to="read one state" if one_state else "read")
         with Session(connection, expire_on_commit=False) as session:
             yield session
 
@@ -179,10 +178,23 @@ def _check_if_idle(connection: Any, record: Any, _proxy: Any) -> None:
         raise DisconnectionError("the server has closed the connection") from error
 
 
-def _begin_at_once(connection: Any) -> None:
+def _begin(connection: Connection) -> None:
+    # Drivers begin no transactions by themselves: not each needs one, and to have them told
+    # which do costs more than to tell the database.
+    what = connection.get_execution_options().get("to", "write")
+    statement = _BEGIN.get((connection.dialect.name, what))
+    if statement is not None:
+        connection.connection.cursor().execute(statement)
+
+
+_BEGIN = {
     # A transaction that reads first and writes later could fail where another has written.
-    reads = connection.get_execution_options().get("reads")
-    connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")
+    ("sqlite", "write"): "BEGIN IMMEDIATE",
+    ("sqlite", "read"): "BEGIN",
+    ("sqlite", "read one state"): "BEGIN",
+    ("postgresql", "write"): "BEGIN",
+    ("postgresql", "read one state"): "BEGIN ISOLATION LEVEL REPEATABLE READ",
+}
 
 
 def connection_of(session: Session) -> Connection:

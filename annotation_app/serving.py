@@ -9,6 +9,7 @@ import waitress
 from sqlalchemy import select
 
 from annotation_app.config import Config
+from annotation_app.connections import Connections
 from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
 from annotation_app.models import Study
@@ -17,6 +18,8 @@ from annotation_app.schema import migrate
 from annotation_app.suggestions import warm_up
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
+WAIT_S = 1.0
+"""How long to wait for something to come before the connections are looked after."""
 
 
 def addresses(config: Config, base: str) -> list[tuple[str, str]]:
@@ -57,9 +60,12 @@ def serve(config: Config, *, host: str, port: int, threads: int) -> None:
     """
     if _segments(config):
         warm_up()
+    logging.basicConfig()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
-    waitress.serve(
+    connections = Connections()
+    server = waitress.create_server(
         create_app(config),
+        map=connections,
         host=host,
         port=port,
         threads=threads,
@@ -68,3 +74,8 @@ def serve(config: Config, *, host: str, port: int, threads: int) -> None:
         connection_limit=1000,
         max_request_body_size=2 * config.max_body_bytes,
     )
+    try:
+        while connections:
+            connections.wait(WAIT_S)
+    except (SystemExit, KeyboardInterrupt):
+        server.task_dispatcher.shutdown()

@@ -96,6 +96,15 @@ def spots_toward(group: Group, state: State, load: str | None) -> list[Place]:
     return squares(np.array(steps).reshape(-1, 2), yaw, ground(state))
 
 
+def spots_of_load(load: str, state: State) -> list[Place]:
+    """Places to each side of where a load is, for who looks as the robot does."""
+    sides = rotate(
+        np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.full(4, state.pose[2])
+    )
+    offsets = np.concatenate([distance * sides for distance in AHEAD_M])
+    return squares(centre(state.thing(load).prism) + offsets, state.pose[2], ground(state))
+
+
 def ground(state: State) -> float:
     """Height that the robot stands on."""
     return float(state.context.agent.trajectory.xyz[0, 2])

@@ -54,7 +54,9 @@ def on_ground(words: SDC, relation: SDC) -> bool:
     return "on" not in told and bool(told & BESIDE)
 
 
-def place_scores(sdc: SDC, batch: FactorBatch, ground: float) -> FloatArray:
+def place_scores(
+    sdc: SDC, batch: FactorBatch, ground: float, origin: FloatArray | None = None
+) -> FloatArray:
     """What it costs rows (n,) of a PLACE's factor that its words say otherwise.
 
     Parameters
@@ -65,20 +67,23 @@ def place_scores(sdc: SDC, batch: FactorBatch, ground: float) -> FloatArray:
         Places as figures, with landmarks.
     ground
         Height of the ground.
+    origin
+        Where what goes there is, shape (2,); the robot if it goes there itself.
     """
-    total = place_side_scores(batch) + row_scores(batch) + far_scores(batch)
+    total = place_side_scores(batch, origin) + row_scores(batch) + far_scores(batch, origin)
     if on_ground(sdc, sdc):
         high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
         total = total + np.where(high, MISPLACED, 0.0)
     return total
 
 
-def place_side_scores(batch: FactorBatch) -> FloatArray:
+def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
     """What it costs places (n,) that they aren't on the side of a thing that words name.
 
     The right of a pallet is where it is for who faces the row of its like; its front is the side
     of who speaks, and the far side is behind it. The right of several things is beyond all of
-    them. The robot has its own sides, which are also those that have no landmark.
+    them. The robot has its own sides. Where there is no landmark they are those of the origin, for
+    who looks as the robot does: "two metres to the right".
     """
     wanted = _sides(batch)
     bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
@@ -89,6 +94,7 @@ def place_side_scores(batch: FactorBatch) -> FloatArray:
     if not told.any():
         return np.zeros(len(batch))
     middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
+    middle = np.where((batch.landmark < 0)[:, None], _seen(batch, origin), middle)
     peers = local_centres(batch, batch.peers)
     alike = (bodies.labels[batch.peers] & bodies.labels[mark][:, None]).any(axis=2)
     ahead, _ = facing(middle, peers, alike & (batch.peers != mark[:, None]))
@@ -107,11 +113,22 @@ def place_side_scores(batch: FactorBatch) -> FloatArray:
     return np.where(told & wrong, MISPLACED, 0.0)
 
 
-def far_scores(batch: FactorBatch) -> FloatArray:
-    """What it costs places (n,) to be far from the robot, where nothing else tells of them."""
-    free = (batch.landmark < 0) | (batch.landmark == batch.agent_body)
-    away = np.linalg.norm(local_centres(batch, batch.figure), axis=1)
-    return np.where(free, -away / AWAY_M, 0.0)
+def far_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
+    """What it costs places (n,) to be far from the robot or from the origin.
+
+    Only where nothing else tells of them.
+    """
+    bare, robot = batch.landmark < 0, batch.landmark == batch.agent_body
+    place = local_centres(batch, batch.figure)
+    away = np.linalg.norm(np.where(bare[:, None], place - _seen(batch, origin), place), axis=1)
+    return np.where(bare | robot, -away / AWAY_M, 0.0)
+
+
+def _seen(batch: FactorBatch, origin: FloatArray | None) -> FloatArray:
+    """A point as the robot sees it, shape (n, 2); the robot itself for None."""
+    if origin is None:
+        return np.zeros((len(batch), 2))
+    return rotate(origin - batch.agent[:, :2], -batch.agent[:, 2])
 
 
 def _sides(batch: FactorBatch) -> BoolArray:

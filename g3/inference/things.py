@@ -14,12 +14,14 @@ from itertools import product
 
 import numpy as np
 
+from g3.actions import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.candidates import (
     GROUND_M,
     ground,
     grounded,
     spots_about,
+    spots_of_load,
     spots_of_robot,
     spots_toward,
 )
@@ -165,7 +167,7 @@ def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     for number, landmark in enumerate(landmarks):
         spots = [] if landmark is None else spots_about(landmark.group, about.state)
         if number < COMMON and not _is_thing(landmark, about.state):
-            spots = [*spots, *_common_spots(about.state)]
+            spots = [*spots, *_common_spots(about)]
         pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(about, spots)]
     return _scored(tree, node, about, pairs)
 
@@ -203,9 +205,11 @@ def _room(about: Surroundings, places: list[Place]) -> list[Place]:
     return places if about.load is None else free_places(places, about.state, about.load) or places
 
 
-def _common_spots(state: State) -> list[Place]:
+def _common_spots(about: Surroundings) -> list[Place]:
     """Places that are not about a landmark."""
-    return [grounded(p, state) for p in state.context.places] + spots_of_robot(state)
+    state = about.state
+    moved = spots_of_load(about.load, state) if about.load else []
+    return [*(grounded(p, state) for p in state.context.places), *spots_of_robot(state), *moved]
 
 
 def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list[Candidate]:
@@ -215,7 +219,7 @@ def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list
     marks = {n: _landmarks(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
     groups = {_ids(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None}
     spots = [s for group in groups.values() for s in spots_about(group, about.state)]
-    room = _room(about, [*spots, *_common_spots(about.state)])
+    room = _room(about, [*spots, *_common_spots(about)])
     figures = [Candidate((s,), 0.0, {}) for s in room]
     everywhere = replace(about, width=len(figures))
     joined: dict[int, Candidate] = {}
@@ -253,7 +257,8 @@ def _scored(
     known = about.leaves.get(node)
     own = about.cost.log_probability(batch) if known is None else known[index[:n]]
     if kind == "PLACE":
-        own = own + place_scores(sdc, batch, ground(about.state))
+        origin = centre(about.state.thing(about.load).prism) if about.load else None
+        own = own + place_scores(sdc, batch, ground(about.state), origin)
     else:
         sizes = [len(figure.group) for figure, _ in pairs]
         own = own + unmeant_scores(tree, node, batch, sizes)

@@ -64,6 +64,15 @@ def test_cookies(app: Flask) -> None:
     assert "frame-ancestors https://crowd.example" in policy
 
 
+def test_pages_make_the_cookie_hold_longer_and_scripts_do_not(app: Flask) -> None:
+    person = Browser(app)
+    with person.client.session_transaction() as cookie:
+        cookie.permanent = True
+    assert "Set-Cookie" not in person.client.get("/api/session").headers
+    assert "Set-Cookie" not in person.lease("describe").headers
+    assert "Expires=" in person.client.get("/s/tests").headers["Set-Cookie"]
+
+
 def test_changes_need_the_token(app: Flask) -> None:
     person = Browser(app)
     item = person.take("describe")["item"]

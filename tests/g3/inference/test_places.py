@@ -227,3 +227,13 @@ def test_a_path_beside_something_leads_to_a_place():
     found = arguments(tree, 0, around())
     assert found.goal_path == -1
     assert all(isinstance(goal.group[0], Place) for goal in found.goals)
+
+
+def test_two_metres_to_the_right_is_counted_from_where_the_load_is():
+    (sdc,) = parse_brackets("PLACE(r = two metres to the right)")
+    tree = Tree((sdc,))
+    # The boxes are 20 m ahead of the robot, on the truck.
+    best = ground_place(tree, 0, around(load="boxes"))[0].group[0].prism.xy.mean(axis=0)
+    assert best == pytest.approx((20, -6), abs=0.01)
+    robot_itself = ground_place(tree, 0, around())[0].group[0].prism.xy.mean(axis=0)
+    assert robot_itself == pytest.approx((0, -4), abs=0.01)
