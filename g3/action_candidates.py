@@ -33,8 +33,7 @@ MOVED_M = 0.15
 SURFACE_M2 = 4.0
 """Things at least this large can have a load put on top."""
 FREE_M = 1.2
-"""Gap between the middle of a place and whatever stands at its height; loads end with 1.4 m at least,
-in the paper's logs and in the bundled ones."""
+"""Gap between the middle of a place and whatever stands at its height; loads end with 1.4 m."""
 _PLACE_M = 1.0
 _TURNS = (np.pi / 2, -np.pi / 2, np.pi)
 _BACK_UPS_M = (3.0, 6.0)
