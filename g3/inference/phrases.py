@@ -7,20 +7,20 @@ import numpy as np
 from g3.features.bodies import IntArray
 from g3.features.order import is_ordinal
 from g3.groundings import FloatArray
+from g3.inference.facing import ROW
 from g3.language.concepts import concepts
 from g3.language.groups import group
 from g3.language.verb_classes import word_class
 from g3.language.words import bare, field_words, figure_words, normalise
 from g3.sdc import SDC, SDCType, all_words
 
-AREAS = frozenset(
+FLOOR = frozenset({"ground", "floor", "pavement"})
+AREAS = FLOOR | frozenset(
     normalise(word)
     for word in (
         *("area", "space", "spot", "place", "gap", "slot", "location", "position", "region"),
-        *("ground", "floor"),
     )
 )
-FLOOR = frozenset({"ground", "floor", "pavement"})
 TELLING = frozenset(
     normalise(word)
     for word in (
@@ -31,8 +31,6 @@ TELLING = frozenset(
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
 THESE = frozenset({"this", "that", "these", "those"})
 ROWS = frozenset({"row", "line", "column", "series"})
-ROW = 3
-"""So many things at least are a row."""
 OTHERS = frozenset({"other", "another"})
 MISCOUNTED = float(np.log(0.1))
 ONE_FOR_MANY = float(np.log(0.4))

@@ -8,7 +8,7 @@ import numpy as np
 
 from g3.action_candidates import FREE_M
 from g3.actions import centre, recorded
-from g3.features.batch import FactorBatch, WordField
+from g3.features.batch import FactorBatch
 from g3.features.bodies import IntArray
 from g3.features.named import named
 from g3.features.ranks import local_centres
@@ -136,9 +136,11 @@ def _sides(batch: FactorBatch) -> BoolArray:
 
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
-    ends = any(ENDS.intersection(words.get("relation", ())) for words in batch.words)
-    fields: tuple[WordField, ...] = ("relation", "landmark") if ends else ("relation",)
-    told = named(batch, fields)[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+    ends = np.array([bool(ENDS.intersection(words.get("relation", ()))) for words in batch.words])
+    told = named(batch, ("relation",))
+    if ends.any():
+        told = np.where(ends[batch.factor, None], named(batch, ("relation", "landmark")), told)
+    told = told[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
     behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
     return np.column_stack((told, np.array(behind)[batch.factor]))
 

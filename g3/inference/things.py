@@ -162,7 +162,7 @@ def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, about)]
         if nearer:
-            return nearer[: about.width]
+            return sorted(nearer, key=lambda c: -c.score)[: about.width]
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
         spots = [] if landmark is None else spots_about(landmark.group, about.state)
