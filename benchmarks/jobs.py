@@ -1,6 +1,7 @@
-"""Following commands with two processes beside one: ``python -m benchmarks.jobs``.
+"""Following commands and resampling with two processes beside one: ``python -m benchmarks.jobs``.
 
-Wall time of Table 3 with annotated SDCs, training included; both cores should be idle.
+Wall time of Table 3 with annotated SDCs, training included, and of 10 000 draws of many clusters;
+both cores should be idle.
 """
 
 from __future__ import annotations
@@ -8,9 +9,14 @@ from __future__ import annotations
 import argparse
 import time
 
+import numpy as np
+
 from benchmarks.timing import compare, heading, show
-from corpus_tools.parallel import Workers
+from corpus_tools.parallel import Team, Workers
 from eval.end_to_end import run as table_3
+from eval.resampling import resampled_sums
+
+CLUSTERS, DRAWS = 50_000, 10_000
 
 
 def main() -> None:
@@ -36,6 +42,23 @@ def run(corpus: str = "warehouse") -> None:
         )
     assert outcomes[1] == outcomes[2]
     compare("following commands, two jobs", "one job", seconds[2] / seconds[1], "0.50: two cores")
+    _resampling()
+
+
+def _resampling() -> None:
+    heading(f"{DRAWS} resamples of {CLUSTERS} clusters")
+    counts = np.random.default_rng(0).integers(0, 5, (CLUSTERS, 4))
+    seconds, sums = {}, {}
+    for jobs in (1, 2):
+        start = time.perf_counter()
+        with Team(Workers(jobs)) as team:
+            sums[jobs] = resampled_sums(
+                counts, rng=np.random.default_rng(0), draws=DRAWS, team=team
+            )
+        seconds[jobs] = time.perf_counter() - start
+        show(f"{jobs} job{'s' * (jobs > 1)}", seconds[jobs], "s")
+    assert (sums[1] == sums[2]).all()
+    compare("resampling, two jobs", "one job", seconds[2] / seconds[1], "0.50: two cores")
 
 
 if __name__ == "__main__":

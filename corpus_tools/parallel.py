@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from g3.errors import CorpusError
 
@@ -26,6 +28,10 @@ Result = TypeVar("Result")
 ATTEMPTS = 2
 """How often an item is begun whose processes die."""
 CONNECT_S = 10
+LOOK_S = 5.0
+"""How often a cluster that finishes nothing is asked for its workers."""
+WITHOUT_WORKERS_S = 60.0
+"""How long a cluster may be without workers: those that died are started again within seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +81,7 @@ def work(
     Raises
     ------
     CorpusError
-        If the cluster can't be reached, or the package for it is missing.
+        If the cluster can't be reached or has no workers, or the package for it is missing.
     """
     with Team(workers) as team:
         yield from team.work(function, items)
@@ -248,8 +254,27 @@ def _submitted(
     client: Client, function: Callable[[Item], Result], items: Iterable[Item]
 ) -> Iterator[Done[Item, Result]]:
     """What dies is begun anew elsewhere by Dask itself."""
-    from distributed import as_completed  # noqa: PLC0415 - comes with the extra "cluster"
-
     futures = {client.submit(function, item, pure=False): item for item in items}
-    for future in as_completed(list(futures), loop=client.loop):
+    completed: SimpleQueue[Any] = SimpleQueue()
+    for future in futures:
+        future.add_done_callback(completed.put)
+    while futures:
+        future = _next(completed, client)
         yield _done(futures.pop(future), future.result)
+
+
+def _next(completed: SimpleQueue[Any], client: Client) -> Any:
+    """The next future that is done, as long as the cluster has workers."""
+    last_seen = time.monotonic()
+    while True:
+        try:
+            return completed.get(timeout=LOOK_S)
+        except Empty:
+            if client.scheduler_info()["workers"]:
+                last_seen = time.monotonic()
+            elif time.monotonic() - last_seen > WITHOUT_WORKERS_S:
+                raise CorpusError(
+                    "the Dask cluster has had no workers for a while",
+                    where=client.scheduler_info()["address"],
+                    fix="start some with: dask worker ADDRESS",
+                ) from None

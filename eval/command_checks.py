@@ -15,7 +15,7 @@ DESCRIBED = {
     "report": "--report",
     "power": "--power",
 }
-OF_PLANS = ("judge", "jobs", "scheduler")
+AT_ONCE = ("jobs", "scheduler")
 OF_END_TO_END = ("most", "ratings", "crowd", "url", "pay", "items", "sandbox")
 
 
@@ -83,7 +83,7 @@ def check_plan_options(ctx: click.Context) -> None:
         )
     if ctx.params["form"] in ("csv", "latex"):
         raise click.UsageError("--table 3 has the formats text and json.")
-    own = {"table", "train", "test", "cv", "l2", "draws", "seed", "form", "out", *OF_PLANS}
+    own = {"table", "train", "test", "cv", "l2", "draws", "seed", "form", "out", "judge", *AT_ONCE}
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --table 3")
 
@@ -94,8 +94,8 @@ def check_study_options(ctx: click.Context, mode: str) -> None:
     if mode != "power" and not is_given(ctx, "corpus"):
         raise click.UsageError(f"{what} needs a --corpus with ratings.")
     own = {
-        "table": {"table", "draws", "study", "models"},
-        "validity": {"validity", "draws", "study"},
+        "table": {"table", "draws", "study", "models", *AT_ONCE},
+        "validity": {"validity", "draws", "study", *AT_ONCE},
         "power": {"power", "half_width"},
     }[mode] | {"corpus", "seed", "form", "out"}
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
@@ -135,7 +135,9 @@ def check_report_options(ctx: click.Context) -> None:
 def check_options(ctx: click.Context, mode: str) -> None:
     """Refuse options of other modes."""
     _refuse(ctx, ("study", "models"), "is for --table 2")
-    _refuse(ctx, OF_PLANS, "is for --table 3")
+    _refuse(ctx, ("judge",), "is for --table 3")
+    if mode != "table":
+        _refuse(ctx, AT_ONCE, "is for --table and --judge-validity")
     _refuse(ctx, ("plans", "videos"), "is for --report")
     _refuse(ctx, OF_END_TO_END, "is for --end-to-end")
     _refuse(ctx, ("half_width",), "is for --power")
@@ -168,12 +170,9 @@ def check_sdc_options(ctx: click.Context) -> None:
     if given in ({"model", "test"}, {"test"}):
         _refuse(ctx, ("l2",), "is for training, and the model is trained already")
     others = ("split", "test_scenarios", "negatives", "test_negatives", "ablate", "plus")
-    of_studies = ("study", "models", "half_width", "plans", "videos", *OF_PLANS, *OF_END_TO_END)
-    _refuse(
-        ctx,
-        (*others, *of_studies, "threshold", "draws", "repeats", "seed"),
-        "doesn't go with --sdc",
-    )
+    of_studies = ("study", "models", "half_width", "plans", "videos", "judge", *OF_END_TO_END)
+    of_tables = ("threshold", "draws", "repeats", "seed", *AT_ONCE)
+    _refuse(ctx, (*others, *of_studies, *of_tables), "doesn't go with --sdc")
     if ctx.params["form"] in ("csv", "latex"):
         raise click.UsageError("--sdc has the formats text and json.")
 

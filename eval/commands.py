@@ -214,7 +214,8 @@ def evaluate(ctx: click.Context, /, **given: Any) -> None:
 
     --table 3 follows the commands of --test after learning from --train, with every scenario held
     out that is tested; --judge automatic compares where the plans lead with the commands' logs.
-    --jobs and --scheduler follow the commands of several scenarios at once.
+    --jobs and --scheduler follow the commands of several scenarios at once, and make the resamples
+    of Tables 1 and 2 and of --judge-validity.
     """
     mode = read_mode(ctx)
     check_together(ctx, mode, given["table"])

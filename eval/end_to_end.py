@@ -20,10 +20,12 @@ from corpus_tools.progress import OnProgress
 from eval.held_out_calibration import calibrated
 from eval.held_out_trees import extractor_learner
 from eval.judge import judge
+from eval.studies.intervals import bootstrap
+from eval.studies.ratings import codes
 from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.features.registry import select
-from g3.groundings import FloatArray, PhysicalObject
+from g3.groundings import PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
 from g3.inference.training import train_rows, training_data
@@ -289,33 +291,30 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
             continue
         outcomes = sorted(result.outcomes[of], key=lambda o: (-o.probability, o.command))
         outcomes = outcomes[: top or len(outcomes)]
-        correct = np.array([o.correct for o in outcomes], dtype=float)
-        low, high = interval(correct, [o.scenario for o in outcomes], draws=draws, seed=seed)
-        rows.append(
-            {
-                "configuration": name,
-                "judge": "automatic",
-                "precision": float(correct.mean()),
-                "low": low,
-                "high": high,
-                "n": len(outcomes),
-            }
-        )
+        correct = [o.correct for o in outcomes]
+        scenarios = [o.scenario for o in outcomes]
+        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
     return rows
 
 
-def interval(
-    correct: FloatArray, scenario: Sequence[str], *, draws: int, seed: int
-) -> tuple[float, float]:
-    """95% interval of a mean by resampling scenarios, whose commands share a log."""
-    names, index = np.unique(np.array(scenario), return_inverse=True)
-    total = np.bincount(index, correct, len(names))
-    count = np.bincount(index, minlength=len(names))
-    rng = np.random.default_rng(seed)
-    picked = rng.integers(len(names), size=(draws, len(names)))
-    means = total[picked].sum(axis=1) / count[picked].sum(axis=1)
-    low, high = np.quantile(means, [0.025, 0.975])
-    return float(low), float(high)
+def judged_row(
+    name: str, correct: Sequence[bool], scenarios: Sequence[str], *, draws: int, seed: int
+) -> Row:
+    """A configuration's share of right plans, resampling scenarios, whose commands share a log."""
+    share = bootstrap(
+        np.array(correct, dtype=np.bool_),
+        codes(scenarios),
+        rng=np.random.default_rng(seed),
+        draws=draws,
+    )
+    return {
+        "configuration": name,
+        "judge": "automatic",
+        "precision": share.value,
+        "low": share.low,
+        "high": share.high,
+        "n": len(correct),
+    }
 
 
 def grounding_accuracy(outcomes: Sequence[Outcome]) -> float:

@@ -18,6 +18,7 @@ from corpus_tools.format_option import tell
 from corpus_tools.progress import progress_bar
 
 if TYPE_CHECKING:
+    from corpus_tools.parallel import Team
     from eval.protocol import Choices
 
 Given = Mapping[str, Any]
@@ -41,11 +42,16 @@ def table_1(given: Given, *, terminal: bool) -> str:
 
     choices = _choices(given)
     draws = given["draws"] or DRAWS
-    with progress_bar("extracting features") as on_progress:
-        result = trials.run(choices, on_progress)
-    rows = table_rows(
-        result.predictions, threshold=choices.threshold, draws=draws, seed=choices.seed
-    )
+    with _team(given) as team:
+        with progress_bar("extracting features") as on_progress:
+            result = trials.run(choices, on_progress)
+        rows = table_rows(
+            result.predictions,
+            threshold=choices.threshold,
+            draws=draws,
+            seed=choices.seed,
+            team=team,
+        )
     metadata = {"table": 1, **result.metadata, "draws": draws}
     return render(rows, given["form"], metadata, terminal=terminal)
 
@@ -60,7 +66,9 @@ def table_2(given: Given, *, terminal: bool) -> str:
     corpus = open_corpus(given["corpus"])
     check_judgments(corpus.judgments, {command.video for command in corpus.commands.values()})
     drawn = {"seed": given["seed"], "draws": given["draws"] or STUDY_DRAWS}
-    results = make(corpus.judgments, study=given["study"], models=given["models"], **drawn)
+    of_study = {"study": given["study"], "models": given["models"]}
+    with _team(given) as team:
+        results = make(corpus.judgments, **of_study, **drawn, team=team)
     metadata = {"table": 2, "corpus": given["corpus"], **drawn}
     return render(results, given["form"], metadata, terminal=terminal)
 
@@ -123,7 +131,8 @@ def judge_validity(given: Given, *, terminal: bool) -> str:
     from eval.studies.judge_validity import judge_validity as compare
 
     drawn = {"seed": given["seed"], "draws": given["draws"] or DRAWS}
-    found = compare(open_corpus(given["corpus"]), study=given["study"], **drawn)
+    with _team(given) as team:
+        found = compare(open_corpus(given["corpus"]), study=given["study"], **drawn, team=team)
     metadata = {"corpus": given["corpus"], **drawn}
     return render(found, _read_or_json(given), metadata, terminal=terminal)
 
@@ -273,6 +282,12 @@ MAKERS: Mapping[str, Maker] = MappingProxyType(
     }
 )
 """By what was asked for."""
+
+
+def _team(given: Given) -> Team:
+    from corpus_tools.parallel import Team, Workers
+
+    return Team(Workers(given["jobs"], given["scheduler"]))
 
 
 def _choices(given: Given) -> Choices:

@@ -11,8 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from eval.resampling import resampled_sums
+
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from corpus_tools.parallel import Team
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -107,12 +111,11 @@ def cluster_bootstrap(
     rng: np.random.Generator,
     draws: int = 2000,
     level: float = LEVEL,
+    team: Team | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Percentile intervals of a statistic of summed counts, resampling clusters.
 
-    Drawing C clusters with replacement and adding up their counts is one row of a
-    multinomial sample times the matrix of counts, so all draws are one product. Groups
-    are resampled together: clusters without an example of a group stay in the pool, as
+    Groups are resampled together: clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
     Draws in which a figure is undefined are left out of its interval. A figure that fewer
@@ -130,9 +133,11 @@ def cluster_bootstrap(
     rng
         Source of randomness; the same state gives the same bounds.
     draws
-        Number of resamples. Memory is draws x clusters x 8 bytes.
+        Number of resamples.
     level
         Probability that the interval leaves inside.
+    team
+        Who makes the resamples (:func:`eval.resampling.resampled_sums`).
 
     Returns
     -------
@@ -141,11 +146,8 @@ def cluster_bootstrap(
 
     References
     ----------
-    Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8;
     Field and Welsh (2007), Bootstrapping clustered data, J. R. Stat. Soc. B 69.
     """
-    if draws < 1:
-        raise ValueError(f"draws is {draws}, expected at least 1")
     if not 0 < level < 1:
         raise ValueError(f"level is {level}, expected a probability between 0 and 1")
     clusters = len(counts)
@@ -154,9 +156,7 @@ def cluster_bootstrap(
         nothing = np.full(informative.shape, np.nan)
         return nothing, nothing.copy()
 
-    times_drawn = rng.multinomial(clusters, np.full(clusters, 1 / clusters), size=draws)
-    sums = times_drawn.astype(np.float64) @ counts.reshape(clusters, -1)
-    values = statistic(sums.reshape(draws, *counts.shape[1:]))
+    values = statistic(resampled_sums(counts, rng=rng, draws=draws, team=team))
 
     undefined = np.isnan(values).all(axis=0) | (informative < 2)
     tails = ((1 - level) / 2, (1 + level) / 2)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.end_to_end import Row, interval
+from eval.end_to_end import Row, judged_row
 from eval.plan_study.pairs import Pair
 from eval.plan_study.planning import CONFIGURATIONS, PlanRecord, top
 from eval.statistics import Estimate
@@ -117,19 +117,8 @@ def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Row]:
     rows: list[Row] = []
     for name, (which, only_top) in ROWS.items():
         own = top(records, which) if only_top else [r for r in records if r.configuration == which]
-        correct = np.array([r.correct for r in own], dtype=float)
-        low, high = interval(correct, [r.scenario for r in own], draws=draws, seed=seed)
-        share = float(correct.mean())
-        rows.append(
-            {
-                "configuration": name,
-                "judge": "automatic",
-                "precision": share,
-                "low": low,
-                "high": high,
-                "n": len(own),
-            }
-        )
+        correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
+        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
     return rows
 
 

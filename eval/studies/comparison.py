@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
+from eval.resampling import resampled_sums
 from eval.statistics import LEVEL, Estimate, FloatArray, IntArray
+from eval.studies.intervals import percentiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +81,9 @@ def _difference(
     differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int, level: float
 ) -> Estimate:
     """Their mean, with whole clusters resampled."""
-    sizes = np.bincount(cluster)
-    sums = np.bincount(cluster, weights=differences)
-    times = rng.multinomial(len(sizes), np.full(len(sizes), 1 / len(sizes)), size=draws)
-    bounds = np.quantile((times @ sums) / (times @ sizes), ((1 - level) / 2, (1 + level) / 2))
-    return Estimate(float(differences.mean()), *(float(bound) for bound in bounds))
+    counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
+    sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
+    return percentiles(float(differences.mean()), sums / sizes, level)
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:

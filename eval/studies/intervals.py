@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import special
 
+from corpus_tools.parallel import Team
+from eval.resampling import resampled_sums
 from eval.statistics import LEVEL, BoolArray, Estimate, FloatArray, IntArray
 
 DRAWS = 10_000
@@ -46,6 +48,7 @@ def bootstrap(
     rng: np.random.Generator,
     draws: int = DRAWS,
     level: float = LEVEL,
+    team: Team | None = None,
 ) -> Estimate:
     """Percentile interval that resamples whole clusters, such as videos.
 
@@ -53,13 +56,15 @@ def bootstrap(
     ----------
     agrees, cluster
         Each judgment's answer and cluster, shape (n,).
+    team
+        Who makes the resamples (:func:`eval.resampling.resampled_sums`).
     """
     if len(agrees) == 0:
         return Estimate(np.nan, np.nan, np.nan)
     _, index = np.unique(cluster, return_inverse=True)
-    counts, sums = np.bincount(index), np.bincount(index, weights=agrees)
-    times = rng.multinomial(len(counts), np.full(len(counts), 1 / len(counts)), size=draws)
-    return _percentiles(float(agrees.mean()), (times @ sums) / (times @ counts), level)
+    counted = np.stack([np.bincount(index, weights=agrees), np.bincount(index)], axis=1)
+    sums, counts = resampled_sums(counted, rng=rng, draws=draws, team=team).T
+    return percentiles(float(agrees.mean()), sums / counts, level)
 
 
 def two_way(agrees: BoolArray, first: IntArray, second: IntArray, level: float = LEVEL) -> Estimate:
@@ -147,6 +152,9 @@ def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> float:
     return (between - within) / total if total else np.nan
 
 
-def _percentiles(value: float, drawn: FloatArray, level: float) -> Estimate:
+def percentiles(value: float, drawn: FloatArray, level: float = LEVEL) -> Estimate:
+    """A figure with the bounds of a percentile interval; NaN where no draw has the figure."""
+    if np.isnan(drawn).all():
+        return Estimate(value, np.nan, np.nan)
     low, high = np.nanquantile(drawn, ((1 - level) / 2, (1 + level) / 2))
     return Estimate(value, float(low), float(high))

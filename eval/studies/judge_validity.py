@@ -13,8 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from corpus_tools.corpus.model import Corpus
+from corpus_tools.parallel import Team
 from eval.judge import Verdict, judge
-from eval.statistics import LEVEL, BoolArray, Estimate, FloatArray, IntArray
+from eval.resampling import resampled_sums
+from eval.statistics import BoolArray, Estimate, FloatArray, IntArray
+from eval.studies.intervals import percentiles
 from eval.studies.ratings import AGREES, check_judgments, codes, of_study
 from eval.studies.replayed import replayed
 from g3.annotation import RATINGS, Judgment
@@ -89,8 +92,12 @@ class Validity:
         return tuple(p for p in self.pairs if p.people != p.judge)
 
 
-def judge_validity(corpus: Corpus, *, seed: int, draws: int, study: str = "") -> Validity:
+def judge_validity(
+    corpus: Corpus, *, seed: int, draws: int, study: str = "", team: Team | None = None
+) -> Validity:
     """Compare the judge with the people whose judgments a corpus holds.
+
+    `team` makes the resamples (:func:`eval.resampling.resampled_sums`).
 
     Raises
     ------
@@ -110,14 +117,18 @@ def judge_validity(corpus: Corpus, *, seed: int, draws: int, study: str = "") ->
     people, said = (np.array([getattr(p, who) for p in pairs]) for who in ("people", "judge"))
     mean = np.array([np.mean(p.ratings) for p in pairs])
     video = codes([p.command_video for p in pairs])
-    times = _resampled(video, np.random.default_rng(seed), draws)
+
+    def resampled(counts: FloatArray) -> FloatArray:
+        # The same seed for each figure, so that all are of the same videos.
+        return resampled_sums(counts, rng=np.random.default_rng(seed), draws=draws, team=team)
+
     return Validity(
         tuple(pairs),
         left_out,
         mine[0].study,
-        _bounded(cohens_kappa, _tables(people, said, video), times),
-        _bounded(_accuracy, _tables(people, said, video), times),
-        _bounded(_auc, _levels(said, mean, video), times),
+        _bounded(cohens_kappa, _tables(people, said, video), resampled),
+        _bounded(_accuracy, _tables(people, said, video), resampled),
+        _bounded(_auc, _levels(said, mean, video), resampled),
     )
 
 
@@ -222,20 +233,12 @@ def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
     return counts
 
 
-def _resampled(video: IntArray, rng: np.random.Generator, draws: int) -> IntArray:
-    n = int(video.max()) + 1
-    return rng.multinomial(n, np.full(n, 1 / n), size=draws)
-
-
 def _bounded(
-    figure: Callable[[FloatArray], FloatArray], counts: FloatArray, times: IntArray
+    figure: Callable[[FloatArray], FloatArray],
+    counts: FloatArray,
+    resampled: Callable[[FloatArray], FloatArray],
 ) -> Estimate:
-    value = float(figure(counts.sum(axis=0)))
-    drawn = figure(np.tensordot(times, counts, axes=1))
-    if np.isnan(drawn).all():
-        return Estimate(value, np.nan, np.nan)
-    low, high = np.nanquantile(drawn, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
-    return Estimate(value, float(low), float(high))
+    return percentiles(float(figure(counts.sum(axis=0))), figure(resampled(counts)))
 
 
 def _accuracy(table: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from corpus_tools.agreement import krippendorff_alpha
+from corpus_tools.parallel import Team
 from corpus_tools.simulation.raters import STUDY as SIMULATED
 from eval.formats import Format, delimited, document, metadata_text, table_text
 from eval.statistics import BoolArray, Estimate
@@ -105,6 +106,7 @@ def table_2(
     draws: int,
     study: str = "",
     models: bool = False,
+    team: Team | None = None,
 ) -> Results:
     """Make Table 2 of human judgments.
 
@@ -113,6 +115,8 @@ def table_2(
     study
         Whose judgments are counted; the study that has most of them if empty, for another one
         may be of the same pairs.
+    draws, team
+        Resamples for the intervals, and who makes them (:func:`eval.resampling.resampled_sums`).
     models
         Whether to fit the models too, which takes seconds and needs statsmodels.
 
@@ -134,7 +138,7 @@ def table_2(
     together = dawid_skene(ratings.pair, ratings.rater, ratings.agrees.astype(np.int64), 2)
     shows = together.posterior[:, 1] > 0.5
     rows = tuple(
-        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models)
+        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models, team=team)
         for name, of in _configurations(ratings)
         if of.any()
     )
@@ -179,6 +183,7 @@ def _row(
     rng: np.random.Generator,
     draws: int,
     models: bool,
+    team: Team | None,
 ) -> Row:
     agrees, n = ratings.agrees, len(ratings)
     pairs, videos, raters = (
@@ -186,7 +191,7 @@ def _row(
     )
     return Row(
         configuration,
-        bootstrap(agrees, ratings.video, rng=rng, draws=draws),
+        bootstrap(agrees, ratings.video, rng=rng, draws=draws, team=team),
         two_way(agrees, ratings.video, ratings.rater),
         wilson(int(agrees.sum()), n),
         clopper_pearson(int(agrees.sum()), n),

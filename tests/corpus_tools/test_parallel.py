@@ -8,17 +8,20 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import Options
-from corpus_tools.parallel import WorkerDiedError, Workers, work
+from corpus_tools.parallel import Team, WorkerDiedError, Workers, work
 from corpus_tools.shards.making import write_shards
 from corpus_tools.shards.training import train_on_shards
+from eval.resampling import resampled_sums
 from g3.errors import CorpusError
 from tests.corpus_tools.parallel_work import die, die_once, square
 from tests.tiny_corpus import tiny_corpus
@@ -32,11 +35,11 @@ def program(name):
     return [sys.executable, "-m", f"distributed.cli.dask_{name}"]
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    """The address of a scheduler with two workers, each in a process of its own."""
+@contextmanager
+def scheduler():
+    """The address of a scheduler in a process of its own."""
     pytest.importorskip("distributed")
-    scheduler = subprocess.Popen(
+    process = subprocess.Popen(
         [*program("scheduler"), "--host", "127.0.0.1", "--port", "0", "--no-dashboard"],
         # What two processes died of isn't begun a third time.
         env={**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"},
@@ -45,8 +48,18 @@ def cluster():
         text=True,
     )
     try:
-        lines = iter(scheduler.stderr.readline, "")
-        address = next(line.split()[-1] for line in lines if "Scheduler at" in line)
+        lines = iter(process.stderr.readline, "")
+        yield next(line.split()[-1] for line in lines if "Scheduler at" in line)
+    finally:
+        process.terminate()
+        process.wait()
+        process.stderr.close()
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """The address of a scheduler with two workers, each in a process of its own."""
+    with scheduler() as address:
         workers = subprocess.Popen(
             [*program("worker"), address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard"],
             env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
@@ -56,10 +69,6 @@ def cluster():
         yield address
         workers.terminate()
         workers.wait()
-    finally:
-        scheduler.terminate()
-        scheduler.wait()
-        scheduler.stderr.close()
 
 
 def test_all_ways_give_the_same():
@@ -138,6 +147,27 @@ def test_training_on_a_cluster(cluster, tmp_path):
         model = train_on_shards(tmp_path / name, manifest, workers=workers, tolerance=2.0)
         made.append((manifest, model.weights.tobytes()))
     assert made[0] == made[1]
+
+
+@pytest.mark.slow
+def test_the_resamples_of_a_bootstrap_on_a_cluster(cluster):
+    counts = np.arange(30).reshape(10, 3)
+    with Team(Workers(scheduler=cluster)) as team:
+        there = resampled_sums(counts, rng=np.random.default_rng(3), draws=600, team=team)
+    here = resampled_sums(counts, rng=np.random.default_rng(3), draws=600)
+    np.testing.assert_array_equal(there, here)
+
+
+@pytest.mark.slow
+def test_a_cluster_without_workers(monkeypatch):
+    monkeypatch.setattr("corpus_tools.parallel.LOOK_S", 0.1)
+    monkeypatch.setattr("corpus_tools.parallel.WITHOUT_WORKERS_S", 0.3)
+    with (
+        scheduler() as address,
+        pytest.raises(CorpusError, match="no workers for a while") as e,
+    ):
+        list(work(square, [1, 2], Workers(scheduler=address)))
+    assert address in str(e.value)
 
 
 def test_no_scheduler(monkeypatch):

@@ -87,6 +87,10 @@ def test_cross_validation_tests_every_example_once(table):
         assert row["positives"] * 2 == row["n"]
 
 
+def test_any_number_of_jobs_gives_the_same_table(table):
+    assert table(*CV, "--draws", "600", "--jobs", "2") == table(*CV, "--draws", "600")
+
+
 def test_held_out_scenarios(table, folder):
     content = table("--corpus", "tiny", "--split", "scenario", "--test-scenarios", "to_truck")
     assert content["test_scenarios"] == ["to_truck"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from eval.end_to_end import Outcome, interval, reliability, risk_coverage
+from eval.end_to_end import Outcome, judged_row, reliability, risk_coverage
 from eval.judge import judge
 from g3.actions import recorded
 from g3.inference.actions import Action, move, result
@@ -89,8 +89,7 @@ def test_risk_is_that_of_the_most_probable():
 
 
 def test_intervals_hold_the_mean_and_follow_the_seed():
-    correct = np.array([1.0, 0.0, 1.0, 1.0])
-    scenarios = ["a", "a", "b", "c"]
-    low, high = interval(correct, scenarios, draws=500, seed=1)
-    assert low <= correct.mean() <= high
-    assert (low, high) == interval(correct, scenarios, draws=500, seed=1)
+    given = ("gold-all", [True, False, True, True], ["a", "a", "b", "c"])
+    row = judged_row(*given, draws=500, seed=1)
+    assert row["low"] < row["precision"] == 0.75 < row["high"]
+    assert row == judged_row(*given, draws=500, seed=1)

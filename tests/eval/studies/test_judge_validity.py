@@ -154,6 +154,7 @@ def test_the_command_tells_figures_and_disagreements(whole, of_layout, tmp_path)
     shown = CliRunner().invoke(evaluate, arguments).stdout
     assert "kappa" in shown
     assert "own video" in shown
+    assert CliRunner().invoke(evaluate, [*arguments, "--jobs", "2"]).stdout == shown
 
 
 @pytest.mark.parametrize("wrong", [["--format", "csv"], ["--test", "warehouse"], ["--top", "3"]])

@@ -170,6 +170,7 @@ def test_the_command(corpus: str):
     text = run("--table", "2", "--corpus", corpus)
     assert "Paper" in text
     assert "judged_by: people" in text
+    assert run("--table", "2", "--corpus", corpus, "--jobs", "2") == text
     assert r"\begin{tabular}" in run("--table", "2", "--corpus", corpus, "--format", "latex")
 
 

@@ -1,0 +1,78 @@
+"""Drawing clusters with replacement, which all bootstrap intervals here are made of.
+
+Draws are made in blocks, each with random numbers of its own, so that they are the same however
+many processes make them, and so that memory doesn't grow with their number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.parallel import Team, Workers, work_in_order
+
+BLOCK = 250
+"""Draws in a block."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Block:
+    clusters: npt.NDArray[np.float64]
+    draws: int
+    rng: np.random.Generator
+
+
+def resampled_sums(
+    clusters: npt.ArrayLike,
+    *,
+    rng: np.random.Generator,
+    draws: int,
+    team: Team | None = None,
+) -> npt.NDArray[np.float64]:
+    """Sums over as many clusters as there are, drawn with replacement again and again.
+
+    Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: how often each
+    cluster is drawn is multinomial, so a block of draws is one product of matrices.
+
+    Parameters
+    ----------
+    clusters
+        What is added up of each cluster, shape (clusters, ...).
+    rng
+        Source of randomness; the same state gives the same sums.
+    draws
+        Number of resamples.
+    team
+        Who makes the blocks; this process if left out.
+
+    Returns
+    -------
+    ndarray
+        Shape (draws, ...).
+
+    Raises
+    ------
+    ValueError
+        If there is no cluster, or no draw.
+    """
+    values = np.asarray(clusters, dtype=np.float64)
+    if not len(values):
+        raise ValueError("there is no cluster to draw")
+    if draws < 1:
+        raise ValueError(f"draws is {draws}, expected at least 1")
+    flat = values.reshape(len(values), -1)
+    starts = range(0, draws, BLOCK)
+    blocks = [
+        _Block(flat, min(BLOCK, draws - start), own)
+        for start, own in zip(starts, rng.spawn(len(starts)), strict=True)
+    ]
+    sums = work_in_order(_sums, blocks, team or Team(Workers()))
+    return np.concatenate(sums).reshape(draws, *values.shape[1:])
+
+
+def _sums(block: _Block) -> npt.NDArray[np.float64]:
+    n = len(block.clusters)
+    times = block.rng.multinomial(n, np.full(n, 1 / n), size=block.draws)
+    return times.astype(np.float64) @ block.clusters
