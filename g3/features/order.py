@@ -34,6 +34,14 @@ def is_ordinal(word: str) -> bool:
     return word in _ORDINALS
 
 
+def all_ordinals(batch: FactorBatch, field: WordField) -> list[frozenset[int]]:
+    """The numbers that the words of a field of each factor count to: "first and second"."""
+    return [
+        frozenset(_ORDINALS[w] for w in factor.get(field, ()) if w in _ORDINALS)
+        for factor in batch.words
+    ]
+
+
 def ordinals(batch: FactorBatch, fields: tuple[WordField, ...]) -> FloatArray:
     """The number that the words of each row's fields count to, 0 for none; shape (n,)."""
     numbers = [

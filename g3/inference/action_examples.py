@@ -24,8 +24,9 @@ from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.actions import Action, Focus, move, possible_actions, result
 from g3.inference.arguments import Arguments, combine
 from g3.inference.candidates import beneath, ground, square
-from g3.inference.clauses import HANDLING, goal_paths
+from g3.inference.clauses import HANDLING
 from g3.inference.labelled import Labelled
+from g3.inference.roles import goal_paths
 from g3.inference.scene import Group
 from g3.inference.stage import Trial, event_batch, path_batch
 from g3.inference.state import State, start_state

@@ -10,15 +10,35 @@ import numpy as np
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.actions import Action, Focus
-from g3.inference.clauses import goal_paths, tells_place
-from g3.inference.phrases import MISCOUNTED, is_bare, is_measure
+from g3.inference.phrases import MISCOUNTED, is_bare
 from g3.inference.proposals import is_load
+from g3.inference.roles import (
+    goal_paths,
+    goal_places,
+    goal_within,
+    is_company,
+    is_goal,
+    is_source,
+    leaves_open,
+    objects,
+    tells_place,
+    ways,
+)
+from g3.inference.rows import BETWEEN
 from g3.inference.scene import Group
 from g3.inference.state import State
 from g3.inference.surroundings import Candidate, Surroundings
-from g3.inference.things import ground_place, ground_places, ground_thing, likely
+from g3.inference.things import (
+    ground_place,
+    ground_places,
+    ground_thing,
+    landmarks_of,
+    likely,
+    reached,
+)
 from g3.inference.tree import Tree
 from g3.language.groups import noun_words
+from g3.language.words import field_words
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
@@ -58,26 +78,29 @@ def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
     """Ground what a top-level clause is about."""
     if tree.nodes[root].type == "PATH":
         return Arguments((None,), _marks(tree, root, about, GOALS), root, {})
-    below = tree.below(root, ("l", "l2"), "OBJECT")
-    objects = [n for n in below if not is_measure(tree.nodes[n])]
     free = replace(about, load=None, told_side="")
-    themes, left = _themes(tree, objects, free, about.load)
+    themes, left = _themes(tree, objects(tree, root), free, about.load)
     toward = replace(about, load=about.load or _load(themes, about.state))
     goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
-    paths = tree.below(root, ("l", "l2"), "PATH")
-    others = {p: _marks(tree, p, free, PATH_LANDMARKS) for p in paths if p != goal_path}
+    if goals == (None,) and leaves_open(tree, root):
+        goals = tuple(likely(reached(toward), GOALS)) or (None,)
+    others = {
+        way: _marks(tree, way, free, PATH_LANDMARKS, held=about.load)
+        for way in ways(tree, root)
+        if way != goal_path
+    }
     return Arguments(themes, goals, goal_path, others)
 
 
 def _themes(
-    tree: Tree, objects: Sequence[int], about: Surroundings, held: str | None
+    tree: Tree, named: Sequence[int], about: Surroundings, held: str | None
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
     """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
-    if not objects:
+    if not named:
         return (None,), ()
-    theme, *left = objects
+    theme, *left = named
     beam = ground_thing(tree, theme, about)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), about))
@@ -92,9 +115,13 @@ def _goals(
     """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
     goals: tuple[Candidate | None, ...] = (None,)
     path = -1
-    if places := tree.below(root, ("l", "l2"), "PLACE"):
+    if places := goal_places(tree, root):
         return tuple(likely(ground_places(tree, places, about), GOALS)), -1
-    for path in goal_paths(tree, root):
+    paths = goal_paths(tree, root)
+    end = goal_within(tree, root)
+    if end is not None and not any(is_goal(tree.nodes[p]) for p in paths):
+        return tuple(likely(ground_thing(tree, end, about), GOALS)), -1
+    for path in paths:
         if to_be_put and tells_place(tree.nodes[path]):
             return tuple(likely(ground_place(tree, path, about), GOALS)), -1
         goals = _marks(tree, path, about, GOALS)
@@ -130,12 +157,21 @@ def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
     return thing.id
 
 
-def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Candidate | None, ...]:
-    """Candidates of a PATH's landmark."""
+def _marks(
+    tree: Tree, path: int, about: Surroundings, count: int, *, held: str | None = None
+) -> tuple[Candidate | None, ...]:
+    """Candidates of a PATH's landmark; who goes "with the pallet" has it on the forks."""
     children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
     if not children:
         return (None,)
-    return tuple(likely(ground_thing(tree, children[0], about), count))
+    sdc = tree.nodes[path]
+    between = BETWEEN.intersection(field_words(sdc.relation))
+    if len(children) > 1 and between and not is_source(sdc):
+        return tuple(landmarks_of(tree, path, about)[:count])
+    beam = ground_thing(tree, children[0], about)
+    if held and is_company(sdc):
+        beam = _familiar(beam, held)
+    return tuple(likely(beam, count))
 
 
 def focus_of(state: State, found: Arguments) -> Focus:
@@ -149,7 +185,7 @@ def focus_of(state: State, found: Arguments) -> Focus:
     ]
     goals = tuple(current(c.group, state) for c in found.goals if c is not None)
     marks = [current(c.group, state) for cs in found.paths.values() for c in cs[:2] if c]
-    return Focus(tuple(dict.fromkeys(ids)), goals, bool(named), tuple(marks))
+    return Focus(tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks))
 
 
 def current(group: Group, state: State) -> Group:

@@ -6,16 +6,20 @@ from collections.abc import Iterable, Sequence
 from itertools import combinations
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from g3.action_candidates import SURFACE_M2, is_free
 from g3.actions import centre, covers
 from g3.geometry import area, convex_hull, rotate
 from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
+from g3.inference.facing import ROW
 from g3.inference.state import State, centres
 
 Group = tuple[Grounding, ...]
 
 MOST_PAIRS = 24
+ROW_GAP_M = 5.0
+"""Things in a row are no further apart."""
 PAIR_M = 12.0
 """Things further apart than this are no pair that one would speak of."""
 HALF_M = 1.0
@@ -29,21 +33,37 @@ GROUND_M = 0.35
 """Places with their bottom no higher than this over the ground are on it."""
 
 
-def object_groups(context: Context) -> tuple[Group, ...]:
+def object_groups(context: Context, held: str | None = None) -> tuple[Group, ...]:
     """What an OBJECT may be besides a single object: groups of things alike, and places.
 
-    All things with the same labels, all that share a label, pairs of things alike that are
-    near each other (the nearest first), and the context's places.
+    All things with the same labels, all that share a label, rows without what is on the forks,
+    pairs of things alike that are near each other (the nearest first), and the context's places.
     """
     things = [o for o in context.objects if o.id != context.agent_id]
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
     for label in sorted({label for o in things for label in o.labels}):
         alike = tuple(o for o in things if label in o.labels)
         groups[tuple(o.id for o in alike)] = alike
+    for row in rows_of([o for o in things if o.id != held]):
+        groups[tuple(o.id for o in row)] = row
     for pair in _pairs(things):
         groups[tuple(o.id for o in pair)] = pair
     several = [group for group in groups.values() if len(group) > 1]
     return (*several, *((place,) for place in context.places))
+
+
+def rows_of(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
+    """Three things and more that share a label and stand near one another: a row of pallets."""
+    middles = centres([o.prism for o in things])
+    bottom = np.array([o.prism.z_min for o in things])
+    near = np.linalg.norm(middles[:, None] - middles[None], axis=-1) < ROW_GAP_M
+    near &= np.abs(bottom[:, None] - bottom) < GROUND_M
+    names = sorted({label for o in things for label in o.labels})
+    has = np.array([[name in o.labels for name in names] for o in things], dtype=bool)
+    near &= has @ has.T
+    count, of = connected_components(near, directed=False)
+    found = [tuple(o for o, c in zip(things, of, strict=True) if c == i) for i in range(count)]
+    return [row for row in found if len(row) >= ROW]
 
 
 def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:

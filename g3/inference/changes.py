@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.actions import Action
 from g3.inference.candidates import beneath, is_surface
-from g3.inference.clauses import UNUSUAL, is_source
+from g3.inference.clauses import UNUSUAL
 from g3.inference.places import carrier, on_ground, stands_at
+from g3.inference.roles import is_goal, is_source
 from g3.inference.state import State
 from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
+from g3.sdc import SDC
 
 UNMOVED = float(np.log(0.001))
 """What it costs to put something where it stood."""
@@ -39,44 +41,67 @@ def change_scores(start: State, actions: Sequence[Action]) -> FloatArray:
 
 
 def source_scores(
-    tree: Tree,
-    state: State,
-    actions: Sequence[Action],
-    paths: Mapping[int, Sequence[Candidate | None]],
+    path: SDC, state: State, actions: Sequence[Action], marks: Sequence[Candidate | None]
 ) -> FloatArray:
-    """What it costs actions (n,) to take something that isn't on what it is to be taken from.
+    """What it costs actions to take something that isn't on what it is to be taken from.
 
     Parameters
     ----------
-    paths
-        PATHs with the candidates of their landmarks: "off the truck" among them.
+    path
+        "Off the truck", or another PATH, which costs nothing.
+    actions, marks
+        n actions, and m candidates of the PATH's landmark.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, m).
     """
-    total = np.zeros(len(actions))
-    for path, marks in paths.items():
-        things = [g for c in marks if c for g in c.group if isinstance(g, PhysicalObject)]
-        sources = {thing.id for thing in things if is_surface(thing)}
-        if not sources or not is_source(tree.nodes[path]):
-            continue
-        for i, action in enumerate(actions):
-            if action.object_id and action.object_id != state.held:
-                under = carrier(state, action.object_id)
-                if under is None or under.id not in sources:
-                    total[i] = UNUSUAL
+    total = np.zeros((len(actions), len(marks)))
+    if not is_source(path):
+        return total
+    surfaces = [_surface(mark) for mark in marks]
+    for i, action in enumerate(actions):
+        if action.object_id and action.object_id != state.held:
+            under = carrier(state, action.object_id)
+            own = under.id if under else ""
+            total[i] = [UNUSUAL if s and s != own else 0.0 for s in surfaces]
     return total
 
 
 def beside_scores(
-    tree: Tree, root: int, state: State, actions: Sequence[Action], goal_path: int
+    tree: Tree,
+    state: State,
+    actions: Sequence[Action],
+    goal_path: int,
+    goals: Sequence[Candidate | None],
 ) -> FloatArray:
-    """What it costs actions (n,) to put a load on something when a PATH's words say otherwise.
+    """What it costs actions (n,) to put a load on something, or not, when a PATH says otherwise.
 
-    "To the floor" is not on the truck. Of PLACEs the first pass knows.
+    "To the floor" is not on the truck, and "to the truck" is on it. Of PLACEs the first pass knows.
+
+    Parameters
+    ----------
+    goals
+        Candidates of the PATH's landmark.
     """
     total = np.zeros(len(actions))
-    if goal_path < 0 or not on_ground(tree.nodes[root], tree.nodes[goal_path]):
+    if goal_path < 0:
         return total
+    path = tree.nodes[goal_path]
+    low, onto = on_ground(path, path), is_goal(path)
+    surfaces = [_surface(goal) for goal in goals]
     for i, action in enumerate(actions):
         if action.place is not None and action.goal >= 0:
             high = beneath(action.place, state, action.object_id) is not None
-            total[i] = UNUSUAL if high else 0.0
+            wrong = high if low else onto and bool(surfaces[action.goal]) and not high
+            total[i] = UNUSUAL if wrong else 0.0
     return total
+
+
+def _surface(candidate: Candidate | None) -> str:
+    """Id of the one thing of a candidate if a load can be put on it; else empty."""
+    if candidate is None or len(candidate.group) > 1:
+        return ""
+    thing = candidate.group[0]
+    return thing.id if isinstance(thing, PhysicalObject) and is_surface(thing) else ""

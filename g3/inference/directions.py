@@ -8,8 +8,8 @@ import numpy as np
 
 from g3.groundings import FloatArray
 from g3.inference.actions import Action
-from g3.inference.clauses import UNUSUAL, verb_class
-from g3.inference.phrases import is_measure
+from g3.inference.clauses import UNUSUAL
+from g3.inference.phrases import is_measure, verb_class
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.words import field_words, normalise

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,11 +15,12 @@ from g3.inference.candidates import object_groups
 from g3.inference.clarification import Question, question_about
 from g3.inference.costs import Cost, Scorer
 from g3.inference.explanation import reasons_for_things
-from g3.inference.scene import Group, Scene, scene_of
+from g3.inference.scene import Group, scene_of
 from g3.inference.scoring import Reason
 from g3.inference.search import WIDTH, Hypothesis, search
 from g3.inference.state import State, start_state
 from g3.inference.surroundings import Surroundings
+from g3.inference.things import ground_others
 from g3.inference.tree import Tree
 from g3.language.words import field_words
 from g3.model import Model
@@ -199,14 +200,21 @@ class Grounder:
         if unknown:
             return Result(sdcs, (), f"nobody has taught the robot what {unknown!r} means")
         start = context if isinstance(context, State) else start_state(context)
-        scene = scene_of(start.context, object_groups(start.context))
+        scene = scene_of(start.context, object_groups(start.context, start.held))
         about = Surroundings(start, scene, self.cost, answers=dict(answers or {}), explain=explain)
         tree = Tree(tuple(sdcs))
         found = search(tree, start, about, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")
         plans = tuple(
-            _plan(tree, h, found, scene, self.cost if explain else None) for h in found[:top]
+            _plan(
+                tree,
+                h,
+                found,
+                replace(about, referents=h.referents),
+                self.cost if explain else None,
+            )
+            for h in found[:top]
         )
         if plans[0].probability < least:
             note = "no plan is at all likely to be what was meant"
@@ -244,14 +252,15 @@ def _plan(
     tree: Tree,
     hypothesis: Hypothesis,
     rivals: Sequence[Hypothesis],
-    scene: Scene,
+    about: Surroundings,
     cost: Cost | None,
 ) -> Plan:
     why: dict[int, tuple[Action | Group | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
     if isinstance(cost, Scorer):
-        why |= reasons_for_things(tree, hypothesis.nodes, scene, cost)
+        why |= reasons_for_things(tree, hypothesis.nodes, about.scene, cost)
     groundings = []
-    for node, (group, score) in sorted(hypothesis.nodes.items()):
+    others = ground_others(tree, hypothesis.nodes, about)
+    for node, (group, score) in sorted({**hypothesis.nodes, **others}.items()):
         rival, reasons = why.get(node, (None, ()))
         given = float(np.exp(score))
         groundings.append(GroundedClause(node, tree.nodes[node], group, given, reasons, rival))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
 import numpy as np
 
 from g3.features.bodies import IntArray
@@ -9,16 +12,18 @@ from g3.features.order import is_ordinal
 from g3.groundings import FloatArray
 from g3.inference.facing import ROW
 from g3.language.concepts import concepts
-from g3.language.groups import group
+from g3.language.groups import group, noun_leaf
 from g3.language.verb_classes import word_class
 from g3.language.words import bare, field_words, figure_words, normalise
 from g3.sdc import SDC, SDCType, all_words
 
+VERBS = frozenset({"placing", "taking", "carrying", "going", "turning", "staying"})
 FLOOR = frozenset({"ground", "floor", "pavement"})
 AREAS = FLOOR | frozenset(
     normalise(word)
     for word in (
         *("area", "space", "spot", "place", "gap", "slot", "location", "position", "region"),
+        *("zone", "bay", "aisle"),
     )
 )
 TELLING = frozenset(
@@ -29,15 +34,36 @@ TELLING = frozenset(
     )
 )
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
+ROBOT = frozenset({"you", "yourself", "me", "myself", "i", "we", "us"})
+FORMER = frozenset({"old", "original", "previous", "former", "initial", "starting"})
+FORKS = frozenset(normalise(word) for word in ("fork", "forks"))
 THESE = frozenset({"this", "that", "these", "those"})
 ROWS = frozenset({"row", "line", "column", "series"})
 OTHERS = frozenset({"other", "another"})
+ALIKE = 0.8
+"""Words so alike are one, misspelt (:mod:`difflib`)."""
 MISCOUNTED = float(np.log(0.1))
+OTHER_NUMBER = float(np.log(0.001))
+"""What it costs that a group isn't of the number, or no row, that words speak of."""
 ONE_FOR_MANY = float(np.log(0.4))
 """A plural often names one thing that holds many: "the tires"."""
 STRESSED = frozenset(
     normalise(word) for word in ("in", "next", "beside", "by", "behind", "near", "there")
 )
+
+
+def verb_class(sdc: SDC) -> str:
+    """The classes of an EVENT's verb, of its first word that has any; "other" if none has.
+
+    >>> from g3.sdc import Span
+    >>> verb_class(SDC("EVENT", relation=(Span(0, "pick"), Span(5, "up"))))
+    'taking'
+    """
+    for span in sdc.relation:
+        found = word_class(bare(span.text))
+        if set(found.split("+")) & VERBS:
+            return found
+    return "other"
 
 
 def is_complement(sdc: SDC) -> bool:
@@ -49,7 +75,8 @@ def is_area(sdc: SDC) -> bool:
     """Whether an OBJECT is a place: "the floor", "the space between the pallets"."""
     if sdc.type != "OBJECT" or is_complement(sdc):
         return False
-    return bool((AREAS if sdc.landmark1 else FLOOR).intersection(figure_words(sdc)))
+    noun = field_words(noun_leaf(sdc).words)
+    return bool((AREAS if sdc.landmark1 else FLOOR).intersection(noun))
 
 
 def names_thing(sdc: SDC) -> bool:
@@ -102,12 +129,50 @@ def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
     """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
     said = group(sdc)
     if said.collective in ROWS:
-        return np.where(sizes >= ROW, 0.0, MISCOUNTED)
+        return np.where(sizes >= ROW, 0.0, OTHER_NUMBER)
     if said.count is not None and said.count > 1:
-        return np.where(sizes == said.count, 0.0, MISCOUNTED)
+        return np.where(sizes == said.count, 0.0, OTHER_NUMBER)
     if said.number == "singular":
         return np.where(sizes == 1, 0.0, MISCOUNTED)
     return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
+
+
+def names_origin(sdc: SDC) -> bool:
+    """Whether a leaf names where something was at first: "its old position"."""
+    words = {bare(word.text) for word in sdc.words}
+    return sdc.type == "OBJECT" and bool(words & FORMER and AREAS.intersection(figure_words(sdc)))
+
+
+def names_forks(sdc: SDC) -> bool:
+    """Whether an OBJECT is the robot's forks."""
+    return sdc.type == "OBJECT" and bool(FORKS.intersection(figure_words(sdc)))
+
+
+def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
+    """The places of whose names a clause has most words, if any: "storage" may be A or B.
+
+    >>> from g3.sdc import Span
+    >>> storage = SDC("OBJECT", words=(Span(3, "the"), Span(7, "storage"), Span(15, "area")))
+    >>> sorted(named_places(storage, ["receiving", "storage A", "storage B"]))
+    ['storage A', 'storage B']
+    """
+    words = [bare(word.text) for word in all_words(sdc)]
+    said = set(words[words[:1] in (["a"], ["an"]) :])
+    shared = {
+        name: sum(
+            normalise(word) not in AREAS and bool(get_close_matches(word, said, 1, ALIKE))
+            for word in name.lower().split()
+        )
+        for name in names
+    }
+    most = max(shared.values(), default=0)
+    return frozenset(name for name, count in shared.items() if most and count == most)
+
+
+def names_robot(sdc: SDC) -> bool:
+    """Whether a leaf is a word for who is spoken to: "you", "me"."""
+    words = [bare(word.text) for word in sdc.words]
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in ROBOT
 
 
 def is_pronoun(sdc: SDC) -> bool:

@@ -35,6 +35,8 @@ ROBOT_M = 1.5
 AWAY_M = 5.0
 """What is only told by the robot is the less likely meant by e, each time it is so much further."""
 ASIDE = 0.5
+AHEAD = 1.0
+"""What it costs a place to be aside of where something is, not ahead; behind twice as much."""
 """A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
 
 
@@ -71,10 +73,26 @@ def place_scores(
         Where what goes there is, shape (2,); the robot if it goes there itself.
     """
     total = place_side_scores(batch, origin) + row_scores(batch) + far_scores(batch, origin)
+    high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
     if on_ground(sdc, sdc):
-        high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
-        total = total + np.where(high, MISPLACED, 0.0)
+        return total + np.where(high, MISPLACED, 0.0)
+    if is_on_top(sdc):
+        return total + np.where(_about_thing(batch) & ~high, MISPLACED, 0.0)
     return total
+
+
+def is_on_top(sdc: SDC) -> bool:
+    """Whether words say that something is to be on a thing: on the truck, not on its left."""
+    told = concepts(field_words(sdc.relation))
+    return "on" in told and not told & (BESIDE - {"near", "between"})
+
+
+def _about_thing(batch: FactorBatch) -> BoolArray:
+    """Whether each row's landmark is a thing, not the robot nor a place; shape (n,)."""
+    mark = batch.landmark
+    labelled = batch.bodies.labels[mark].any(axis=1)
+    result: BoolArray = (mark >= 0) & (mark != batch.agent_body) & labelled
+    return result
 
 
 def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
@@ -114,14 +132,16 @@ def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> F
 
 
 def far_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
-    """What it costs places (n,) to be far from the robot or from the origin.
+    """What it costs places (n,) to be far from the robot or from the origin, and not ahead of it.
 
     Only where nothing else tells of them.
     """
     bare, robot = batch.landmark < 0, batch.landmark == batch.agent_body
     place = local_centres(batch, batch.figure)
-    away = np.linalg.norm(np.where(bare[:, None], place - _seen(batch, origin), place), axis=1)
-    return np.where(bare | robot, -away / AWAY_M, 0.0)
+    way = np.where(bare[:, None], place - _seen(batch, origin), place)
+    away = np.linalg.norm(way, axis=1)
+    aside = np.where(bare, 1 - way[:, 0] / np.maximum(away, 1e-9), 0.0)
+    return np.where(bare | robot, -away / AWAY_M - AHEAD * aside, 0.0)
 
 
 def _seen(batch: FactorBatch, origin: FloatArray | None) -> FloatArray:

@@ -15,6 +15,7 @@ TURNS = (np.pi / 2, -np.pi / 2, np.pi)
 STRAIGHT_M = 4.0
 HEAVIEST_M2 = 4.0
 """Things with a larger footprint are no loads."""
+PEOPLE = frozenset({"person", "man", "woman", "human", "worker", "pedestrian"})
 
 
 @action_kind("wait", trajectories.wait)
@@ -100,7 +101,7 @@ def _loads(state: State, focus: Focus) -> list[str]:
 def is_load(state: State, object_id: str) -> bool:
     """Whether the forks can lift an object."""
     thing = state.thing(object_id)
-    if object_id == state.context.agent_id:
+    if object_id == state.context.agent_id or PEOPLE.intersection(thing.labels):
         return False
     corners = rotate(thing.prism.xy, np.full(len(thing.prism.xy), -thing.trajectory.yaw[0]))
     size = float(np.prod(np.ptp(corners, axis=0)))

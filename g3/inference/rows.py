@@ -15,14 +15,19 @@ from g3.language.words import normalise
 
 ENDS = frozenset(normalise(word) for word in ("end", "outside"))
 LATERAL = frozenset(normalise(word) for word in ("next", "beside", "alongside", "by"))
+BETWEEN = frozenset({"between", "inbetween", "among"})
 OFF_LINE = float(np.log(0.1))
 """What it costs a place not to go on with the line of what it is next to, or at the end of."""
 OFF_LINE_M = 1.5
+WIDE = 0.2
+"""How far from the line between two things is between them, as a share of its length."""
+ASTRAY = float(np.log(0.01))
+"""What it costs a place not to be between the things that it is said to be between."""
 
 
 def row_scores(batch: FactorBatch) -> FloatArray:
     """What it costs places (n,) to be out of line with their landmarks."""
-    return _beside_one(batch) + _beyond_several(batch)
+    return _beside_one(batch) + _beyond_several(batch) + between_scores(batch)
 
 
 def _beside_one(batch: FactorBatch) -> FloatArray:
@@ -59,6 +64,23 @@ def _beyond_several(batch: FactorBatch) -> FloatArray:
     aside = np.abs(cross(away, along)) > OFF_LINE_M
     cost = np.where(among, MISPLACED, 0.0) + np.where(aside, OFF_LINE, 0.0)
     return np.where(told, cost, 0.0)
+
+
+def between_scores(batch: FactorBatch) -> FloatArray:
+    """What it costs places (n,) not to be between the things that words say they are between."""
+    bodies, mark = batch.bodies, batch.landmark
+    told = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
+    if not told.any():
+        return np.zeros(len(batch))
+    members = bodies.members[mark]
+    one, other = np.triu_indices(members.shape[1], 1)
+    way = members[:, other] - members[:, one]
+    length = np.maximum(np.linalg.norm(way, axis=-1), 1e-9)
+    off = bodies.centre[batch.figure][:, None] - members[:, one]
+    along = (off * way).sum(axis=-1) / length**2
+    aside = np.abs(cross(off, way)) / length
+    among = (along > 0) & (along < 1) & (aside <= np.maximum(OFF_LINE_M, WIDE * length))
+    return np.where(told & ~among.any(axis=1), ASTRAY, 0.0)
 
 
 def _named(batch: FactorBatch, words: frozenset[str]) -> BoolArray:

@@ -12,6 +12,7 @@ from g3.features.batch import FactorBatch
 from g3.features.order import rivals
 from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.groundings import FloatArray
+from g3.inference.sides import MISPLACED
 from g3.language.groups import noun_leaf
 from g3.language.words import field_words, normalise
 from g3.sdc import SDC, all_words
@@ -23,6 +24,8 @@ FARTHER = float(np.log(0.1))
 ALONE = frozenset(
     normalise(word) for word in ("alone", "lone", "lonely", "single", "solitary", "isolated")
 )
+NEAREST = frozenset(normalise(word) for word in ("nearest", "closest"))
+FARTHEST = frozenset(normalise(word) for word in ("farthest", "furthest"))
 SELVES = frozenset({"itself", "themselves"})
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
@@ -54,6 +57,27 @@ def alone_scores(batch: FactorBatch, load: int | None) -> FloatArray:
     nearest[np.isinf(nearest)] = -np.inf
     crowded = seen[:, 0] & (nearest[:, 0] < nearest.max(axis=1) - SAME_PLACE_M)
     return np.where(crowded, FARTHER, 0.0)
+
+
+def superlative_scores(batch: FactorBatch) -> FloatArray:
+    """What it costs each row's figure that another thing alike is nearer to its landmark.
+
+    Where words say that it is the nearest, or that it is the farthest and another is farther.
+    """
+    relations = [words.get("relation", ()) for words in batch.words]
+    sign = np.array(
+        [float(bool(NEAREST.intersection(r))) - bool(FARTHEST.intersection(r)) for r in relations]
+    )[batch.factor]
+    told = (sign != 0) & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
+    if not told.any():
+        return np.zeros(len(batch))
+    bodies = batch.bodies
+    mark = bodies.centre[batch.landmark]
+    own = np.linalg.norm(bodies.centre[batch.figure] - mark, axis=-1)
+    others = np.linalg.norm(bodies.centre[batch.peers] - mark[:, None], axis=-1)
+    rival = rivals(batch) & (batch.peers != batch.landmark[:, None])
+    beaten = (rival & (sign[:, None] * (own[:, None] - others) > SAME_PLACE_M)).any(axis=1)
+    return np.where(told & beaten & (bodies.count[batch.figure] == 1), 2 * MISPLACED, 0.0)
 
 
 def side_told_scores(batch: FactorBatch, side: str) -> FloatArray:

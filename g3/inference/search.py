@@ -21,13 +21,21 @@ from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
 from g3.inference.actions import Action, possible_actions, result
 from g3.inference.arguments import Arguments, arguments, combine, focus_of
 from g3.inference.changes import beside_scores, change_scores, source_scores
-from g3.inference.clauses import Asked, verb_class, verb_scores
+from g3.inference.clauses import Asked, goal_scores, verb_scores
 from g3.inference.costs import Cost, Scorer
 from g3.inference.directions import direction_scores, told_side
 from g3.inference.explanation import reasons_against, told_besides, weightiest
 from g3.inference.leaves import leaf_scores
 from g3.inference.motions import Motions
 from g3.inference.phrases import is_pronoun, is_there, names_other, names_same
+from g3.inference.roles import (
+    is_itself_put_later,
+    is_put_later,
+    leaves_open,
+    names_own_forks,
+    spares,
+    subjects,
+)
 from g3.inference.scene import Group
 from g3.inference.scoring import Reason
 from g3.inference.stage import PathFactor, Stage, Trial, event_batch, path_batch
@@ -102,22 +110,7 @@ def extend(
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
     besides: dict[str, FloatArray] = {"goal": goal_score[rows.goal]}
     if not forbidden:
-        unusual = {
-            "verb": verb_scores(
-                tree.nodes[root],
-                [a.kind for a in actions],
-                Asked(
-                    theme=found.themes != (None,),
-                    leads=_leads(tree, root, found),
-                    at_place=found.goal_path < 0,
-                    held=state.held,
-                ),
-            ),
-            "change": change_scores(about.state, actions),
-            "source": source_scores(tree, state, actions, found.paths),
-            "way": direction_scores(tree, root, actions),
-            "beside": beside_scores(tree, root, state, actions, found.goal_path),
-        }
+        unusual = _unusual(tree, root, found, actions, state, start=about.state)
         besides |= {name: scores[rows.action] for name, scores in unusual.items()}
         total = total + np.sum(list(unusual.values()), axis=0)[rows.action]
     goal_path = np.zeros(len(batch))
@@ -126,9 +119,9 @@ def extend(
         total = total + goal_path
     chosen: dict[int, tuple[FloatArray, IntArray]] = {}
     for path, bodies in marks.items():
-        own, which = PathFactor(tree, path, stage, cost).best(bodies, found.paths[path])
-        total = total + own[rows.action]
-        chosen[path] = (own, which)
+        unlike = source_scores(tree.nodes[path], state, actions, found.paths[path])
+        chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, found.paths[path], unlike)
+        total = total + chosen[path][0][rows.action]
     order = np.argsort(-total, kind="stable")
     ranked = _Ranked(actions, rows.action[order], order, besides)
     factors = _factors(tree, root, found, stage, batch) if about.explain else []
@@ -191,10 +184,38 @@ def _choices(
     return {n: tuple(sorted(known.values(), key=lambda c: -c[1])) for n, known in best.items()}
 
 
-def _leads(tree: Tree, root: int, found: Arguments) -> bool:
-    """Whether a clause moves something somewhere, and no later one puts it down."""
-    later = any("placing" in verb_class(sdc) for sdc in tree.sdcs[root + 1 :])
-    return found.themes != (None,) and found.goals != (None,) and not later
+def _unusual(
+    tree: Tree,
+    root: int,
+    found: Arguments,
+    actions: Sequence[Action],
+    state: State,
+    *,
+    start: State,
+) -> dict[str, FloatArray]:
+    """What words rule out of actions (n,), by what it is about; each (n,)."""
+    asked = _asked(tree, root, found, state, start=start)
+    return {
+        "verb": verb_scores(tree.nodes[root], [a.kind for a in actions], asked),
+        "change": change_scores(start, actions),
+        "way": direction_scores(tree, root, actions),
+        "reaching": goal_scores(tree, found.goal_path, actions),
+        "beside": beside_scores(tree, state, actions, found.goal_path, found.goals),
+    }
+
+
+def _asked(tree: Tree, root: int, found: Arguments, state: State, *, start: State) -> Asked:
+    return Asked(
+        theme=found.themes != (None,),
+        leads=found.goals != (None,) and not is_put_later(tree, root),
+        at_place=found.goal_path < 0,
+        held=state.held,
+        taken=state.held not in (None, start.held),
+        put_later=is_itself_put_later(tree, root),
+        subject=bool(subjects(tree, root)),
+        forks=names_own_forks(tree, root),
+        spared=spares(tree, root, state.held),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -289,7 +310,7 @@ def search(
             continue
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
-        there = any(is_there(tree.nodes[n]) for n in below)
+        there = leaves_open(tree, root) or any(is_there(tree.nodes[n]) for n in below)
         named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []

@@ -11,15 +11,17 @@ import numpy as np
 
 from g3.features.batch import FactorBatch, WordField
 from g3.features.named import named
-from g3.features.order import DIRECTIONS, extents, ordinals, rivals
+from g3.features.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
 from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.facing import facing, turned
-from g3.language.concepts import CONCEPTS
+from g3.language.concepts import CONCEPTS, concepts
 
 MISPLACED = float(np.log(0.05))
 """What it costs that a thing isn't the one that words single out."""
+COUNTED = 3 * MISPLACED
+"""What it costs that several things aren't those that words count."""
 DOUBTFUL = 0.3
 """Of things all around one is further to a side if the sines of their directions differ so much."""
 _FIELDS: tuple[WordField, ...] = ("figure", "relation")
@@ -40,17 +42,51 @@ def side_scores(batch: FactorBatch) -> FloatArray:
     aside = direction[:, :4].any(axis=1)
     direction[:, 4:] &= ~aside[:, None]
     number = np.where(free, ordinals(batch, _FIELDS), ordinals(batch, ("figure",)))
-    if not (np.any(direction) or np.any(number)):
+    inner = [concepts(w.get("landmark", ())) == {"between"} for w in batch.words]
+    middle = named(batch, ("figure",))[:, CONCEPTS.index("between")] | np.array(inner)[batch.factor]
+    if not (direction.any() or number.any() or middle.any()):
         return np.zeros(len(batch))
     rival = rivals(batch)
     ahead = _further(batch, rival)
     first = (direction & (ahead > 0)).any(axis=1)
+    left, right = (ahead[:, DIRECTIONS.index(side)] for side in ("left", "right"))
+    first |= middle & (np.abs(left - right) > 1)
     counted = direction.copy()
     counted[:, DIRECTIONS.index("near")] |= ~aside
     other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
     wrong = np.where(number > 0, other, first) & rival.any(axis=1)
     wrong &= ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
     return np.where(wrong, MISPLACED * (1 + aside), 0.0)
+
+
+def counted_scores(batch: FactorBatch) -> FloatArray:
+    """What it costs several things not to be those that words count: "the first and second".
+
+    Counted from the side that is named, or from the robot, among all things alike.
+    """
+    total = np.zeros(len(batch))
+    bodies = batch.bodies
+    numbers = all_ordinals(batch, "figure")
+    several = np.array([len(own) > 1 for own in numbers])[batch.factor]
+    rows = np.flatnonzero(several & (bodies.count[batch.figure] > 1))
+    if not len(rows):
+        return total
+    wanted = named(batch, _FIELDS)[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    wanted[:, DIRECTIONS.index("near")] |= ~wanted.any(axis=1)
+    alike = (bodies.labels[batch.peers] == bodies.labels[batch.figure][:, None]).all(axis=2)
+    alike &= (batch.peers >= 0) & (bodies.count[batch.peers] == 1)
+    middle, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
+    ahead, _ = facing(middle, others, alike)
+    extent = np.where(alike[..., None], _extents(others, turned(others, ahead[:, None])), -np.inf)
+    for i in rows:
+        order = np.argsort(-extent[i, :, wanted[i].argmax()], kind="stable")[: alike[i].sum()]
+        counted = bodies.centre[batch.peers[i, order]]
+        members = bodies.members[batch.figure[i]]
+        gap = np.linalg.norm(members[:, None] - counted, axis=-1)
+        _, rank = np.nonzero(gap < SAME_PLACE_M)
+        if set((rank + 1).tolist()) != numbers[batch.factor[i]]:
+            total[i] = COUNTED
+    return total
 
 
 def is_member(batch: FactorBatch) -> BoolArray:

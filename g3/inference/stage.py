@@ -157,16 +157,22 @@ class PathFactor:
         return path_batch(self.tree, self.path, self.stage, figure, landmark)
 
     def best(
-        self, bodies: IntArray, candidates: Sequence[Candidate | None]
+        self, bodies: IntArray, candidates: Sequence[Candidate | None], besides: FloatArray
     ) -> tuple[FloatArray, IntArray]:
-        """For each action the best landmark, with the scores of both; shape (actions,)."""
+        """For each action the best landmark, with the scores of both; shape (actions,).
+
+        Parameters
+        ----------
+        besides
+            What each action with each landmark scores besides, shape (actions, candidates).
+        """
         n, m = len(self.stage.motions), len(bodies)
         motion = self.stage.first_motion + np.arange(n)
         if not m:
             none = np.full(n, -1, dtype=np.intp)
             return self.scores(motion, none), np.zeros(n, dtype=np.intp)
         own = self.scores(np.repeat(motion, m), np.tile(bodies, n)).reshape(n, m)
-        total = own + np.array([c.score if c else 0.0 for c in candidates])
+        total = own + np.array([c.score if c else 0.0 for c in candidates]) + besides
         which = total.argmax(axis=1)
         return total[np.arange(n), which], which
 

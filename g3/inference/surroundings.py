@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from g3.groundings import FloatArray, Grounding
+from g3.inference.candidates import is_surface, rows_of
 from g3.inference.costs import Cost
+from g3.inference.places import carrier
 from g3.inference.scene import Scene
 from g3.inference.state import State
 
@@ -88,3 +91,22 @@ class Surroundings:
     answers: Mapping[int, str] = field(default_factory=dict)
     explain: bool = False
     leaves: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    @cached_property
+    def carriers(self) -> Mapping[str, str]:
+        """By id, the id of what an object stands on, if that isn't the ground."""
+        things = (o for o in self.state.context.objects if o.id != self.state.context.agent_id)
+        under = {thing.id: carrier(self.state, thing.id) for thing in things}
+        return {upper: lower.id for upper, lower in under.items() if lower is not None}
+
+    @cached_property
+    def rows(self) -> frozenset[frozenset[str]]:
+        """Ids of things that stand near one another, but for what is on the forks."""
+        apart = (self.state.context.agent_id, self.state.held)
+        things = [o for o in self.state.context.objects if o.id not in apart]
+        return frozenset(frozenset(o.id for o in row) for row in rows_of(things))
+
+    @cached_property
+    def surfaces(self) -> frozenset[str]:
+        """Ids of what a load can be put on."""
+        return frozenset(o.id for o in self.state.context.objects if is_surface(o))

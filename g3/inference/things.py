@@ -8,13 +8,14 @@ them, then groups, then places.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from g3.actions import centre
+from g3.geometry import cross
 from g3.groundings import PhysicalObject, Place
 from g3.inference.candidates import (
     GROUND_M,
@@ -24,8 +25,9 @@ from g3.inference.candidates import (
     spots_of_load,
     spots_of_robot,
     spots_toward,
+    square,
 )
-from g3.inference.meant import barred, salience_scores, unmeant_scores
+from g3.inference.meant import barred, on_scores, salience_scores, unmeant_scores
 from g3.inference.phrases import (
     MISCOUNTED,
     factor_type,
@@ -33,9 +35,11 @@ from g3.inference.phrases import (
     is_measure,
     is_pronoun,
     is_there,
+    names_origin,
 )
 from g3.inference.places import free_places, place_scores
-from g3.inference.state import State
+from g3.inference.rows import OFF_LINE_M
+from g3.inference.state import State, centres
 from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings
 from g3.inference.tree import Tree
 from g3.language.words import field_words, normalise
@@ -51,6 +55,8 @@ NEARER = frozenset({normalise("closer"), normalise("nearer")})
 HALF = float(np.log(0.5))
 """What it costs to go nearer to something, and then still nearer."""
 BETWEEN = frozenset({"between", "inbetween", "among"})
+NOT_SEVERAL = float(np.log(0.001))
+YOU = frozenset({"you", "your", "me", "my"})
 UNSPOKEN = 0.01
 """Probability that a pronoun stands for a thing that was not spoken of."""
 
@@ -69,7 +75,9 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
         return ground_place(tree, node, about)
     if is_pronoun(sdc):
         return _antecedents(node, about)
-    landmarks = _landmarks(tree, node, about)
+    if names_origin(sdc):
+        return _origin(tree, node, about)
+    landmarks = landmarks_of(tree, node, about)
     figures = tree.below(node, ("f",), "OBJECT", "PLACE")
     if figures:
         own = ground_thing(tree, figures[0], about)
@@ -84,6 +92,19 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     if is_complement(sdc):
         pairs = _same(own, landmarks) or pairs
     return _scored(tree, node, about, pairs)
+
+
+def ground_others(
+    tree: Tree, known: Mapping[int, object], about: Surroundings
+) -> dict[int, tuple[Group, float]]:
+    """Groundings of OBJECTs that a plan doesn't depend on: "until you face the truck"."""
+    found: dict[int, tuple[Group, float]] = {}
+    for node, sdc in enumerate(tree.nodes):
+        if sdc.type != "OBJECT" or sdc.is_implicit or is_measure(sdc) or node in {*known, *found}:
+            continue
+        if beam := ground_thing(tree, node, about):
+            found |= {n: g for n, g in beam[0].nodes.items() if n not in known}
+    return found
 
 
 def _same(
@@ -109,6 +130,18 @@ def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
     return sorted(found, key=lambda c: -c.score)[: about.width]
 
 
+def _origin(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+    """Where what is moved stood when the command was given, or the robot."""
+    words = {word.text.lower() for word in tree.nodes[node].words}
+    if about.load is None or words & YOU:
+        at, yaw = about.state.pose[:2], about.state.pose[2]
+    else:
+        thing = about.state.thing(about.load)
+        at, yaw = centre(thing.prism), float(thing.trajectory.yaw[0])
+    group = (square(at, yaw, ground(about.state)),)
+    return [Candidate(group, 0.0, {node: (group, 0.0)})]
+
+
 def _ids(group: Group) -> tuple[object, ...]:
     return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
 
@@ -132,7 +165,7 @@ def _union(a: Group, b: Group) -> Group:
     return tuple(seen.values())
 
 
-def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | None]:
+def landmarks_of(tree: Tree, node: int, about: Surroundings) -> list[Candidate | None]:
     """Candidates of all landmarks of a clause together; None where it has none."""
     sdc = tree.nodes[node]
     count = about.width if is_complement(sdc) else about.landmarks
@@ -145,20 +178,46 @@ def _landmarks(tree: Tree, node: int, about: Surroundings) -> list[Candidate | N
     for child in children:
         found = ground_thing(tree, child, about)
         if len(children) == 1 and BETWEEN.intersection(field_words(sdc.relation)):
-            found = _several(found)
+            is_place = factor_type(sdc) != "OBJECT"
+            found = _neighbours(found, about) if is_place else _several(found)
         beam = _both(beam, found, about.landmarks) if beam else likely(found, count)
     return list(beam) or [None]
 
 
 def _several(beam: Sequence[Candidate]) -> list[Candidate]:
     """A beam in which single things cost: what is between the pallets is between two of them."""
-    dear = [replace(c, score=c.score + MISCOUNTED) if len(c.group) == 1 else c for c in beam]
+    dear = [replace(c, score=c.score + NOT_SEVERAL) if len(c.group) == 1 else c for c in beam]
     return sorted(dear, key=lambda c: -c.score)
+
+
+def _neighbours(beam: Sequence[Candidate], about: Surroundings) -> list[Candidate]:
+    """A beam of what a place is between, in which all costs but two things next to each other."""
+    dear = [
+        c if _are_neighbours(c.group, about) else replace(c, score=c.score + MISCOUNTED)
+        for c in _several(beam)
+    ]
+    return sorted(dear, key=lambda c: -c.score)
+
+
+def _are_neighbours(group: Group, about: Surroundings) -> bool:
+    """Whether a group is two things with nothing alike between them but what is moved."""
+    things = [g for g in group if isinstance(g, PhysicalObject)]
+    if len(things) != 2 or len(group) > 2:
+        return False
+    one, other = (centre(thing.prism) for thing in things)
+    labels = set(things[0].labels)
+    apart = {*_ids(group), about.load}
+    rest = [o for o in about.state.context.objects if labels & set(o.labels) and o.id not in apart]
+    off = centres([thing.prism for thing in rest]) - one
+    way = other - one
+    along = off @ way / float(way @ way)
+    aside = np.abs(cross(off, way)) / np.linalg.norm(way)
+    return not ((along > 0) & (along < 1) & (aside < OFF_LINE_M)).any()
 
 
 def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
-    landmarks = _landmarks(tree, node, about)
+    landmarks = landmarks_of(tree, node, about)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, about)]
         if nearer:
@@ -190,13 +249,18 @@ def _nearer(node: int, landmark: Candidate, about: Surroundings) -> list[Candida
 
 
 def _there(node: int, about: Surroundings) -> list[Candidate]:
+    """A PLACE at what earlier clauses lead to."""
+    return [Candidate(c.group, c.score, {node: (c.group, c.score)}) for c in reached(about)]
+
+
+def reached(about: Surroundings) -> list[Candidate]:
     """Places at what earlier clauses lead to, the last one first; on it rather than beside it."""
     found = []
     for number, group in enumerate(dict.fromkeys(reversed(about.goals))):
         score = float(np.log(0.9 * 0.1**number))
         spots = spots_about(group, about.state)
         top = [s for s in spots if s.prism.z_min > ground(about.state) + GROUND_M]
-        found += [Candidate((s,), score, {node: ((s,), score)}) for s in top or spots]
+        found += [Candidate((s,), score, {}) for s in top or spots]
     return found[: about.width]
 
 
@@ -216,7 +280,7 @@ def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list
     """The beam of PLACEs that name one place together: "on the ground, behind you"."""
     if len(nodes) == 1:
         return ground_thing(tree, nodes[0], about)
-    marks = {n: _landmarks(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
+    marks = {n: landmarks_of(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
     groups = {_ids(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None}
     spots = [s for group in groups.values() for s in spots_about(group, about.state)]
     room = _room(about, [*spots, *_common_spots(about)])
@@ -261,7 +325,7 @@ def _scored(
         own = own + place_scores(sdc, batch, ground(about.state), origin)
     else:
         sizes = [len(figure.group) for figure, _ in pairs]
-        own = own + unmeant_scores(tree, node, batch, sizes)
+        own = own + unmeant_scores(tree, node, batch, sizes) + on_scores(sdc, batch, about)
     own = own + salience_scores(tree, node, batch, about)
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below

@@ -7,8 +7,21 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from g3.examples import factor_words
-from g3.inference.phrases import is_area, is_complement, told
-from g3.sdc import SDC, Field, breadth_first, child_indices
+from g3.inference.phrases import (
+    is_area,
+    is_complement,
+    is_measure,
+    is_pronoun,
+    names_forks,
+    names_robot,
+    names_thing,
+    told,
+)
+from g3.language.groups import noun_leaf
+from g3.language.words import bare, field_words
+from g3.sdc import SDC, Field, Span, breadth_first, child_indices
+
+NOUNLESS = frozenset({"one", "ones", "other", "others"})
 
 
 @dataclass(frozen=True)
@@ -36,10 +49,45 @@ class Tree:
     @cached_property
     def words(self) -> list[dict]:  # type: ignore[type-arg]
         """Words of each clause's factor; those of an area say where it is, as a PLACE's do."""
-        spoken = [{f: told(w) for f, w in factor_words(sdc).items()} for sdc in self.nodes]
+        spoken = [
+            {f: told(w) for f, w in self._with_noun(sdc, factor_words(sdc)).items()}
+            for sdc in self.nodes
+        ]
         return [
             {**words, "figure": (), "name": ()} if is_area(sdc) else words
             for sdc, words in zip(self.nodes, spoken, strict=True)
+        ]
+
+    def _with_noun(self, sdc: SDC, words: dict) -> dict:  # type: ignore[type-arg]
+        """Words of a clause with the noun that "the other" leaves out."""
+        noun = self.left_out(sdc)
+        if noun is None:
+            return words
+        own = field_words([noun])
+        return {
+            **words,
+            "figure": (*words["figure"], *own),
+            "name": (*words["name"], bare(noun.text)),
+        }
+
+    def left_out(self, sdc: SDC) -> Span | None:
+        """The noun of the OBJECT before that "the other" or "the empty one" stands for."""
+        leaf = noun_leaf(sdc)
+        if sdc.type != "OBJECT" or not leaf.words or bare(leaf.words[-1].text) not in NOUNLESS:
+            return None
+        before = [noun for noun in self.nouns if noun.start < leaf.words[0].start]
+        return max(before, key=lambda noun: noun.start, default=None)
+
+    @cached_property
+    def nouns(self) -> list[Span]:
+        """The nouns that name things."""
+        leaves = [sdc for sdc in self.nodes if sdc.type == "OBJECT" and sdc.words]
+        return [
+            sdc.words[-1]
+            for sdc in leaves
+            if bare(sdc.words[-1].text) not in NOUNLESS
+            and names_thing(sdc)
+            and not (is_pronoun(sdc) or names_robot(sdc) or is_measure(sdc) or names_forks(sdc))
         ]
 
     @cached_property

@@ -7,7 +7,8 @@ from g3.groundings import Context
 from g3.inference.actions import Action
 from g3.inference.candidates import square
 from g3.inference.changes import UNMOVED, beside_scores, change_scores, source_scores
-from g3.inference.clauses import UNUSUAL, goal_paths
+from g3.inference.clauses import UNUSUAL
+from g3.inference.roles import goal_paths
 from g3.inference.state import start_state
 from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
@@ -43,26 +44,28 @@ def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
 
 
 @pytest.mark.parametrize(
-    ("path", "dear"),
+    ("path", "on", "beside"),
     [
-        ("PATH(r = to, l = OBJ(f = the ground))", True),
-        ("PATH(r = closer to, l = OBJ(f = the truck))", True),
-        ("PATH(r = onto, l = OBJ(f = the truck))", False),
+        ("PATH(r = to, l = OBJ(f = the ground))", UNUSUAL, 0),
+        ("PATH(r = closer to, l = OBJ(f = the truck))", UNUSUAL, 0),
+        ("PATH(r = onto, l = OBJ(f = the truck))", 0, UNUSUAL),
+        ("PATH(r = past, l = OBJ(f = the truck))", 0, 0),
     ],
 )
-def test_to_the_floor_is_not_on_the_truck(path, dear):
+def test_to_the_floor_is_not_on_the_truck_but_to_the_truck_is(path, on, beside):
     tree = Tree(parse_brackets(f"EVENT(r = Move, l = OBJ(f = it), l2 = {path})"))
     actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
     (goal,) = goal_paths(tree, 0)
-    cost = beside_scores(tree, 0, STATE, actions, goal)
-    assert cost.tolist() == [UNUSUAL if dear else 0, 0]
+    cost = beside_scores(tree, STATE, actions, goal, [Candidate((TRUCK,), 0.0, {})])
+    assert cost.tolist() == [on, beside]
 
 
 def test_what_is_taken_off_a_truck_is_on_it():
-    off = "PATH(r = off, l = OBJ(f = the truck))"
-    tree = Tree(parse_brackets(f"EVENT(r = Take, l = OBJ(f = the pallet), l2 = {off})"))
-    (path,) = tree.below(0, ("l2",), "PATH")
+    (off, to) = parse_brackets(
+        "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
+    )
     actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
-    marks = {path: [Candidate((TRUCK,), 0.0, {})]}
-    assert source_scores(tree, STATE, actions, marks).tolist() == [0, UNUSUAL, 0]
-    assert source_scores(tree, STATE, actions, {path: [None]}).tolist() == [0, 0, 0]
+    marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
+    costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
+    assert source_scores(off, STATE, actions, marks).tolist() == costs
+    assert not source_scores(to, STATE, actions, marks).any()

@@ -6,6 +6,7 @@ import pytest
 from g3.geometry import rotate
 from g3.inference.clarification import told_apart
 from g3.inference.grounder import Grounder, object_ids
+from g3.inference.proposals import is_load
 from g3.inference.state import moved_to, start_state, with_moved
 from g3.language.parser import parse
 from g3.sdc_notation import parse_brackets
@@ -149,3 +150,26 @@ def test_things_are_told_apart_by_what_differs_most(spots, texts, dock):
         thing = state.thing(object_id)
         moved[object_id] = moved_to(thing, np.array([*there, thing.trajectory.yaw[0]]), 0.0)
     assert told_apart(with_moved(state, moved, None), ["boxes-1", "tires-2"]) == texts
+
+
+@pytest.mark.parametrize("name", ["receiving", "issue area"])
+def test_a_place_with_a_name_is_gone_to(name, grounder, dock):
+    sdcs = parse_brackets(f"EVENT(r = drive, l = PATH(r = to, l = OBJ(f = {name})))")
+    found = grounder.follow(sdcs, dock, least=0.0)
+    place = next(p for p in dock.places if p.name == name)
+    away = found.plan.state.pose[:2] - place.prism.xy.mean(axis=0)
+    assert np.linalg.norm(away) < 3
+
+
+def test_what_was_picked_up_is_put_down_where_it_is_taken(grounder, dock):
+    sdcs = parse_brackets(
+        "EVENT(r = Lift, l = OBJ(f = the crate));"
+        "EVENT(r = take, l = OBJ(f = it), l2 = PATH(r = to, l = OBJ(f = the trailer)))"
+    )
+    found = grounder.follow(sdcs, dock)
+    assert [kind for kind, _ in did(found)] == ["pick up", "put down"]
+
+
+def test_nobody_is_picked_up(dock):
+    person = next(o for o in dock.objects if "person" in o.labels)
+    assert not is_load(start_state(dock), person.id)

@@ -267,11 +267,13 @@ def test_between_pallets_and_the_other_trailer(grounder):
     assert 6 < x < 12
 
 
-@pytest.mark.parametrize(
-    "text", ["Go to the tires and move back to your original spot", "Pull parallel to the skid"]
-)
-def test_what_is_not_understood_is_not_probable(text, grounder, yard):
-    found = grounder.follow(text, yard)
+def test_the_original_spot_is_where_the_robot_was(grounder, yard):
+    found = grounder.follow("Go to the tires and move back to your original spot", yard)
+    assert np.linalg.norm(found.plan.state.pose[:2]) < 1
+
+
+def test_what_is_not_understood_is_not_probable(grounder, yard):
+    found = grounder.follow("Pull parallel to the skid", yard)
     assert found.plan is None or found.plan.probability < UNSURE
 
 

@@ -6,17 +6,25 @@ import pytest
 from g3.examples import to_batch
 from g3.groundings import Context, Place
 from g3.inference.arguments import arguments
-from g3.inference.candidates import square
+from g3.inference.candidates import object_groups, square
 from g3.inference.costs import ConstantCost
 from g3.inference.meant import UNLIKELY, barred
 from g3.inference.phrases import is_area, is_measure, is_there, told
-from g3.inference.places import carrier, free_places, on_ground, place_scores, place_side_scores
-from g3.inference.rows import OFF_LINE, row_scores
+from g3.inference.places import (
+    AHEAD,
+    carrier,
+    far_scores,
+    free_places,
+    on_ground,
+    place_scores,
+    place_side_scores,
+)
+from g3.inference.rows import ASTRAY, OFF_LINE, between_scores, row_scores
 from g3.inference.scene import scene_of
 from g3.inference.sides import MISPLACED
 from g3.inference.state import start_state
 from g3.inference.surroundings import Surroundings
-from g3.inference.things import ground_place, ground_places
+from g3.inference.things import ground_place, ground_places, landmarks_of
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, row, scene, thing
@@ -78,20 +86,21 @@ def test_the_robot_has_its_own_sides():
 
 
 @pytest.mark.parametrize(
-    ("place", "beside"),
+    ("place", "beside", "on_top"),
     [
-        ("PLACE(r = closer to, l = OBJ(f = the truck))", True),
-        ("PLACE(r = on, l = OBJ(f = the ground))", True),
-        ("PLACE(r = on, l = OBJ(f = the truck))", False),
-        ("PLACE(r = on the left side of, l = OBJ(f = the truck))", False),
+        ("PLACE(r = closer to, l = OBJ(f = the truck))", True, False),
+        ("PLACE(r = on, l = OBJ(f = the ground))", True, False),
+        ("PLACE(r = on, l = OBJ(f = the truck))", False, True),
+        ("PLACE(r = on the left side of, l = OBJ(f = the truck))", False, False),
     ],
 )
-def test_beside_a_truck_is_not_on_it(place, beside):
+def test_beside_a_truck_is_not_on_it(place, beside, on_top):
     (sdc,) = parse_brackets(place)
     assert on_ground(sdc, sdc) is beside
     world = scene(TRUCK, agent=robot())
     rows = [row(world, "PLACE", p, landmark=(TRUCK,)) for p in (spot(20, 0, 1), spot(15, 0))]
-    assert place_scores(sdc, to_batch(rows), 0.0).tolist() == [MISPLACED if beside else 0, 0]
+    costs = [MISPLACED if beside else 0, MISPLACED if on_top else 0]
+    assert place_scores(sdc, to_batch(rows), 0.0).tolist() == costs
 
 
 def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
@@ -177,11 +186,70 @@ def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
     assert row_scores(to_batch(rows)) == pytest.approx(np.array(costs))
 
 
+def test_between_things_is_on_the_way_from_one_to_the_other():
+    pair = (thing("a", "pallet", 4, 6), thing("b", "pallet", 4, -4))
+    world = scene(*pair, agent=robot())
+    places = (spot(4, 1), spot(5.5, 0), spot(7.5, 1), spot(4, 9))
+    for landmark, costs in ((pair, [0, 0, ASTRAY, ASTRAY]), (pair[:1], [ASTRAY] * 4)):
+        rows = [row(world, "PLACE", p, relation="between", landmark=landmark) for p in places]
+        assert between_scores(to_batch(rows)).tolist() == costs
+    rows = [row(world, "PLACE", p, relation="near", landmark=pair) for p in places]
+    assert not between_scores(to_batch(rows)).any()
+
+
+def test_what_is_between_pallets_is_between_neighbours():
+    tree = Tree(parse_brackets("PLACE(r = between, l = OBJ(f = the pallets))"))
+    scene = scene_of(STATE.context, object_groups(STATE.context))
+
+    def best(**options):
+        beam = landmarks_of(tree, 0, Surroundings(STATE, scene, ConstantCost(), **options))
+        groups = {frozenset(o.id for o in c.group): c.score for c in beam}
+        return {group for group, score in groups.items() if score == beam[0].score}
+
+    assert {frozenset("ab"), frozenset("bc")} <= best()
+    assert frozenset("ac") not in best()
+    # What is moved is out of the way.
+    assert frozenset("ac") in best(load="b")
+
+
+def test_what_has_no_place_is_put_down_ahead_rather_than_aside():
+    world = scene(*ROW, agent=robot())
+    batch = to_batch([row(world, "PLACE", spot(x, y)) for x, y in ((3, 0), (0, 3), (-3, 0))])
+    assert far_scores(batch, np.zeros(2)) == pytest.approx(-0.6 - AHEAD * np.arange(3))
+
+
+def test_what_is_set_down_is_set_down_where_the_robot_was_sent():
+    tree = Tree(parse_brackets("EVENT(r = Set down, l = OBJ(f = it))"))
+    goals = arguments(tree, 0, around(load="a", goals=((TRUCK,),))).goals
+    assert {goal.group[0].prism.z_min for goal in goals} == {1.0}
+    assert arguments(tree, 0, around(load="a")).goals == (None,)
+
+
+def test_a_path_between_two_things_is_between_both():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Drive, l = PATH(r = between, l = [OBJ(f = the pallet), OBJ(f = the truck)]))"
+        )
+    )
+    objects = [n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and sdc.words]
+    answers = dict(zip(objects, ("a", "truck"), strict=True))
+    assert {t.id for t in arguments(tree, 0, around(answers=answers)).goals[0].group} == {
+        "truck",
+        "a",
+    }
+
+
+def test_who_goes_with_the_pallet_has_it_on_the_forks():
+    tree = Tree(parse_brackets("EVENT(r = Go, l = PATH(r = with, l = OBJ(f = a pallet)))"))
+    (path,) = tree.below(0, ("l",), "PATH")
+    assert arguments(tree, 0, around(load="b")).paths[path][0].group == (ROW[1],)
+
+
 def test_a_pallet_is_no_place_but_the_floor_is():
     pallet, floor = parse_brackets("OBJ(f = the pallet); OBJ(f = the ground)")
     nameless = (Place(spot(5, 5).prism),)
     assert barred(pallet, around())(nameless) == UNLIKELY
-    assert barred(pallet, around())((Place(spot(5, 5).prism, "the dock"),)) == 0
+    assert barred(pallet, around())((Place(spot(5, 5).prism, "dock"),)) == UNLIKELY
     assert barred(floor, around())(nameless) == 0
 
 

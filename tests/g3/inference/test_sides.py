@@ -24,7 +24,7 @@ def singled_out(things, words, relation="", landmark=None):
         row(world, "OBJECT", t, words=words, relation=relation, landmark=landmark) for t in things
     ]
     cost = side_scores(to_batch(rows))
-    assert set(cost) <= {0.0, 2 * MISPLACED}
+    assert set(cost) <= {0.0, MISPLACED, 2 * MISPLACED}
     return "".join(t.id for t, c in zip(things, cost, strict=True) if c == 0)
 
 
@@ -38,6 +38,7 @@ def singled_out(things, words, relation="", landmark=None):
         # The left of a row behind the robot is that of who has turned to it.
         (BEHIND, "the leftmost pallet", "c"),
         (BEHIND, "the first pallet from the left", "c"),
+        (AHEAD, "the middle pallet", "b"),
         (AHEAD, "the pallet", "abc"),
         # Of things all around people speak as they stand.
         (AROUND, "the trailer behind", "b"),

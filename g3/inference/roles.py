@@ -1,0 +1,137 @@
+"""What parts the clauses inside a top-level clause play: what is handled, whence and where to."""
+
+from __future__ import annotations
+
+from g3.inference.phrases import (
+    is_measure,
+    is_pronoun,
+    is_there,
+    names_forks,
+    names_robot,
+    verb_class,
+)
+from g3.inference.tree import Tree
+from g3.language.concepts import concepts
+from g3.language.words import bare, field_words
+from g3.sdc import SDC, Field, all_words
+
+WHERE = frozenset({"left", "right", "front", "back", "between", "near"})
+UNTIL = frozenset({"until", "till", "when"})
+FILLING = frozenset({"load", "fill", "stack"})
+LEAVING = frozenset({"leave", "leaving"})
+_ARGUMENTS: tuple[Field, ...] = ("l", "l2")
+
+
+def is_source(sdc: SDC) -> bool:
+    """Whether a PATH or a PLACE tells where something is taken from: "off the truck"."""
+    named = concepts(field_words(sdc.relation))
+    return "from" in named and "to" not in named
+
+
+def is_company(path: SDC) -> bool:
+    """Whether a PATH tells what goes along: "with the pallet"."""
+    return [bare(word.text) for word in path.relation] == ["with"]
+
+
+def is_goal(path: SDC) -> bool:
+    """Whether a PATH says where it leads: "to the truck"."""
+    return "to" in concepts(field_words(path.relation))
+
+
+def tells_place(path: SDC) -> bool:
+    """Whether a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
+    return bool(path.landmark1) and bool(WHERE & concepts(field_words(path.relation)))
+
+
+def objects(tree: Tree, root: int) -> list[int]:
+    """OBJECTs that a clause handles or comes to, what is handled first.
+
+    "The boxes should be on the trailer" handles the boxes, and "load the truck with the tires" the
+    tires.
+    """
+    arguments = tree.below(root, _ARGUMENTS, "OBJECT")
+    found = [n for n in arguments if not is_measure(tree.nodes[n])]
+    words = {bare(word.text) for word in tree.nodes[root].relation}
+    if len(found) == 2 and "with" in words and words & FILLING:
+        found = found[::-1]
+    return [*subjects(tree, root), *found]
+
+
+def subjects(tree: Tree, root: int) -> list[int]:
+    """Who or what does something or is somewhere, if not the robot."""
+    return [n for n in tree.below(root, ("f",), "OBJECT") if not names_robot(tree.nodes[n])]
+
+
+def goal_places(tree: Tree, root: int) -> list[int]:
+    """PLACEs that tell together where an EVENT leads."""
+    return [n for n in tree.below(root, _ARGUMENTS, "PLACE") if not is_source(tree.nodes[n])]
+
+
+def goal_paths(tree: Tree, root: int) -> list[int]:
+    """PATHs of an EVENT that may tell where it leads, those with "to" first.
+
+    "Past the crates to the truck" leads to the truck.
+    """
+    paths = tree.below(root, _ARGUMENTS, "PATH")
+    found = [p for p in paths if not is_source(tree.nodes[p]) and not is_company(tree.nodes[p])]
+    return sorted(found, key=lambda p: not is_goal(tree.nodes[p]))
+
+
+def goal_within(tree: Tree, root: int) -> int | None:
+    """The PLACE or OBJECT that another clause says is come to: "until you reach the truck"."""
+    for event in tree.below(root, _ARGUMENTS, "EVENT"):
+        if UNTIL.intersection(bare(word.text) for word in all_words(tree.nodes[event])):
+            ends = [n for n in tree.all_below(event) if _can_be_reached(tree.nodes[n])]
+            return min(ends, key=lambda n: tree.nodes[n].type != "PLACE", default=None)
+    return None
+
+
+def _can_be_reached(sdc: SDC) -> bool:
+    return sdc.type in ("OBJECT", "PLACE") and not sdc.is_implicit and not names_robot(sdc)
+
+
+def ways(tree: Tree, root: int) -> list[int]:
+    """PATHs of a clause, and PLACEs from which something is taken."""
+    places = tree.below(root, _ARGUMENTS, "PLACE")
+    sources = [n for n in places if is_source(tree.nodes[n])]
+    return [*tree.below(root, _ARGUMENTS, "PATH"), *sources]
+
+
+def leaves_open(tree: Tree, root: int) -> bool:
+    """Whether a clause puts something down without saying where: where the robot was sent."""
+    places = "placing" in verb_class(tree.nodes[root])
+    return places and not tree.below(root, _ARGUMENTS, "PLACE", "PATH")
+
+
+def spares(tree: Tree, root: int, held: str | None) -> bool:
+    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks."""
+    words = {bare(word.text) for word in tree.nodes[root].relation}
+    if not words & LEAVING:
+        return False
+    places = tree.below(root, _ARGUMENTS, "PLACE")
+    there = any(is_there(tree.nodes[place]) for place in places)
+    return "alone" in words or (held is None and not there)
+
+
+def names_own_forks(tree: Tree, root: int) -> bool:
+    """Whether a clause is about the robot's forks."""
+    return any(names_forks(tree.nodes[n]) for n in tree.below(root, _ARGUMENTS, "OBJECT"))
+
+
+def is_put_later(tree: Tree, root: int) -> bool:
+    """Whether a later clause puts something down, whatever it is."""
+    return _later_putting(tree, root) is not None
+
+
+def is_itself_put_later(tree: Tree, root: int) -> bool:
+    """Whether a later clause puts down what is spoken of now: "set it down"."""
+    later = _later_putting(tree, root)
+    if later is None:
+        return False
+    themes = tree.below(later, _ARGUMENTS, "OBJECT")
+    return not themes or is_pronoun(tree.nodes[themes[0]])
+
+
+def _later_putting(tree: Tree, root: int) -> int | None:
+    later = range(root + 1, len(tree.sdcs))
+    return next((n for n in later if "placing" in verb_class(tree.nodes[n])), None)

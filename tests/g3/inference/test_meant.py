@@ -1,0 +1,189 @@
+"""What words rule out for an OBJECT."""
+
+import pytest
+
+from g3.examples import to_batch
+from g3.groundings import Context, Place
+from g3.inference.candidates import object_groups
+from g3.inference.costs import ConstantCost
+from g3.inference.meant import UNLIKELY, barred, on_scores
+from g3.inference.phrases import named_places
+from g3.inference.salience import superlative_scores
+from g3.inference.scene import scene_of
+from g3.inference.sides import COUNTED, MISPLACED, counted_scores
+from g3.inference.state import start_state
+from g3.inference.surroundings import Surroundings
+from g3.inference.things import ground_others, ground_thing
+from g3.inference.tree import Tree
+from g3.sdc_notation import parse_brackets
+from tests.g3.features.scenes import prism, robot, row, scene, thing
+
+TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
+OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
+BOXES = thing("boxes", "box pallet", 20, 0, (1.2, 1.2), (1, 2))
+TIRES = thing("tires", "tire pallet", 5, 3, (1.2, 1.2))
+RECEIVING, STORAGE_A, STORAGE_B = (
+    Place(prism(x, 9), name) for x, name in ((0, "receiving"), (5, "storage A"), (9, "storage B"))
+)
+NAMELESS = Place(prism(12, 9))
+PLACES = (RECEIVING, STORAGE_A, STORAGE_B, NAMELESS)
+STATE = start_state(Context("yard", (TRUCK, OTHER, BOXES, TIRES, robot()), PLACES, "robot"))
+
+
+def around(**options):
+    return Surroundings(STATE, scene_of(STATE.context), ConstantCost(), **options)
+
+
+def possible(noun, *candidates):
+    """Which candidates cost nothing, by their names or ids."""
+    (sdc,) = parse_brackets(f"OBJ(f = {noun})")
+    score = barred(sdc, around())
+    found = [c for c in candidates if score((c,)) == 0]
+    assert {score((c,)) for c in candidates} <= {0.0, UNLIKELY}
+    return {c.name if isinstance(c, Place) else c.id for c in found}
+
+
+@pytest.mark.parametrize(
+    ("noun", "names"),
+    [
+        ("receiving", {"receiving"}),
+        ("the receiving area", {"receiving"}),
+        ("storage B", {"storage B"}),
+        ("the storage area", {"storage A", "storage B"}),
+        # "A" is no letter there.
+        ("a storage area", {"storage A", "storage B"}),
+        ("recieving", {"receiving"}),
+        ("the area", set()),
+        ("the tires", set()),
+    ],
+)
+def test_places_are_called_by_their_names(noun, names):
+    (sdc,) = parse_brackets(f"OBJ(f = {noun})")
+    assert named_places(sdc, [p.name for p in PLACES]) == names
+
+
+def test_who_has_a_name_is_meant_by_it():
+    candidates = (*PLACES, TRUCK, TIRES)
+    assert possible("receiving", *candidates) == {"receiving"}
+    assert possible("the storage area", *candidates) == {"storage A", "storage B"}
+    assert possible("the tires", *candidates) == {"truck", "tires"}
+    assert possible("the area", *candidates) == {p.name for p in PLACES} | {"truck", "tires"}
+
+
+def test_a_row_is_all_that_stands_in_it():
+    row_of = [thing(f"p{i}", "tire pallet", 5, 4 * i, (1.2, 1.2)) for i in range(3)]
+    boxes, far = thing("b", "box pallet", 5, 12, (1.2, 1.2)), thing("f", "tire pallet", 5, 40)
+    state = start_state(Context("yard", (*row_of, boxes, far, robot()), (), "robot"))
+    groups = object_groups(state.context)
+    assert (*row_of, boxes) in groups
+    about = Surroundings(state, scene_of(state.context, groups), ConstantCost())
+    (sdc,) = parse_brackets("OBJ(f = the row)")
+    score = barred(sdc, about)
+    assert [score(g) for g in ((*row_of, boxes), tuple(row_of), (far,))] == [0, UNLIKELY, UNLIKELY]
+    # What is on the forks is in no row.
+    assert tuple(row_of) in object_groups(state.context, "b")
+
+
+def test_you_are_the_robot():
+    assert possible("you", TRUCK, STATE.context.agent) == {"robot"}
+
+
+def test_the_empty_truck_carries_nothing_and_the_loaded_one_does():
+    assert possible("the empty truck", TRUCK, OTHER) == {"other"}
+    assert possible("the loaded truck", TRUCK, OTHER) == {"truck"}
+    assert possible("the loaded pallet", BOXES, TIRES) == {"boxes", "tires"}
+    # A truck that isn't empty has an empty end.
+    assert possible("the empty end", TRUCK, OTHER) == {"truck", "other"}
+
+
+@pytest.mark.parametrize(
+    ("relation", "costs"), [("on", [0, UNLIKELY]), ("on the left of", [0, 0]), ("near", [0, 0])]
+)
+def test_the_one_on_the_truck_stands_on_it(relation, costs):
+    (sdc,) = parse_brackets(f"OBJ(f = OBJ(f = the pallet), r = {relation}, l = OBJ(f = the truck))")
+    about = around()
+    bodies, index = about.scene.indices([(BOXES,), (TIRES,), (TRUCK,)])
+    batch = about.scene.batch(
+        "OBJECT",
+        [Tree((sdc,)).words[0]],
+        index[:2] * 0,
+        bodies,
+        figure=index[:2],
+        landmark=index[[2, 2]],
+    )
+    assert on_scores(sdc, batch, about).tolist() == costs
+
+
+def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
+    rank = [thing(name, "pallet", x, 0) for name, x in (("a", 5), ("b", 9), ("c", 14))]
+    barrel = thing("barrel", "barrel", 8, 3, (1, 1))
+    world = scene(*rank, barrel, agent=robot())
+
+    def costs(relation, landmark=(barrel,)):
+        rows = [
+            row(world, "OBJECT", t, words="the pallet", relation=relation, landmark=landmark)
+            for t in rank
+        ]
+        return superlative_scores(to_batch(rows)).tolist()
+
+    dear = 2 * MISPLACED
+    assert costs("nearest") == costs("closest to") == [dear, 0, dear]
+    assert costs("farthest from") == [dear, dear, 0]
+    assert costs("near") == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        ("the first and second pallets from the left", "ab"),
+        ("the second and third pallets from the left", "bc"),
+        ("the first and second pallets from the right", "bc"),
+        ("the pallets", "ab bc ac"),
+    ],
+)
+def test_several_things_are_those_that_words_count(words, meant):
+    things = {name: thing(name, "pallet", 8, y) for name, y in (("a", 6), ("b", 0), ("c", -6))}
+    world = scene(*things.values(), agent=robot())
+    pairs = ["ab", "bc", "ac"]
+    rows = [row(world, "OBJECT", tuple(things[n] for n in pair), words=words) for pair in pairs]
+    cost = counted_scores(to_batch(rows))
+    assert set(cost) <= {0.0, COUNTED}
+    assert {p for p, c in zip(pairs, cost, strict=True) if c == 0} == set(meant.split())
+
+
+def test_the_other_has_the_noun_before_it():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Move, l = OBJ(f = the boxes), l2 = [PATH(r = from, l = OBJ(f = one truck)), "
+            "PATH(r = to, l = OBJ(f = the other))])",
+            command="Move the boxes from one truck to the other",
+        )
+    )
+    (other,) = (
+        n for n, sdc in enumerate(tree.nodes) if [w.text for w in sdc.words][-1:] == ["other"]
+    )
+    assert tree.words[other]["name"][-1] == "truck"
+    assert tree.words[other]["figure"][-1] == "truck"
+
+
+def test_its_old_position_is_where_the_load_stood():
+    tree = Tree(parse_brackets("OBJ(f = its old position)"))
+    (found,) = ground_thing(tree, 0, around(load="tires"))
+    assert found.group[0].prism.xy.mean(axis=0) == pytest.approx((5, 3))
+    tree = Tree(parse_brackets("OBJ(f = your original spot)"))
+    (found,) = ground_thing(tree, 0, around(load="tires"))
+    assert found.group[0].prism.xy.mean(axis=0) == pytest.approx((0, 0))
+
+
+def test_what_a_plan_does_not_need_is_grounded_too():
+    tree = Tree(
+        parse_brackets(
+            "EVENT(r = Turn, l = EVENT(r = until, l = EVENT(f = OBJ(f = you), r = face, "
+            "l = OBJ(f = the truck))))"
+        )
+    )
+    you, truck = (n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and sdc.words)
+    found = ground_others(tree, {}, around())
+    assert set(found) == {you, truck}
+    assert found[you][0] == (STATE.context.agent,)
+    assert set(ground_others(tree, {you: None}, around())) == {truck}
