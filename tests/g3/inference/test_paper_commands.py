@@ -342,6 +342,8 @@ def in_its_world(grounder, annotation, **options):
         # "just to the right of the furthest skid of tires", "the tailor hitch"
         "move_box_pallet_to_storage_e-09",
         "go_to_receiving-11",
+        # "parallel and a bit closer to the trailer"
+        "move_tire_pallet-06",
     ],
 )
 def test_what_is_right_where_it_was_given(command, grounder, given):
@@ -378,9 +380,7 @@ def test_which_tyres_is_asked_where_it_was_given(grounder, given):
     [
         # Figure 1: a tire pallet is called "the first crate on the left".
         "pickup_tire_pallet1-03",
-        # "a bit closer to the trailer", of which there are two; "back to your original spot";
-        # "Remove the goods."
-        "move_tire_pallet-06",
+        # "one pallet width forward"; "Remove the goods."
         "put_down_box_pallet-09",
         "put_down_box_pallet-08",
     ],
