@@ -5,7 +5,6 @@ from __future__ import annotations
 from g3.inference.phrases import (
     is_measure,
     is_pronoun,
-    is_there,
     names_forks,
     names_robot,
     verb_class,
@@ -104,13 +103,15 @@ def leaves_open(tree: Tree, root: int) -> bool:
 
 
 def spares(tree: Tree, root: int, held: str | None) -> bool:
-    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks."""
+    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks.
+
+    But not "leave it there", or on the truck.
+    """
     words = {bare(word.text) for word in tree.nodes[root].relation}
     if not words & LEAVING:
         return False
     places = tree.below(root, _ARGUMENTS, "PLACE")
-    there = any(is_there(tree.nodes[place]) for place in places)
-    return "alone" in words or (held is None and not there)
+    return "alone" in words or (held is None and not places)
 
 
 def names_own_forks(tree: Tree, root: int) -> bool:
