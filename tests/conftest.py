@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 
@@ -11,6 +12,10 @@ from corpus_tools.importers.report import ImportReport
 
 # For a format that no schema here has, jsonschema would build grammars for seconds.
 sys.modules.setdefault("rfc3987_syntax", None)
+
+# A shell's background jobs ignore Ctrl-C, and so would all programs that the tests start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 PUBLISHED = Path(__file__).parents[2] / "shared" / "data" / "slu_core" / "data"
 
