@@ -68,6 +68,7 @@ ASPECTS = {
     "besides/way": _WAY,
     "besides/verb": "what such verbs ask for",
     "besides/change": "that nothing is put back where it stood",
+    "besides/reaching": "whether it leads to what its words name",
     "besides/beside": "whether it is put on something or beside it",
     "besides/goal": "how well the goal itself fits its words",
 }

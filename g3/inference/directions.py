@@ -9,7 +9,7 @@ import numpy as np
 from g3.groundings import FloatArray
 from g3.inference.actions import Action
 from g3.inference.clauses import UNUSUAL
-from g3.inference.phrases import is_measure, verb_class
+from g3.inference.phrases import YOU, is_measure, verb_class
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.words import field_words, normalise
@@ -17,7 +17,6 @@ from g3.sdc import all_words
 
 AROUND = frozenset(normalise(word) for word in ("around", "round", "circle", "u-turn"))
 WAYS = frozenset({"front", "back", "left", "right", "around"})
-YOU = frozenset({"you", "your", "me", "my"})
 BARE = frozenset({"wait", "go straight", "back up", "turn"})
 """Actions that lead to nothing in particular."""
 

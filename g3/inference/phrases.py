@@ -34,6 +34,7 @@ TELLING = frozenset(
     )
 )
 PRONOUNS = frozenset({"it", "them", "they", "itself"})
+YOU = frozenset({"you", "your", "me", "my"})
 ROBOT = frozenset({"you", "yourself", "me", "myself", "i", "we", "us"})
 FORMER = frozenset({"old", "original", "previous", "former", "initial", "starting"})
 FORKS = frozenset(normalise(word) for word in ("fork", "forks"))

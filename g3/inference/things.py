@@ -30,6 +30,7 @@ from g3.inference.candidates import (
 from g3.inference.meant import barred, on_scores, salience_scores, unmeant_scores
 from g3.inference.phrases import (
     MISCOUNTED,
+    YOU,
     factor_type,
     is_complement,
     is_measure,
@@ -38,7 +39,7 @@ from g3.inference.phrases import (
     names_origin,
 )
 from g3.inference.places import free_places, place_scores
-from g3.inference.rows import OFF_LINE_M
+from g3.inference.rows import BETWEEN, OFF_LINE_M
 from g3.inference.state import State, centres
 from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings
 from g3.inference.tree import Tree
@@ -54,9 +55,8 @@ JOINT_LANDMARKS = 3
 NEARER = frozenset({normalise("closer"), normalise("nearer")})
 HALF = float(np.log(0.5))
 """What it costs to go nearer to something, and then still nearer."""
-BETWEEN = frozenset({"between", "inbetween", "among"})
 NOT_SEVERAL = float(np.log(0.001))
-YOU = frozenset({"you", "your", "me", "my"})
+"""What it costs that something is between one thing."""
 UNSPOKEN = 0.01
 """Probability that a pronoun stands for a thing that was not spoken of."""
 
@@ -210,9 +210,11 @@ def _are_neighbours(group: Group, about: Surroundings) -> bool:
     rest = [o for o in about.state.context.objects if labels & set(o.labels) and o.id not in apart]
     off = centres([thing.prism for thing in rest]) - one
     way = other - one
+    if not way.any():
+        return False
     along = off @ way / float(way @ way)
     aside = np.abs(cross(off, way)) / np.linalg.norm(way)
-    return not ((along > 0) & (along < 1) & (aside < OFF_LINE_M)).any()
+    return not bool(((along > 0) & (along < 1) & (aside < OFF_LINE_M)).any())
 
 
 def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
