@@ -25,20 +25,23 @@ from corpus_tools.world.script import (
     Script,
     ScriptStep,
 )
+from g3.actions import centre
 from g3.errors import ModelError
 from g3.examples import examples
 from g3.features.registry import CATALOGUE_VERSION, select
-from g3.groundings import Context, PhysicalObject, Place
+from g3.groundings import Context, PhysicalObject, Place, Prism
 from g3.inference.actions import Action, move, result
-from g3.inference.candidates import ground, square
+from g3.inference.candidates import GROUND_M, ground, square
 from g3.inference.state import State, moved_to, start_state
 from g3.inference.training import train_rows, training_data
 from g3.model import Model
 
 DEFAULT_CORPUS = "warehouse"
-TRAINING_VERSION = 2
+TRAINING_VERSION = 3
 """Raised whenever the model that comes along is to be trained anew."""
 WAIT_S = 2.0
+DECK_SHARE = 1.6
+"""How much wider than its own footprint a place on a deck is to the simulated robot."""
 
 
 def default_model(on_progress: OnProgress | None = None) -> Model:
@@ -89,14 +92,16 @@ def to_script(start: State, actions: Sequence[Action]) -> Told:
     for number, action in enumerate(actions):
         motion = move(state, [action])
         end = square(motion.xyz[0, -1, :2], float(motion.yaw[0, -1]), ground(state))
-        own = _steps(action, end, places)
+        own = _steps(action, end, places, ground(state))
         steps += own
         clause += [number] * len(own)
         state = result(state, action, motion, 0)
     return Told(tuple(steps), places, tuple(clause))
 
 
-def _steps(action: Action, end: Place, places: dict[str, Place]) -> list[ScriptStep]:
+def _steps(
+    action: Action, end: Place, places: dict[str, Place], floor_m: float
+) -> list[ScriptStep]:
     """The steps of an action that ends in a place; the places they use get names."""
     numbers = {
         "turn": (TURN, float(np.rad2deg(action.amount))),
@@ -113,8 +118,18 @@ def _steps(action: Action, end: Place, places: dict[str, Place]) -> list[ScriptS
     if action.kind in ("pick up", "carry"):
         steps.append(ScriptStep(PICK_UP.name, action.object_id))
     if action.place is not None:
-        steps.append(ScriptStep(PUT_DOWN.name, _placed(action.place, places)))
+        place = _within_reach(action.place, floor_m)
+        steps.append(ScriptStep(PUT_DOWN.name, _placed(place, places)))
     return steps
+
+
+def _within_reach(place: Place, floor_m: float) -> Place:
+    """A place to put something down; on a deck it is wider, for forks don't reach to its middle."""
+    if place.prism.z_min < floor_m + GROUND_M:
+        return place
+    middle = centre(place.prism)
+    xy = middle + DECK_SHARE * (place.prism.xy - middle)
+    return Place(Prism(xy, place.prism.z_min, place.prism.z_max), place.name)
 
 
 def _drive(action: Action, end: Place, places: dict[str, Place]) -> ScriptStep:

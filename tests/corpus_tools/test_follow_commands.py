@@ -125,6 +125,11 @@ def test_plans_become_scripts(model):
     ]
     assert told.places == {"place-1": place}
     assert told.clause == (0, 1, 2, 2)
+    # Forks don't reach to the middle of a deck.
+    on_deck = square(np.array([10.0, 10.0]), 0.0, 0.8)
+    (wider,) = to_script(state, [Action("carry", "tires-2", place=on_deck)]).places.values()
+    assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(1.6 * np.ptp(on_deck.prism.xy, axis=0))
+    assert (wider.prism.z_min, wider.prism.z_max) == (on_deck.prism.z_min, on_deck.prism.z_max)
 
 
 @pytest.mark.slow
