@@ -40,8 +40,9 @@ DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 3
 """Raised whenever the model that comes along is to be trained anew."""
 WAIT_S = 2.0
-DECK_SHARE = 1.6
-"""How much wider than its own footprint a place on a deck is to the simulated robot."""
+DECK_SHARE = 3.0
+"""How much wider than its own footprint a place on a deck is to the simulated robot, which
+puts loads on the spot that is nearest to the middle."""
 
 
 def default_model(on_progress: OnProgress | None = None) -> Model:

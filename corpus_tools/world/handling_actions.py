@@ -21,7 +21,14 @@ from corpus_tools.world.dimensions import (
 from corpus_tools.world.driving_actions import SHIFT_COST, go
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.pacing import CAREFUL
-from corpus_tools.world.places import NUDGE_M, carrier_under, quarters, spots, support_at
+from corpus_tools.world.places import (
+    NUDGE_M,
+    Support,
+    carrier_under,
+    quarters,
+    spots,
+    support_at,
+)
 from corpus_tools.world.recording import heading
 from corpus_tools.world.room import (
     FORKS_OUTLINE,
@@ -92,9 +99,10 @@ def pick_up(sim: Simulation, thing: str) -> Goal:
     if not kind_of(sim.start.objects[sim.index(thing)].labels).carriable:
         raise ActionError(f"the forks can't lift {thing}")
     bottom = _bottom(sim, thing)
-    docking = _dock(sim, _to_pick(sim, thing, bottom), f"to {thing} to pick it up")
+    carrier = carrier_under(sim, thing)
+    docking = _dock(sim, _to_pick(sim, thing, bottom), f"to {thing} to pick it up", carrier)
     sim.lift(bottom)
-    sim.grip, sim.support = thing, carrier_under(sim, thing)
+    sim.grip, sim.support = thing, carrier
     sim.drive(((docking.run_in_m, 0.0),), CAREFUL)
     touching = bottom + ENTRY_HEIGHT - LOW
     sim.lift(touching + LOOSE_M)
@@ -117,15 +125,15 @@ def put_down(sim: Simulation, place: Place) -> Goal:
     """
     if sim.load is None:
         raise ActionError("nothing is on the forks to put down", fix="pick something up before")
-    carrier, height, axis = support_at(sim, place)
+    support = support_at(sim, place)
     where = f"to put {sim.load.id} down in {place.name or 'the place'}"
-    docking = _dock(sim, _to_put(sim, sim.load, place, height, axis), where)
-    standing = height + ENTRY_HEIGHT - LOW
+    docking = _dock(sim, _to_put(sim, sim.load, place, support), where, support.carrier)
+    standing = support.height + ENTRY_HEIGHT - LOW
     if sim.forks_m < standing + CLEAR_M / 2:
         sim.lift(standing + CLEAR_M)
-    sim.support = carrier
+    sim.support = support.carrier
     sim.drive(((docking.run_in_m, 0.0),), CAREFUL)
-    sim.lift(height)
+    sim.lift(support.height)
     sim.load = None
     sim.wait(SETTLE_S)
     sim.drive(((-docking.run_out_m, 0.0),), CAREFUL)
@@ -134,10 +142,11 @@ def put_down(sim: Simulation, place: Place) -> Goal:
     return docking.goal
 
 
-def _dock(sim: Simulation, dockings: list[_Docking], where: str) -> _Docking:
+def _dock(sim: Simulation, dockings: list[_Docking], where: str, carrier: str | None) -> _Docking:
     """Drive to where one of several dockings begins."""
     if not dockings:
-        raise ActionError(f"the robot can't get {where}: there is no room to go in and out")
+        reach = "" if carrier is None else f"the forks don't reach so far over {carrier}, or "
+        raise ActionError(f"the robot can't get {where}: {reach}there is no room to go in and out")
     ready = np.array([behind(d.final, d.run_in_m) for d in dockings])
     return dockings[go(sim, ready, where, np.array([d.cost for d in dockings]))]
 
@@ -171,25 +180,24 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
     return found
 
 
-def _to_put(
-    sim: Simulation, load: Load, place: Place, height: float, axis: float
-) -> list[_Docking]:
+def _to_put(sim: Simulation, load: Load, place: Place, support: Support) -> list[_Docking]:
     """From which sides the load can be put down in a place, as near to its middle as can be."""
-    shape, boxes = sim.shape(load.id), boxes_of(sim)
+    shape, boxes, height = sim.shape(load.id), boxes_of(sim), support.height
     rect = load_rect(load, shape)
     corners = np.array([[x, y] for x in rect.x for y in rect.y])
     around = robot_outline(sim, load)
     carried = np.concatenate((FORKS_OUTLINE, outline((rect,))))
     band = (height + EPSILON_M, height + CLEAR_M + float(shape.size[2]))
     found = []
-    for yaw in quarters(axis):
+    for yaw in quarters(support.axis):
         entry = yaw - load.yaw
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
         for shift in spots(place, inside):
             spot = centre(place.prism) + shift
             xy = spot - rotate(shape.middle[:2], yaw)
             final = np.array([*(xy - rotate(load.xy, entry)), entry])
-            if clearance(final[None], carried, boxes.between(*band)) < STRAIGHT_MARGIN_M:
+            taken = clearance(final[None], carried, boxes.between(*band)) < STRAIGHT_MARGIN_M
+            if taken or not support.holds(spot):
                 continue
             run_in = ready_behind(final, around, boxes, ENTER_M)
             run_out = ready_behind(final, robot_outline(sim, None), boxes, ENTER_M)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.controller import Simulation
+from corpus_tools.world.controller import ActionError, Simulation
 from corpus_tools.world.kinds import kind_of
 from corpus_tools.world.recording import heading
 from corpus_tools.world.solids import deck_of
@@ -16,6 +17,10 @@ from g3.groundings import FloatArray, Place
 
 NUDGE_M = 0.1
 """What stands this far from the middle of a place is still where it was asked for."""
+FIRM_M = 0.3
+"""How far from the edge of a deck the middle of a load is at least."""
+IN_THE_AIR_M = 0.4
+"""A place this far above what is under it is in the air."""
 _GRID_M = 0.1
 _TOUCH_M = 0.03
 
@@ -33,20 +38,46 @@ def axis_of(place: Place) -> float:
     return float(np.arctan2(y, x))
 
 
-def support_at(sim: Simulation, place: Place) -> tuple[str | None, float, float]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Support:
     """What a load put down in a place stands on.
 
-    Returns
-    -------
-    carrier
-        The object, None for the ground.
+    Parameters
+    ----------
     height
         Above the ground.
     axis
         Heading that the load is to be parallel to.
+    carrier
+        The object, None for the ground.
+    deck
+        Corners (4, 2) of where the object can be loaded, counterclockwise; None on the ground.
     """
-    middle, low = centre(place.prism), place.prism.z_min - sim.ground_m
-    found: tuple[str | None, float, float] = (None, 0.0, axis_of(place))
+
+    height: float
+    axis: float
+    carrier: str | None = None
+    deck: FloatArray | None = None
+
+    def holds(self, middle: FloatArray) -> bool:
+        """Whether what has its middle (2,) there can't fall off."""
+        if self.deck is None:
+            return True
+        edges = np.roll(self.deck, -1, axis=0) - self.deck
+        inwards = cross(edges, middle - self.deck) / np.hypot(*edges.T)
+        return bool((inwards >= FIRM_M).all())
+
+
+def support_at(sim: Simulation, place: Place) -> Support:
+    """What a load put down in the middle of a place stands on.
+
+    Raises
+    ------
+    ActionError
+        If the place is up in the air.
+    """
+    low = place.prism.z_min - sim.ground_m
+    found = Support(0.0, axis_of(place))
     for item in sim.start.objects:
         kind = kind_of(item.labels)
         if kind.deck is None:
@@ -54,12 +85,20 @@ def support_at(sim: Simulation, place: Place) -> tuple[str | None, float, float]
         shape = sim.shape(item.id)
         xyz, orientation = sim.body_pose(item.id)
         yaw = float(heading(orientation))
-        x, y = rotate(middle - xyz[:2], np.array(-yaw))
         begin, end = deck_of(kind, shape)
+        right, left = float(shape.low[1]), float(shape.high[1])
+        corners = np.array([[begin, right], [end, right], [end, left], [begin, left]])
+        deck = xyz[:2] + rotate(corners, np.full(4, yaw))
         height = float(xyz[2] + shape.high[2] - sim.ground_m)
-        on = begin <= x <= end and shape.low[1] <= y <= shape.high[1]
-        if on and abs(height - low) < abs(found[1] - low):
-            found = item.id, height, yaw
+        x, y = rotate(centre(place.prism) - xyz[:2], np.array(-yaw))
+        # Over the cab, too: what is wanted up there goes onto the deck.
+        over = shape.low[0] <= x <= shape.high[0] and right <= y <= left
+        if over and abs(height - low) < abs(found.height - low):
+            found = Support(height, yaw, item.id, deck)
+    if low - found.height > IN_THE_AIR_M:
+        raise ActionError(
+            f"nothing that can be loaded is under {place.name or 'the place'}, {low:.1f} m up"
+        )
     return found
 
 

@@ -153,10 +153,12 @@ def plan(
     margin = min(MARGIN_M, around[0] - 0.01)
     if margin < 0:
         raise NoWayError("the robot touches something where it stands")
-    extra = np.zeros(len(goals)) if penalty is None else penalty
     open_goals = [(i, goal) for i, goal in enumerate(goals) if around[1 + i] >= margin]
     if not open_goals:
         raise NoWayError("there is no room to stand there")
+    extra = np.zeros(len(goals)) if penalty is None else penalty
+    # What every goal costs on top must not keep the search from ending.
+    extra = extra - min(extra[i] for i, _ in open_goals)
     swept = np.stack([placed(outline, _along(motion)) for motion in _MOTIONS])
     room = _Room(field, outline, swept, margin)
     ahead = _distances(field, np.array([goal[:2] for _, goal in open_goals]), outline, margin)
@@ -178,6 +180,7 @@ def _search(
     order = count()
     queue = [(0.0, next(order), _State(start, 0.0, None, ()))]
     seen: set[tuple[int, ...]] = set()
+    best: _State | None = None
     cheapest = np.inf
     expanded = 0
     while queue and expanded < _PATIENCE:
@@ -190,7 +193,7 @@ def _search(
         expanded += 1
         if expanded <= _EAGER or expanded % 8 == 0:
             for last in _arrivals(state, goals, extra, room, cheapest):
-                cheapest = last.cost
+                best, cheapest = last, last.cost
                 heapq.heappush(queue, (_CONTENT * cheapest, next(order), last))
         for motion, cost in zip(_MOTIONS, room.costs(state.pose).tolist(), strict=True):
             pose = end_of(state.pose, motion)
@@ -200,7 +203,7 @@ def _search(
             total = state.cost + cost + (STOP_COST_M if stops else 0.0)
             following = _State(pose, total, state, (motion,))
             heapq.heappush(queue, (total + _GREED * left, next(order), following))
-    return None
+    return best
 
 
 def _arrivals(

@@ -8,12 +8,13 @@ from click.testing import CliRunner
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.follow_commands import follow
-from corpus_tools.following import to_script
+from corpus_tools.following import state_after, to_script
 from corpus_tools.model_file import save_model
+from g3.actions import centre, covers
 from g3.errors import CorpusError
 from g3.features.registry import select
 from g3.inference.actions import Action
-from g3.inference.candidates import square
+from g3.inference.candidates import is_open, spots_about, square
 from g3.inference.state import start_state
 from g3.inference.training import train_rows, training_data
 
@@ -125,11 +126,39 @@ def test_plans_become_scripts(model):
     ]
     assert told.places == {"place-1": place}
     assert told.clause == (0, 1, 2, 2)
-    # Forks don't reach to the middle of a deck.
+    # On a deck any spot will do: forks don't reach to its middle.
     on_deck = square(np.array([10.0, 10.0]), 0.0, 0.8)
     (wider,) = to_script(state, [Action("carry", "tires-2", place=on_deck)]).places.values()
-    assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(1.6 * np.ptp(on_deck.prism.xy, axis=0))
+    assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(3 * np.ptp(on_deck.prism.xy, axis=0))
     assert (wider.prism.z_min, wider.prism.z_max) == (on_deck.prism.z_min, on_deck.prism.z_max)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenario", "load", "carrier"),
+    [
+        ("court_take_tires_to_issue", "tires-1", "truck-1"),
+        ("yard_put_tires_on_truck", "tires-2", "truck-2"),
+        ("dock_put_boxes_on_trailer", "boxes-1", "trailer-1"),
+        # Its deck has a load already, and one end of it is a cab.
+        ("depot_move_boxes_from_truck_to_trailer", "boxes-2", "truck-1"),
+    ],
+)
+def test_plans_put_loads_on_decks(scenario, load, carrier):
+    execution = pytest.importorskip("corpus_tools.world.execute")
+    state = start_state(open_corpus("warehouse").contexts[scenario])
+    deck = state.thing(carrier).prism
+    place = next(
+        spot
+        for spot in spots_about((state.thing(carrier),), state)
+        if spot.prism.z_min == deck.z_max and is_open(spot, state, load)
+    )
+    told = to_script(state, [Action("carry", load, place=place)])
+    done = execution.execute(state.context, told.script, places=told.places, rate_hz=5.0)
+    assert done.problems == ()
+    end = state_after(done.recording, None).thing(load).prism
+    assert end.z_min == pytest.approx(deck.z_max, abs=0.02)
+    assert covers(deck, centre(end))
 
 
 @pytest.mark.slow

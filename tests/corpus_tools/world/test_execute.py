@@ -15,9 +15,9 @@ from corpus_tools.world.pacing import EMPTY
 from corpus_tools.world.recording import NS_PER_S, heading, to_context
 from corpus_tools.world.script import ScriptStep
 from g3.errors import CorpusError
-from g3.geometry import wrap
-from g3.groundings import Context
-from tests.physics_scenes import place, thing, yard
+from g3.geometry import rotate, wrap
+from g3.groundings import Context, Place
+from tests.physics_scenes import TURNED, on_deck, place, thing, yard
 
 
 def run(context: Context, *steps: tuple[str, str | float]) -> Execution:
@@ -146,7 +146,7 @@ def test_a_load_that_hangs_at_the_start_is_on_the_forks() -> None:
     ("context", "step", "what"),
     [
         (loaded_yard(), ("pick_up", "boxes"), "crate is on the forks already"),
-        (loaded_yard(), ("put_down", "cab"), "no room to go in and out"),
+        (loaded_yard(), ("put_down", "cab"), "don't reach so far over truck, or there is no room"),
         (yard(), ("put_down", "spot"), "nothing is on the forks"),
         (yard(), ("pick_up", "person"), "the forks can't lift person"),
         (loaded_yard(), ("back_up_m", 12.0), "something is in the way"),
@@ -161,6 +161,41 @@ def test_what_can_not_be_done_is_told(
     assert str(done.failure).startswith(step[0])
     assert not reached(done)
     assert len(done.outcomes) == len(done.recording.steps) - 1 == 1
+
+
+def with_place(context: Context, at: Place) -> Context:
+    return replace(context, places=(*context.places, at))
+
+
+def test_what_is_put_down_over_a_cab_goes_onto_the_deck_beside_it() -> None:
+    context = yard()
+    truck = next(o for o in context.objects if o.id == "truck")
+    wide = place("top", on_deck(truck, 2.3, 0.0), (6.0, 6.0), TURNED, 1.0)
+    done = run(with_place(context, wide), ("pick_up", "tires"), ("put_down", "top"))
+    assert done.problems == ()
+    end = track(done, "tires")[-1]
+    assert end[2] == pytest.approx(1.0, abs=0.005)
+    along, across = rotate(end[:2] - truck.trajectory.xyz[0, :2], np.array(-TURNED))
+    # Its middle is 0.3 m from the end of the deck at 1.3 m, or as near as the load beside allows.
+    assert 0.4 < along < 1.05
+    assert abs(across) < 0.8
+
+
+def test_what_has_no_room_on_a_deck_is_not_put_down_beside_it() -> None:
+    truck = thing("truck", "truck", (6.0, 7.0), TURNED)
+    loads = [
+        thing(f"load{x}", "box-pallet", on_deck(truck, x, 0.0), TURNED, 1.0)
+        for x in (-2.55, -1.45, -0.35, 0.75)
+    ]
+    wide = place("top", on_deck(truck, 0.0, 0.0), (9.0, 9.0), TURNED, 1.0)
+    done = run(with_place(yard(*loads), wide), ("pick_up", "tires"), ("put_down", "top"))
+    assert "the forks don't reach so far over truck, or there is no room" in str(done.failure)
+
+
+def test_nothing_is_put_down_in_the_air() -> None:
+    high = place("high", (0.5, -5.0), z=1.0)
+    done = run(with_place(loaded_yard(), high), ("put_down", "high"))
+    assert "nothing that can be loaded is under high, 1.0 m up" in str(done.failure)
 
 
 def test_a_place_behind_walls_is_out_of_reach() -> None:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from corpus_tools.world import planning
 from corpus_tools.world.clearance import Boxes, Rect, clearance, distance, field_of, outline
 from corpus_tools.world.curves import cost_of, dubins, poses_on, turn_go_turn
 from corpus_tools.world.pacing import EMPTY, LIFT, ramp, references
@@ -75,6 +76,25 @@ def test_the_cheaper_goal_is_chosen() -> None:
     nothing = boxes()
     assert plan(np.zeros(3), goals, VEHICLE, nothing)[1] == 1
     assert plan(np.zeros(3), goals, VEHICLE, nothing, np.array([0.0, 20.0]))[1] == 0
+
+
+@given(goal=poses, metres=st.integers(0, 64))
+def test_what_all_goals_cost_on_top_changes_no_way(goal: FloatArray, metres: int) -> None:
+    goals = goal + np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.5]])
+    wall = boxes((20.0, 0.0, 0.0, 1.0, 1.0))
+    plain = plan(np.zeros(3), goals, VEHICLE, wall, np.array([0.0, 2.0]))
+    assert plan(np.zeros(3), goals, VEHICLE, wall, np.array([metres, metres + 2.0])) == plain
+
+
+def test_a_dear_goal_is_taken_when_the_search_for_a_cheap_one_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(planning, "_PATIENCE", 200)
+    pen = boxes(*((8 + 3 * x, 3 * y, np.pi / 2 * abs(x), 3.0, 0.2) for x, y in _SIDES))
+    goals = np.array([[8.0, 0.0, 0.0], [-4.0, 0.0, np.pi]])
+    way, chosen = plan(np.zeros(3), goals, VEHICLE, pen, np.array([0.0, 500.0]))
+    assert chosen == 1
+    assert_same_pose(poses_on(np.zeros(3), way)[-1], goals[1])
 
 
 def test_a_goal_in_a_pen_is_out_of_reach() -> None:
