@@ -28,7 +28,6 @@ from corpus_tools.corpus.records import (
     TRAJECTORIES,
 )
 from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.importers.authored.assembly import import_authored
 from corpus_tools.importers.report import REPORT
 from corpus_tools.shipped import DATASET, bundled
 from g3.errors import FormatError
@@ -108,6 +107,10 @@ def _is_whole(corpus: Path) -> bool:
 
 def _build(source: Path, target: Path) -> None:
     """Build under a name of its own and rename: whoever comes first wins, the others agree."""
+    from corpus_tools.importers.authored.assembly import (  # noqa: PLC0415 - once a version only
+        import_authored,
+    )
+
     corpus, report = import_authored(source)
     new = target.with_name(f".{target.name}.new-{secrets.token_hex(4)}")
     try:
@@ -125,14 +128,15 @@ def _build(source: Path, target: Path) -> None:
             ) from error
     finally:
         shutil.rmtree(new, ignore_errors=True)
-    _forget_old(source, target)
+    forget_old(f"{source.resolve().name}-{'?' * DIGITS}", but=target)
 
 
-def _forget_old(source: Path, target: Path) -> None:
+def forget_old(pattern: str, *, but: Path | None = None) -> None:
+    """Remove folders from the cache that are older than a month, by a pattern of their names."""
     oldest = time.time() - KEPT_DAYS * 24 * 3600
-    for other in target.parent.glob(f"{source.resolve().name}-{'?' * DIGITS}"):
+    for other in cache_folder().glob(pattern):
         with contextlib.suppress(FileNotFoundError):  # another process may be at it
-            if other != target and other.stat().st_mtime < oldest:
+            if other != but and other.stat().st_mtime < oldest:
                 shutil.rmtree(other, ignore_errors=True)
 
 

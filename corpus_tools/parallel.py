@@ -141,8 +141,9 @@ class Team:
         return self
 
     def __exit__(self, *_: object) -> None:
+        # Waited for: threads that end while the program does complain to its user.
         for process in self._idle:
-            process.shutdown(wait=False, cancel_futures=True)
+            process.shutdown(cancel_futures=True)
         self._idle = []
         if self._client is not None:
             self._client.close()

@@ -7,28 +7,28 @@ every row says so.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
-from corpus_tools.parallel import Done, Workers, work
+from corpus_tools.parallel import Done, Team, Workers
 from corpus_tools.progress import OnProgress
 from eval.held_out_calibration import calibrated
+from eval.held_out_costs import data_of, learner, read, written
 from eval.held_out_trees import extractor_learner
 from eval.judge import judge
 from eval.studies.intervals import bootstrap
 from eval.studies.ratings import codes
 from g3.annotation import Annotation
 from g3.errors import CorpusError
-from g3.features.registry import select
 from g3.groundings import PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
-from g3.inference.training import train_rows, training_data
 from g3.inference.tree import Tree
 from g3.language.extractor import Extractor
 from g3.language.parser import parse_many
@@ -113,7 +113,7 @@ def run(
     on_scenario
         Told of each scenario that is done now, with its outcomes by configuration.
     workers
-        Who follows the commands; each of them learns for itself, from the same examples.
+        Who makes the examples to learn from, learns, and follows the commands.
 
     Raises
     ------
@@ -126,11 +126,8 @@ def run(
     asked = _Asked(train, test, tuple(configurations), l2, seed)
     found = dict(done)
     left = [name for name in names if name not in found]
-    workers = workers or Workers()
-    if left and workers == Workers():
-        _lessons(asked, on_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
-    for item in work(functools.partial(_follow, asked=asked), left, workers):
+    for item in _followed(asked, known, left, workers or Workers(), on_progress):
         if item.result is None:
             failed.append(item)
             continue
@@ -139,7 +136,6 @@ def run(
             on_scenario(item.item, item.result)
         if on_progress:
             on_progress("following commands, by scenario", len(found), len(names))
-    _LESSONS.clear()
     if failed:
         first = failed[0].error
         raise CorpusError(
@@ -176,24 +172,39 @@ class _Asked:
     seed: int
 
 
-_Lessons = tuple[Callable[[str], Scorer], Callable[[str], Extractor], tuple[Annotation, ...]]
-_LESSONS: dict[_Asked, _Lessons] = {}
-"""What this process has made ready to learn from and to test on; the last one only."""
+def _followed(
+    asked: _Asked,
+    known: Sequence[Corpus],
+    scenarios: Sequence[str],
+    workers: Workers,
+    on_progress: OnProgress | None,
+) -> Iterator[Done[str, Mapping[str, Sequence[Outcome]]]]:
+    """What comes of each scenario's commands; the workers make what they learn from together."""
+    if not scenarios:
+        return
+    with Team(workers) as team:
+        data = data_of(known, seed=asked.seed, team=team, on_progress=on_progress)
+        with written(data) as file:
+            del data
+            yield from team.work(functools.partial(_follow, asked=asked, file=file), scenarios)
+    _lessons.cache_clear()
 
 
-def _lessons(asked: _Asked, on_progress: OnProgress | None = None) -> _Lessons:
-    if asked not in _LESSONS:
-        known = [open_corpus(name) for name in asked.train.split(",")]
-        costs = learner(known, l2=asked.l2, seed=asked.seed, on_progress=on_progress)
-        tested = tuple(annotated_commands(open_corpus(asked.test)).values())
-        _LESSONS.clear()
-        _LESSONS[asked] = costs, extractor_learner(known), tested
-    return _LESSONS[asked]
+@functools.lru_cache(maxsize=1)
+def _lessons(
+    asked: _Asked, file: Path
+) -> tuple[Callable[[str], Scorer], Callable[[str], Extractor], tuple[Annotation, ...]]:
+    """What a process has made ready to learn from and to test on."""
+    known = [open_corpus(name) for name in asked.train.split(",")]
+    # A cluster's worker may not see the file.
+    data = read(file) if file.is_file() else data_of(known, seed=asked.seed)
+    tested = tuple(annotated_commands(open_corpus(asked.test)).values())
+    return learner(data, l2=asked.l2), extractor_learner(known), tested
 
 
-def _follow(scenario: str, *, asked: _Asked) -> Mapping[str, Sequence[Outcome]]:
+def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
     """The outcomes of a scenario's commands by configuration."""
-    cost_without, extractor_without, tested = _lessons(asked)
+    cost_without, extractor_without, tested = _lessons(asked, file)
     own, learned = [a for a in tested if a.command.scenario == scenario], cost_without(scenario)
     extracted: list[tuple[SDC, ...]] = []
     if "auto" in asked.configurations:
@@ -208,28 +219,6 @@ def _follow(scenario: str, *, asked: _Asked) -> Mapping[str, Sequence[Outcome]]:
             for annotation, sdcs in zip(own, trees, strict=True)
         ]
     return outcomes
-
-
-def learner(
-    corpora: Sequence[Corpus],
-    *,
-    l2: float = 1.0,
-    seed: int = 0,
-    on_progress: OnProgress | None = None,
-) -> Callable[[str], Scorer]:
-    """What learns the costs from all scenarios but the one with a name.
-
-    The last costs are kept, for scenarios in a row.
-    """
-    annotations = [a for corpus in corpora for a in corpus.annotations]
-    data = training_data(annotations, select(), seed=seed, on_progress=on_progress)
-    known = set(data.scenario)
-
-    @functools.lru_cache(maxsize=1)
-    def learned(left_out: str) -> Scorer:
-        return Scorer(train_rows(data, np.flatnonzero(data.scenario != left_out), l2=l2))
-
-    return lambda scenario: learned(scenario if scenario in known else "")
 
 
 def annotated_commands(corpus: Corpus) -> dict[str, Annotation]:

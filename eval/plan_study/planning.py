@@ -16,7 +16,8 @@ from corpus_tools.following import to_script
 from corpus_tools.progress import OnProgress
 from corpus_tools.world.execute import execute
 from corpus_tools.world.recording import to_context
-from eval.end_to_end import TOP, annotated_commands, learner
+from eval.end_to_end import TOP, annotated_commands
+from eval.held_out_costs import data_of, learner
 from eval.held_out_trees import extractor_learner
 from eval.judge import judge
 from eval.plan_study.settings import Settings
@@ -129,7 +130,8 @@ def _planned(
     if not units:
         return
     known = [open_corpus(name) for name in settings.train.split(",")]
-    cost_without = learner(known, l2=settings.l2, seed=settings.seed, on_progress=on_progress)
+    data = data_of(known, seed=settings.seed, on_progress=on_progress)
+    cost_without = learner(data, l2=settings.l2)
     extractor_without = extractor_learner(known)
     for unit in units:
         annotation, sdcs = unit.annotation, unit.annotation.sdcs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,27 +82,64 @@ def fit_space(
     tuple
         The space, and the batch's matrix (n, k) in it.
     """
-    return fit_joint_space([batch], sets, min_count=min_count)
-
-
-def fit_joint_space(
-    batches: Sequence[FactorBatch], sets: Sequence[FeatureSet], *, min_count: int = 1
-) -> tuple[FeatureSpace, sparse.csr_array]:
-    """Collect the features that occur in several batches, whose rows follow each other.
-
-    The parameters and results are those of :func:`fit_space`.
-    """
     bases: dict[str, int] = {}
     words: dict[str, int] = {ALONE: 0}
-    parts = [_cells(batch, sets, bases, words, grow=True) for batch in batches]
-    first = np.cumsum([0, *(len(batch) for batch in batches)])
-    keys = np.concatenate([p.base.astype(np.int64) * len(words) + p.word for p in parts])
-    rows = np.concatenate([p.row + start for p, start in zip(parts, first, strict=False)])
+    cells = _cells(batch, sets, bases, words, grow=True)
+    keys = cells.base.astype(np.int64) * len(words) + cells.word
     unique, counts = np.unique(keys, return_counts=True)
     space = FeatureSpace(
         tuple(s.name for s in sets), tuple(bases), tuple(words), unique[counts >= min_count]
     )
-    return space, _matrix(space, keys, rows, int(first[-1]))
+    return space, _matrix(space, keys, cells.row, len(batch))
+
+
+def joint_space(
+    fitted: Sequence[tuple[FeatureSpace, sparse.csr_array]], sets: Sequence[FeatureSet]
+) -> tuple[FeatureSpace, sparse.csr_array]:
+    """The space of several batches that were fitted one by one.
+
+    Parameters
+    ----------
+    fitted
+        What :func:`fit_space` gives for each.
+    sets
+        The feature sets that were used.
+
+    Returns
+    -------
+    tuple
+        The space, and the batches' matrix (n, k) in it, whose rows follow each other.
+    """
+    spaces = [space for space, _ in fitted]
+    bases = _numbered(name for space in spaces for name in space.bases)
+    words = _numbered((ALONE, *(name for space in spaces for name in space.words)))
+    own = [_renumbered(space, bases, words) for space in spaces]
+    keys = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *own]))
+    columns = [
+        np.searchsorted(keys, known).astype(np.int32)[matrix.indices]
+        for known, (_, matrix) in zip(own, fitted, strict=True)
+    ]
+    indices = np.concatenate([np.empty(0, dtype=np.int32), *columns])
+    ends = np.cumsum(np.concatenate([[0], *(np.diff(matrix.indptr) for _, matrix in fitted)]))
+    shape = (len(ends) - 1, len(keys))
+    joint = sparse.csr_array((np.ones(len(indices)), indices, ends.astype(np.int32)), shape=shape)
+    joint.sort_indices()
+    return FeatureSpace(tuple(s.name for s in sets), tuple(bases), tuple(words), keys), joint
+
+
+def _numbered(names: Iterable[str]) -> dict[str, int]:
+    return {name: i for i, name in enumerate(dict.fromkeys(names))}
+
+
+def _renumbered(
+    space: FeatureSpace, bases: dict[str, int], words: dict[str, int]
+) -> npt.NDArray[np.int64]:
+    """A space's keys as they are among the names of several."""
+    base, word = np.divmod(space.keys, len(space.words))
+    base_number = np.array([bases[name] for name in space.bases], dtype=np.int64)
+    word_number = np.array([words[name] for name in space.words], dtype=np.int64)
+    keys: npt.NDArray[np.int64] = base_number[base] * len(words) + word_number[word]
+    return keys
 
 
 def prior_scale(space: FeatureSpace) -> FloatArray:

@@ -7,8 +7,10 @@ chooses among at inference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import functools
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +19,8 @@ from scipy import sparse
 from g3 import crf
 from g3.annotation import Annotation
 from g3.examples import examples, labels, to_batch
-from g3.features.matrix import FeatureSpace, fit_joint_space, prior_scale
+from g3.features.batch import FactorBatch
+from g3.features.matrix import FeatureSpace, fit_space, joint_space, prior_scale
 from g3.features.registry import CATALOGUE_VERSION, FeatureSet
 from g3.inference.action_examples import action_examples
 from g3.inference.candidates import object_groups
@@ -55,11 +58,29 @@ class Data:
     scenario: npt.NDArray[np.str_]
 
 
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """Annotations whose examples are made together, and which context they share, if they do."""
+
+    annotations: Sequence[Annotation]
+    number: int | None = None
+
+
+class Each(Protocol):
+    """Applies a function to each task, as :class:`map` does, maybe in several processes."""
+
+    def __call__(
+        self, function: Callable[[_Task], Data], tasks: Sequence[_Task], /
+    ) -> Iterable[Data]:
+        """What the function gives for each task, in their order."""
+
+
 def training_data(
     annotations: Sequence[Annotation],
     sets: Sequence[FeatureSet],
     *,
     seed: int = 0,
+    each: Each = map,
     on_progress: OnProgress | None = None,
 ) -> Data:
     """Collect what a model for inference learns from.
@@ -72,30 +93,55 @@ def training_data(
         Feature sets.
     seed
         What negatives are drawn with; each context draws its own.
+    each
+        What applies a function to each of several tasks, and gives the results in their order.
     """
-    items = [e for e in examples(annotations) if e.sdc.type in ("OBJECT", "PLACE")]
-    own: list[Labelled] = []
     of_context: dict[int, list[Annotation]] = {}
     for annotation in (a for a in annotations if a.source == "positive"):
         of_context.setdefault(id(annotation.context), []).append(annotation)
-    for number, positives in enumerate(of_context.values()):
+    tasks = [_Task(annotations), *(_Task(own, i) for i, own in enumerate(of_context.values()))]
+    parts: list[Data] = []
+    for part in each(functools.partial(_part, sets=sets, seed=seed), tasks):
+        parts.append(part)
         if on_progress:
-            on_progress("trying actions", number, len(of_context))
-        own += _own(positives, np.random.default_rng([seed, number]))
-    batches = [*([to_batch(items)] if items else []), *(o.batch for o in own)]
-    space, matrix = fit_joint_space(batches, sets)
-    return Data(
-        space,
-        matrix,
-        np.concatenate([labels(items), *(o.correct for o in own)]),
-        np.array(
-            [
-                *(e.annotation.command.scenario for e in items),
-                *(o.annotation.command.scenario for o in own for _ in o.correct),
-            ],
-            dtype=np.str_,
-        ),
-    )
+            on_progress("trying actions", len(parts), len(tasks))
+    return _joined(parts, sets)
+
+
+def _part(task: _Task, *, sets: Sequence[FeatureSet], seed: int) -> Data:
+    """The corpus's examples of OBJECTs and PLACEs, or a context's of the search's own space.
+
+    The matrix says true and false instead of numbers: less to hand over to another process.
+    """
+    data = _examples(task, sets, seed)
+    return replace(data, matrix=data.matrix.astype(np.bool_))
+
+
+def _examples(task: _Task, sets: Sequence[FeatureSet], seed: int) -> Data:
+    if task.number is not None:
+        rng = np.random.default_rng([seed, task.number])
+        labelled = _own(task.annotations, rng)
+        return _joined([_data(o.batch, o.correct, [o.annotation], sets) for o in labelled], sets)
+    items = [e for e in examples(task.annotations) if e.sdc.type in ("OBJECT", "PLACE")]
+    found = [_data(to_batch(items), labels(items), [e.annotation for e in items], sets)]
+    return _joined(found if items else [], sets)
+
+
+def _data(
+    batch: FactorBatch,
+    correct: npt.NDArray[np.bool_],
+    annotations: Sequence[Annotation],
+    sets: Sequence[FeatureSet],
+) -> Data:
+    scenario = np.array([a.command.scenario for a in annotations], dtype=np.str_)
+    return Data(*fit_space(batch, sets), correct, np.broadcast_to(scenario, len(correct)))
+
+
+def _joined(parts: Sequence[Data], sets: Sequence[FeatureSet]) -> Data:
+    space, matrix = joint_space([(part.space, part.matrix) for part in parts], sets)
+    correct = np.concatenate([np.empty(0, dtype=bool), *(part.correct for part in parts)])
+    scenario = np.concatenate([np.empty(0, dtype="U1"), *(part.scenario for part in parts)])
+    return Data(space, matrix, correct, scenario)
 
 
 def _own(positives: Sequence[Annotation], rng: np.random.Generator) -> Iterator[Labelled]:

@@ -1,6 +1,7 @@
 """``ct eval --table 3`` on a few commands of two bundled scenarios."""
 
 import json
+from contextlib import nullcontext
 
 import pytest
 from click.testing import CliRunner
@@ -8,6 +9,7 @@ from click.testing import CliRunner
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
+from eval import end_to_end
 from eval.commands import evaluate
 from eval.end_to_end import Outcome, run, table
 from eval.kept_outcomes import kept_beside
@@ -57,6 +59,13 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
     assert {(c["one"], c["other"]) for c in found["comparisons"]} == {
         ("random", "gold"), ("random", "auto"), ("gold", "auto"),
     }  # fmt: skip
+
+
+def test_who_does_not_see_the_examples_makes_them(few, tmp_path, monkeypatch):
+    seen = run(few, few, configurations=("gold",)).outcomes
+    elsewhere = nullcontext(tmp_path / "elsewhere.npz")
+    monkeypatch.setattr(end_to_end, "written", lambda _: elsewhere)
+    assert run(few, few, configurations=("gold",)).outcomes == seen
 
 
 def test_table_3_needs_to_know_who_judges(few):

@@ -15,7 +15,14 @@ from numpy.testing import assert_array_equal
 
 from g3.examples import Example, to_batch
 from g3.features.batch import FactorBatch
-from g3.features.matrix import FeatureSpace, discretise, fit_space, prior_scale, transform
+from g3.features.matrix import (
+    FeatureSpace,
+    discretise,
+    fit_space,
+    joint_space,
+    prior_scale,
+    transform,
+)
 from g3.features.registry import Column, FeatureSet, catalogue, scale_of, select
 from g3.groundings import FloatArray
 from tests.g3.features.scenes import random_rows, row, scene, thing, yard
@@ -156,6 +163,24 @@ def test_a_transformed_training_batch_is_its_fitted_matrix(sets: tuple[FeatureSe
         assert (matrix.sum(axis=0) >= min_count).all()
         assert (np.diff(space.keys) > 0).all()
         assert len({space.name(i) for i in range(len(space))}) == len(space)
+
+
+@given(at=st.integers(0, 30), between=st.integers(0, 30))
+def test_batches_fitted_one_by_one_have_the_features_of_the_whole(at: int, between: int) -> None:
+    rows, sets = yard()[:31], select()
+    parts = [rows[:at], rows[at : at + between], rows[at + between :]]
+    fitted = [fit_space(to_batch(part), sets) for part in parts if part]
+    joint, matrix = joint_space(fitted, sets)
+    whole, all_rows = fit_space(to_batch(rows), sets)
+    assert joint.sets == whole.sets
+    assert names(joint, matrix.toarray()) == names(whole, all_rows.toarray())
+    assert (np.diff(joint.keys) > 0).all()
+    assert matrix.has_canonical_format
+
+
+def test_no_batches_have_no_features() -> None:
+    joint, matrix = joint_space([], select())
+    assert (len(joint), matrix.shape) == (0, (0, 0))
 
 
 def test_transforming_rows_gives_their_lines_of_the_matrix() -> None:
