@@ -186,8 +186,10 @@ def _followed(
         data = data_of(known, seed=asked.seed, team=team, on_progress=on_progress)
         with written(data) as file:
             del data
-            yield from team.work(functools.partial(_follow, asked=asked, file=file), scenarios)
-    _lessons.cache_clear()
+            try:
+                yield from team.work(functools.partial(_follow, asked=asked, file=file), scenarios)
+            finally:
+                _lessons.cache_clear()
 
 
 @functools.lru_cache(maxsize=1)
