@@ -15,6 +15,7 @@ from g3.inference.candidates import object_groups
 from g3.inference.clarification import Question, question_about
 from g3.inference.costs import Cost, Scorer
 from g3.inference.explanation import reasons_for_things
+from g3.inference.loaded import load_in_the_way
 from g3.inference.scene import Group, scene_of
 from g3.inference.scoring import Reason
 from g3.inference.search import WIDTH, Hypothesis, search
@@ -200,9 +201,15 @@ class Grounder:
         if unknown:
             return Result(sdcs, (), f"nobody has taught the robot what {unknown!r} means")
         start = context if isinstance(context, State) else start_state(context)
+        tree = Tree(tuple(sdcs))
+        load = load_in_the_way(tree, start)
+        if load is not None:
+            named = " ".join(load.labels)
+            return Result(
+                sdcs, (), f"the {named} {load.id} is on the forks: have it put down first"
+            )
         scene = scene_of(start.context, object_groups(start.context, start.held))
         about = Surroundings(start, scene, self.cost, answers=dict(answers or {}), explain=explain)
-        tree = Tree(tuple(sdcs))
         found = search(tree, start, about, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")

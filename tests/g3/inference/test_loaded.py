@@ -1,0 +1,60 @@
+"""What a robot with a load on its forks is told to handle."""
+
+import pytest
+
+from corpus_tools.bundled import open_corpus
+from g3.inference.costs import ConstantCost
+from g3.inference.grounder import Grounder
+from g3.inference.loaded import load_in_the_way
+from g3.inference.state import start_state
+from g3.inference.tree import Tree
+from g3.sdc_notation import parse_brackets
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """Boxes are on the forks; a crate, tires and other boxes stand about."""
+    return start_state(open_corpus("warehouse").contexts["depot_go_to_receiving_loaded"])
+
+
+def trees(text, sdcs):
+    return parse_brackets(sdcs, command=text)
+
+
+CRATE = (
+    "EVENT_1(r = Put, l = OBJ_2(f = the crate), l2 = PLACE_3(r = on, l = OBJ_4(f = the trailer)))"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "sdcs", "in_the_way"),
+    [
+        ("Put the crate on the trailer", CRATE, True),
+        ("Lift the tires", "EVENT_1(r = Lift, l = OBJ_2(f = the tires))", True),
+        ("Lift the crates", "EVENT_1(r = Lift, l = OBJ_2(f = the crates))", True),
+        ("Put down the boxes", "EVENT_1(r = Put down, l = OBJ_2(f = the boxes))", False),
+        ("Put down the pallet", "EVENT_1(r = Put down, l = OBJ_2(f = the pallet))", False),
+        ("Place it", "EVENT_1(r = Place, l = OBJ_2(f = it))", False),
+        ("Go to the crate", "EVENT_1(r = Go, l = PATH_2(r = to, l = OBJ_3(f = the crate)))", False),
+        ("Lift the zeppelin", "EVENT_1(r = Lift, l = OBJ_2(f = the zeppelin))", False),
+        (
+            "Place it, lift the crate",
+            "EVENT_1(r = Place, l = OBJ_2(f = it)); EVENT_3(r = lift, l = OBJ_4(f = the crate))",
+            False,
+        ),
+    ],
+)
+def test_another_load_by_its_name_has_to_wait(loaded, text, sdcs, in_the_way):
+    found = load_in_the_way(Tree(trees(text, sdcs)), loaded)
+    assert (found.id if found else None) == ("boxes-1" if in_the_way else None)
+
+
+def test_free_forks_take_anything():
+    free = start_state(open_corpus("warehouse").contexts["court_put_crate_on_trailer"])
+    assert load_in_the_way(Tree(trees("Put the crate on the trailer", CRATE)), free) is None
+
+
+def test_the_robot_says_what_it_holds(loaded):
+    result = Grounder(ConstantCost()).follow(trees("Put the crate on the trailer", CRATE), loaded)
+    assert result.plans == ()
+    assert result.note == "the box pallet boxes-1 is on the forks: have it put down first"
