@@ -14,7 +14,7 @@ import pytest
 import corpus_tools
 from corpus_tools import bundled
 from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.importers.authored.assembly import import_authored
+from corpus_tools.importers.authored import assembly
 from g3.errors import FormatError
 
 ROOT = Path(corpus_tools.__file__).resolve().parent.parent
@@ -28,20 +28,20 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def imported():
-    return import_authored(bundled.bundled()["warehouse"])
+    return assembly.import_authored(bundled.bundled()["warehouse"])
 
 
 @pytest.fixture
 def quick(monkeypatch, imported):
     """The import, done once for all tests; what is tested here is what is made of it."""
-    monkeypatch.setattr(bundled, "import_authored", lambda source: imported)
+    monkeypatch.setattr(assembly, "import_authored", lambda source: imported)
 
 
 def test_warehouse_is_built_once_into_the_cache(cache, monkeypatch, quick):
     path = bundled.resolve("warehouse")
     assert path.parent == cache
     assert load_corpus(path).name == "warehouse"
-    monkeypatch.setattr(bundled, "import_authored", None)
+    monkeypatch.setattr(assembly, "import_authored", None)
     assert bundled.resolve("warehouse") == path
     assert len(bundled.open_corpus("warehouse").commands) >= 80
     assert [*cache.iterdir()] == [path]
