@@ -83,11 +83,15 @@ def written(data: Data) -> Iterator[Path]:
     """A file for other processes, as long as they need it; :func:`read` reads it.
 
     It is in the cache, which the workers of a cluster may see, too.
+
+    Raises
+    ------
+    CorpusError
+        If nothing can be written there.
     """
-    cache_folder().mkdir(parents=True, exist_ok=True)
-    forget_old(f"{_PREFIX}*")  # of processes that were killed
-    with tempfile.TemporaryDirectory(prefix=_PREFIX, dir=cache_folder()) as folder:
-        file = Path(folder) / "examples.npz"
+    try:
+        folder = _new_folder()
+        file = Path(folder.name) / "examples.npz"
         np.savez(
             file,
             sets=np.array(data.space.sets, dtype=np.str_),
@@ -99,7 +103,20 @@ def written(data: Data) -> Iterator[Path]:
             correct=data.correct,
             scenario=data.scenario,
         )
+    except OSError as error:
+        raise CorpusError(
+            f"examples to learn from can't be written in the cache: {error.strerror}",
+            where=str(cache_folder()),
+            fix="set XDG_CACHE_HOME to a folder that can be written to",
+        ) from error
+    with folder:
         yield file
+
+
+def _new_folder() -> tempfile.TemporaryDirectory[str]:
+    cache_folder().mkdir(parents=True, exist_ok=True)
+    forget_old(f"{_PREFIX}*")  # of processes that were killed
+    return tempfile.TemporaryDirectory(prefix=_PREFIX, dir=cache_folder())
 
 
 def read(file: Path) -> Data:

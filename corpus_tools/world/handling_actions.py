@@ -194,10 +194,11 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: Support) -> list
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
         for shift in spots(place, inside):
             spot = centre(place.prism) + shift
+            if not support.holds(spot):
+                continue
             xy = spot - rotate(shape.middle[:2], yaw)
             final = np.array([*(xy - rotate(load.xy, entry)), entry])
-            taken = clearance(final[None], carried, boxes.between(*band)) < STRAIGHT_MARGIN_M
-            if taken or not support.holds(spot):
+            if clearance(final[None], carried, boxes.between(*band)) < STRAIGHT_MARGIN_M:
                 continue
             run_in = ready_behind(final, around, boxes, ENTER_M)
             run_out = ready_behind(final, robot_outline(sim, None), boxes, ENTER_M)

@@ -122,7 +122,7 @@ def joint_space(
     indices = np.concatenate([np.empty(0, dtype=np.int32), *columns])
     ends = np.cumsum(np.concatenate([[0], *(np.diff(matrix.indptr) for _, matrix in fitted)]))
     shape = (len(ends) - 1, len(keys))
-    joint = sparse.csr_array((np.ones(len(indices)), indices, ends.astype(np.int32)), shape=shape)
+    joint = sparse.csr_array((np.ones(len(indices)), indices, ends), shape=shape)
     joint.sort_indices()
     return FeatureSpace(tuple(s.name for s in sets), tuple(bases), tuple(words), keys), joint
 

@@ -10,6 +10,7 @@ from corpus_tools.bundled import cache_folder, open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.parallel import Team, Workers
 from eval.held_out_costs import data_of, learner, read, written
+from g3.errors import CorpusError
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 
@@ -72,3 +73,13 @@ def test_files_of_processes_that_were_killed_are_removed_after_a_month(data, tmp
     with written(data):
         assert not old.exists()
         assert new.exists()
+
+
+def test_a_cache_that_cannot_be_written_is_told(data, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    with (
+        pytest.raises(CorpusError, match=r"can't be written in the cache.*XDG_CACHE_HOME"),
+        written(data),
+    ):
+        pass
