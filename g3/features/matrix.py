@@ -115,14 +115,16 @@ def joint_space(
     words = _numbered((ALONE, *(name for space in spaces for name in space.words)))
     own = [_renumbered(space, bases, words) for space in spaces]
     keys = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *own]))
+    ends = np.cumsum(np.concatenate([[0], *(np.diff(matrix.indptr) for _, matrix in fitted)]))
+    narrow = max(ends[-1], len(keys)) <= np.iinfo(np.int32).max
+    width = np.dtype(np.int32 if narrow else np.int64)
     columns = [
-        np.searchsorted(keys, known).astype(np.int32)[matrix.indices]
+        np.searchsorted(keys, known).astype(width)[matrix.indices]
         for known, (_, matrix) in zip(own, fitted, strict=True)
     ]
-    indices = np.concatenate([np.empty(0, dtype=np.int32), *columns])
-    ends = np.cumsum(np.concatenate([[0], *(np.diff(matrix.indptr) for _, matrix in fitted)]))
-    shape = (len(ends) - 1, len(keys))
-    joint = sparse.csr_array((np.ones(len(indices)), indices, ends), shape=shape)
+    indices = np.concatenate([np.empty(0, dtype=width), *columns])
+    entries = (np.ones(len(indices)), indices, ends.astype(width))
+    joint = sparse.csr_array(entries, shape=(len(ends) - 1, len(keys)))
     joint.sort_indices()
     return FeatureSpace(tuple(s.name for s in sets), tuple(bases), tuple(words), keys), joint
 
