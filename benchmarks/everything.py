@@ -1,8 +1,7 @@
 """All measurements of the README, one after the other: ``python -m benchmarks.everything``.
 
 It takes hours, most of them for simulated corpora and for scikit-learn on a million examples.
-What is made is kept in a folder: a run begun again makes only what is missing there, and
-measures all.
+Simulated corpora and shards are kept in a folder; a run begun again makes what is missing there.
 """
 
 from __future__ import annotations
@@ -20,19 +19,23 @@ SEEDS = (101, 102, 103, 104, 105, 107, 108)
 
 
 def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
-    """What is run, in order; simulated corpora that are there are left out."""
+    """What is run, in order."""
     bench = [sys.executable, "-m"]
     yield [*bench, "benchmarks", *(["--slu-core", str(slu_core)] if slu_core else [])]
-    for module in ("inference", "jobs", "execution", "app_requests"):
-        yield [*bench, f"benchmarks.{module}"]
+    yield [*bench, "benchmarks.rendering"]
+    yield [*bench, "benchmarks.inference"]
+    yield [*bench, "benchmarks.jobs"]
+    yield [*bench, "benchmarks.execution", "--generated", "200"]
+    yield [*bench, "benchmarks.app_requests"]
     yield [*bench, "benchmarks.app"]
+    alone = ["--databases", "sqlite", "--processes", "1", "--think", "5"]
+    yield [*bench, "benchmarks.app", *alone]
     yield [*bench, "benchmarks.app_submissions", "--workers", "600"]
     corpora = [folder / "simulated" / str(seed) for seed in SEEDS]
     simulate = [*bench, "corpus_tools", "simulate-workers", "describe", "--scenarios", "10"]
+    simulate += ["--commands", "1660", "--workers", "1660"]
     for seed, corpus in zip(SEEDS, corpora, strict=True):
-        if not corpus.exists():
-            sizes = ["--commands", "1660", "--workers", "1660"]
-            yield [*simulate, *sizes, "--seed", str(seed), "--out", str(corpus)]
+        yield [*simulate, "--seed", str(seed), "--out", str(corpus)]
     shards = ["--folder", str(folder / "shards")]
     yield [*bench, "benchmarks.shards", *map(str, corpora), *shards]
     yield _training(folder, "100000", "1e-3")

@@ -13,7 +13,7 @@ from g3.inference.tree import Tree
 from g3.language.similarity import lemma
 from g3.language.words import figure_words
 
-_HANDLING = frozenset({"placing", "carrying", "taking"})
+_HANDLING_VERBS = frozenset({"placing", "carrying", "taking"})
 
 
 def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
@@ -27,7 +27,7 @@ def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
     held = state.thing(state.held)
     for root, sdc in enumerate(tree.sdcs):
         handled = objects(tree, root) if sdc.type == "EVENT" else []
-        if not handled or not _HANDLING & set(verb_class(sdc).split("+")):
+        if not handled or not _HANDLING_VERBS & set(verb_class(sdc).split("+")):
             continue
         words = figure_words(tree.nodes[handled[0]])
         others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
