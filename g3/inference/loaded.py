@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from g3.groundings import PhysicalObject
 from g3.inference.phrases import verb_class
 from g3.inference.proposals import is_load
-from g3.inference.roles import objects
+from g3.inference.roles import objects, spares
 from g3.inference.state import State
 from g3.inference.tree import Tree
+from g3.language.negation import negated
 from g3.language.similarity import lemma
 from g3.language.words import figure_words
 
@@ -26,13 +27,17 @@ def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
         return None
     held = state.thing(state.held)
     for root, sdc in enumerate(tree.sdcs):
-        handled = objects(tree, root) if sdc.type == "EVENT" else []
-        if not handled or not _HANDLING_VERBS & set(verb_class(sdc).split("+")):
+        verbs = _HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
+        if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, state.held):
             continue
-        words = figure_words(tree.nodes[handled[0]])
-        others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
-        most = max((_labels_in(words, o.labels) for o in others), default=0)
-        return held if most > _labels_in(words, held.labels) else None
+        handled = objects(tree, root)
+        if handled:
+            words = figure_words(tree.nodes[handled[0]])
+            others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
+            most = max((_labels_in(words, o.labels) for o in others), default=0)
+            return held if most > _labels_in(words, held.labels) else None
+        if "placing" in verbs:
+            return None
     return None
 
 

@@ -141,8 +141,7 @@ def salience_scores(tree: Tree, node: int, batch: FactorBatch, about: Surroundin
             total = total + near_scores(batch, load)
     if sdc.type != "OBJECT":
         return total
-    if sdc.type == "OBJECT":
-        total = total + superlative_scores(batch)
+    total = total + superlative_scores(batch)
     if is_alone(sdc):
         total = total + alone_scores(batch, load)
     if (

@@ -34,9 +34,9 @@ ROBOT_M = 1.5
 """Nearer than this to where the robot is it can put nothing."""
 AWAY_M = 5.0
 """What is only told by the robot is the less likely meant by e, each time it is so much further."""
-ASIDE = 0.5
 AHEAD = 1.0
 """What it costs a place to be aside of where something is, not ahead; behind twice as much."""
+ASIDE = 0.5
 """A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
 
 

@@ -36,7 +36,20 @@ CRATE = (
         ("Put down the pallet", "EVENT_1(r = Put down, l = OBJ_2(f = the pallet))", False),
         ("Place it", "EVENT_1(r = Place, l = OBJ_2(f = it))", False),
         ("Go to the crate", "EVENT_1(r = Go, l = PATH_2(r = to, l = OBJ_3(f = the crate)))", False),
+        ("Don't lift the crate", "EVENT_1(r = Don't lift, l = OBJ_2(f = the crate))", False),
+        ("Leave alone the crate", "EVENT_1(r = Leave alone, l = OBJ_2(f = the crate))", False),
         ("Lift the zeppelin", "EVENT_1(r = Lift, l = OBJ_2(f = the zeppelin))", False),
+        (
+            "Put down, lift the crate",
+            "EVENT_1(r = Put down); EVENT_2(r = lift, l = OBJ_3(f = the crate))",
+            False,
+        ),
+        (
+            "Leave alone the boxes, lift the crate",
+            "EVENT_1(r = Leave alone, l = OBJ_2(f = the boxes));"
+            " EVENT_3(r = lift, l = OBJ_4(f = the crate))",
+            True,
+        ),
         (
             "Place it, lift the crate",
             "EVENT_1(r = Place, l = OBJ_2(f = it)); EVENT_3(r = lift, l = OBJ_4(f = the crate))",
