@@ -10,6 +10,7 @@ import click
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.copy_commands import backup, copy_media, restore
 from annotation_app.crowd_commands import reconcile
+from annotation_app.people_commands import people
 from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
 
 if TYPE_CHECKING:
@@ -329,7 +330,7 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (backup, copy_media, reconcile, restore):
+for _command in (backup, copy_media, people, reconcile, restore):
     annotate.add_command(_command)
 
 

@@ -1,6 +1,6 @@
 """The database: studies, items, who works on them, and everything that people sent.
 
-:class:`Event` is append-only and the truth; :class:`Answer` is derived from it. An item
+:class:`Event` is the truth, as it came; :class:`Answer` is derived from it. An item
 has as many :class:`Slot` rows as it wants answers, so that a quota can't be exceeded: a
 slot is leased to somebody, and then filled by an answer or taken by somebody else.
 Times are seconds since 1970 in UTC.
@@ -104,6 +104,10 @@ class Person(Base):
     """Consent, demographics, which practice examples are done."""
     created_at: Mapped[float]
     blocked_at: Mapped[float | None]
+    session_number: Mapped[int] = mapped_column(default=1, server_default=text("1"))
+    """Cookies with another number sign nobody in: raising it ends all sessions of a person."""
+    code: Mapped[str | None] = mapped_column(unique=True)
+    """What the person can show to have their data erased, without telling who they are."""
 
 
 class Slot(Base):
@@ -134,10 +138,16 @@ class Handout(Base):
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"), primary_key=True)
     at: Mapped[float]
     skipped_at: Mapped[float | None]
+    boot: Mapped[str | None]
+    """Which run of which machine the time since its boot was read on."""
+    since_boot_s: Mapped[float | None]
+    """Monotonic, so that a change of the machine's clock doesn't change how long an answer took."""
 
 
 class Event(Base):
-    """Something that somebody sent, as it came. Rows are never changed nor deleted.
+    """Something that somebody sent, as it came.
+
+    Rows are never changed, and deleted only when a person's data are erased.
 
     ``uuid`` is made by the sender's browser: the same event sent twice is kept once.
     """
@@ -177,8 +187,8 @@ class Answer(Base):
     surplus: Mapped[bool]
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
     """Whether the next task's items, and exports, are made of it."""
-    seconds: Mapped[float]
-    """How long the item was with the person."""
+    seconds: Mapped[float | None]
+    """How long the item was with the person; None where the clocks don't tell."""
     at: Mapped[float]
 
 
@@ -214,11 +224,96 @@ class Participation(Base):
     received_at: Mapped[float | None]
     confirmed_at: Mapped[float | None]
     outcome: Mapped[Record]
-    """What the platform was told and said: approved, rejected, bonus."""
+    """What is known besides: where to send the worker back to, whether nothing was left."""
+
+
+class LedgerEntry(Base):
+    """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
+
+    Rows are never deleted, also not when a person's data are erased: books must be kept.
+    """
+
+    __tablename__ = "ledger"
+    __table_args__ = (UniqueConstraint("provider", "what", "key"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
+    participation_id: Mapped[int | None] = mapped_column(ForeignKey("participation.id"))
+    provider: Mapped[str]
+    what: Mapped[Literal["publish", "approve", "reject", "bonus", "partial payment"]] = (
+        mapped_column(String(20))
+    )
+    key: Mapped[str] = mapped_column(String(500))
+    """Tells calls of a kind apart: the same thing is done once."""
+    assignment: Mapped[str]
+    """The platform's id; empty for offers of work."""
+    amount: Mapped[str]
+    """A decimal number in the platform's currency; empty where nothing is paid by the call."""
+    reason: Mapped[str] = mapped_column(String(2000))
+    reference: Mapped[str | None]
+    """What the platform knows the call by: its id of the payment, or an idempotency key."""
+    state: Mapped[Literal["attempted", "in doubt", "done", "refused"]] = mapped_column(String(20))
+    attempted_at: Mapped[float]
+    ended_at: Mapped[float | None]
+    problem: Mapped[str] = mapped_column(String(2000))
+    """What the platform or the network said; empty if nothing went wrong."""
+
+
+class AccountLink(Base):
+    """A link that can be used once: makes the first admin, makes a login, sets a new password.
+
+    Only its digest is kept, so that a copy of the database opens nothing.
+    """
+
+    __tablename__ = "account_link"
+
+    digest: Mapped[str] = mapped_column(primary_key=True)
+    purpose: Mapped[Literal["first admin", "invite", "reset"]] = mapped_column(String(20))
+    role: Mapped[Role | None] = mapped_column(String(20))
+    person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
+    """Whose password is set."""
+    made_by: Mapped[str]
+    made_at: Mapped[float]
+    expires_at: Mapped[float]
+
+
+class FailedSignIn(Base):
+    """How often somebody tried wrong passwords in a row: for a login, or from an address."""
+
+    __tablename__ = "failed_sign_in"
+
+    whose: Mapped[str] = mapped_column(primary_key=True)
+    """A hash of the login or of the address."""
+    count: Mapped[int]
+    last_at: Mapped[float]
+
+
+class AuditEntry(Base):
+    """Who did what that others may have to account for. Rows are never changed nor deleted."""
+
+    __tablename__ = "audit"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    at: Mapped[float] = mapped_column(index=True)
+    actor: Mapped[str]
+    """A login; "command line" where it was done on the machine."""
+    action: Mapped[str] = mapped_column(String(40))
+    about: Mapped[str]
+    """A study, a login, a subject."""
+    details: Mapped[Record]
+
+
+class Erasure(Base):
+    """That a person's data were erased, so that they can be erased from a restored backup too."""
+
+    __tablename__ = "erasure"
+
+    person_id: Mapped[str] = mapped_column(primary_key=True)
+    at: Mapped[float]
 
 
 class Secret(Base):
-    """Keys of this installation, such as the salt of people's ids."""
+    """What this installation keeps by name. The salt of people's ids is in the key file."""
 
     __tablename__ = "secret"
 
