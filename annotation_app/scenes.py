@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.logs.reading import read_log
-from corpus_tools.world.recording import to_context
+from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
 from g3.geometry import rotate
 from g3.groundings import Context, PhysicalObject

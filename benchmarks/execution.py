@@ -13,13 +13,13 @@ import numpy as np
 
 from benchmarks.timing import heading
 from corpus_tools.shipped import bundled
-from corpus_tools.world.execute import Execution
+from corpus_tools.world.physics.execute import Execution
 from corpus_tools.world.scenarios.contexts import scenario_places
 from corpus_tools.world.scenarios.execution import execute_scenario
-from corpus_tools.world.scenarios.generation import generate
 from corpus_tools.world.scenarios.library import read_layouts, scenario_files
-from corpus_tools.world.scenarios.model import Scenario
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.random.generation import generate
+from corpus_tools.world.scenarios.scenario import Scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
 
 SEED = 2011
 

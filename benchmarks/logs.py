@@ -22,7 +22,7 @@ from corpus_tools.logs.channels import TF
 from corpus_tools.logs.foxglove import FrameTransforms
 from corpus_tools.logs.reading import read_log
 from corpus_tools.logs.writing import to_bytes, write_log
-from corpus_tools.world.recording import NS_PER_S, Recording, upright
+from corpus_tools.world.state.recording import NS_PER_S, Recording, upright
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 
 SECONDS, RATE_HZ, OBJECTS, MOVING = 400, 25, 8, 2

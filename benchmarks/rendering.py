@@ -24,7 +24,7 @@ from benchmarks.timing import compare, heading, show
 from corpus_tools.video.gl import choose_back_end
 
 if TYPE_CHECKING:
-    from corpus_tools.world.recording import Recording
+    from corpus_tools.world.state.recording import Recording
 
 SIZE = (640, 480)
 SCENARIO = "dock_pick_up_tires"
@@ -99,7 +99,7 @@ def _first_seconds(recording: Recording, duration_s: float) -> Recording:
 def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ignore[no-untyped-def]
     from corpus_tools.video.encode import encode  # noqa: PLC0415
     from corpus_tools.video.frames import open_frames  # noqa: PLC0415
-    from corpus_tools.world.build import build_world  # noqa: PLC0415
+    from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
     world = build_world(recording.start)
     with open_frames(world, recording, camera, SIZE, quality) as frames:  # type: ignore[arg-type]
@@ -118,7 +118,7 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
 
     from corpus_tools.video.camera import overview  # noqa: PLC0415
     from corpus_tools.video.encode import OPTIONS  # noqa: PLC0415
-    from corpus_tools.world.build import build_world, set_state  # noqa: PLC0415
+    from corpus_tools.world.physics.build import build_world, set_state  # noqa: PLC0415
 
     world = build_world(recording.start)
     (camera,) = overview(recording, SIZE)

@@ -42,7 +42,7 @@ DIGITS = 16
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
 _PACKAGE = Path(__file__).resolve().parent
-_BUILDERS = ("corpus", "importers/authored", "logs", "world", "world/scenarios", "../g3")
+_BUILDERS = ("corpus", "importers/authored", "logs", "world", "../g3")
 """Folders with the modules that determine what is built, from this package."""
 
 
@@ -154,6 +154,6 @@ def _program() -> str:
     """Version and digest of the program; in a checkout it changes without its version."""
     digest = hashlib.sha256(__version__.encode())
     for folder in _BUILDERS:
-        for path in sorted((_PACKAGE / folder).glob("*.py")):
+        for path in sorted((_PACKAGE / folder).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()

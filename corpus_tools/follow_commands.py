@@ -12,7 +12,7 @@ from corpus_tools.format_option import FORMAT, PLAIN, tell
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
-    from corpus_tools.world.execute import Execution
+    from corpus_tools.world.physics.execute import Execution
     from g3.inference.grounder import Grounder, Plan, Result
     from g3.inference.state import State
 
@@ -142,7 +142,7 @@ def _start(scenario: str | None, context_name: str | None) -> State:
     if scenario is not None:
         from corpus_tools.world.scenarios.contexts import scenario_context
         from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
-        from corpus_tools.world.scenarios.reading import read_scenario
+        from corpus_tools.world.scenarios.scenario_reading import read_scenario
 
         path = scenario_file(scenario, dataset_folder("warehouse"))
         return start_state(scenario_context(read_scenario(path)))
@@ -246,7 +246,7 @@ def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
 
         choose_back_end()
     try:
-        from corpus_tools.world.execute import execute
+        from corpus_tools.world.physics.execute import execute
     except ModuleNotFoundError as error:
         raise CorpusError(
             f"carrying plans out needs the package {error.name}",

@@ -11,8 +11,8 @@ from corpus_tools.bundled import cache_folder, open_corpus
 from corpus_tools.labelled import scenario_ids
 from corpus_tools.model_file import load_model, model_files, save_model
 from corpus_tools.progress import OnProgress
-from corpus_tools.world.recording import Recording, to_context
-from corpus_tools.world.script import (
+from corpus_tools.world.state.recording import Recording, to_context
+from corpus_tools.world.state.robot_script import (
     APPROACH,
     BACK_UP,
     DRIVE_PAST,

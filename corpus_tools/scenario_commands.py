@@ -12,7 +12,7 @@ from corpus_tools.format_option import FORMAT, tell
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from corpus_tools.world.scenarios.model import Scenario
+    from corpus_tools.world.scenarios.scenario import Scenario
 
 DATASET = click.option(
     "--dataset",
@@ -45,7 +45,7 @@ def list_(dataset: str, form: str) -> None:
       ct scenarios list --dataset my-dataset --json
     """
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
-    from corpus_tools.world.scenarios.reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
 
     found = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
     rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in found]
@@ -62,8 +62,8 @@ def kinds(form: str) -> None:
       ct scenarios kinds
       ct scenarios kinds --json
     """
-    from corpus_tools.world.kinds import KINDS
-    from corpus_tools.world.script import ACTIONS
+    from corpus_tools.world.state.robot_script import ACTIONS
+    from corpus_tools.world.state.thing_kinds import KINDS
 
     things = [
         {
@@ -97,7 +97,7 @@ def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
       ct scenarios check my-scenario.yaml
       ct scenarios check datasets/warehouse/scenarios --json
     """
-    from corpus_tools.world.scenarios.reading import all_errors
+    from corpus_tools.world.scenarios.scenario_reading import all_errors
 
     files = [
         f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])
@@ -130,7 +130,7 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
     from corpus_tools.atomic_file import write_bytes
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
     from corpus_tools.world.scenarios.maps import draw_map
-    from corpus_tools.world.scenarios.reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
 
     found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
     if out is not None:
@@ -173,9 +173,9 @@ def generate(
     """
     from corpus_tools.atomic_file import write_bytes
     from corpus_tools.progress import progress_bar
-    from corpus_tools.world.scenarios.generation import generate as make
     from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
-    from corpus_tools.world.scenarios.writing import format_scenario
+    from corpus_tools.world.scenarios.random.generation import generate as make
+    from corpus_tools.world.scenarios.scenario_writing import format_scenario
 
     known = read_layouts(dataset_folder(dataset), layouts)
     out.mkdir(parents=True, exist_ok=True)
@@ -209,8 +209,8 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     from corpus_tools.progress import progress_bar
     from corpus_tools.world.scenarios.execution import log_scenario
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
-    from corpus_tools.world.scenarios.logs import scenario_log
-    from corpus_tools.world.scenarios.reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_logs import scenario_log
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
     from g3.errors import CorpusError
 
     folder = dataset_folder(dataset)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus_tools.world.kinds import KINDS
+from corpus_tools.world.state.thing_kinds import KINDS
 from g3.driving import direction
 from g3.geometry import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory

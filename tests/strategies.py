@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.model import Corpus
-from corpus_tools.world.recording import Recording, Step
+from corpus_tools.world.state.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc import SDC, SDC_TYPES, Span, breadth_first

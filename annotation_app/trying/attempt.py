@@ -22,8 +22,8 @@ from g3.groundings import Grounding, Place
 
 if TYPE_CHECKING:
     from corpus_tools.video.frames import Frames
-    from corpus_tools.world.execute import Execution
-    from corpus_tools.world.recording import Recording
+    from corpus_tools.world.physics.execute import Execution
+    from corpus_tools.world.state.recording import Recording
     from g3.inference.grounder import Grounder, Result
     from g3.inference.state import State
 
@@ -202,7 +202,7 @@ def scenarios() -> dict[str, Path]:
 @functools.lru_cache(maxsize=100)
 def _start(scenario: str) -> State:
     from corpus_tools.world.scenarios.contexts import scenario_context  # noqa: PLC0415 - as above
-    from corpus_tools.world.scenarios.reading import read_scenario  # noqa: PLC0415
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario  # noqa: PLC0415
     from g3.inference.state import start_state  # noqa: PLC0415
 
     return start_state(scenario_context(read_scenario(scenarios()[scenario])))
@@ -266,7 +266,7 @@ def _carry_out(start: State, result: Result) -> Execution:
 
     choose_back_end()
     from corpus_tools.following import to_script  # noqa: PLC0415 - as above
-    from corpus_tools.world.execute import execute  # noqa: PLC0415
+    from corpus_tools.world.physics.execute import execute  # noqa: PLC0415
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
     told = to_script(start, result.plan.actions)
@@ -284,7 +284,7 @@ def _filmed(
     from corpus_tools.video.manifest import Settings  # noqa: PLC0415
     from corpus_tools.video.moments import sampled  # noqa: PLC0415
     from corpus_tools.video.segmentation import describe  # noqa: PLC0415
-    from corpus_tools.world.build import build_world  # noqa: PLC0415
+    from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
     how = Settings(fps=FPS, quality="standard")
     moments = sampled(recording, how.fps)

@@ -15,7 +15,7 @@ import msgspec
 from corpus_tools.corpus.records import LINE_RECORDS, MANIFEST, Manifest
 from corpus_tools.importers.report import REPORT, ImportReport
 from corpus_tools.model_file import ModelCard
-from corpus_tools.world.scenarios.files import LayoutFile, ScenarioFile, schema
+from corpus_tools.world.scenarios.scenario_files import LayoutFile, ScenarioFile, schema
 
 
 def schemas() -> dict[str, bytes]:

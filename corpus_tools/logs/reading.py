@@ -33,7 +33,7 @@ from corpus_tools.logs.records import (
     context_of,
     steps_of,
 )
-from corpus_tools.world.recording import NS_PER_S, Recording
+from corpus_tools.world.state.recording import NS_PER_S, Recording
 from g3.errors import FormatError
 from g3.groundings import Context, FloatArray
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import msgspec
 
 from corpus_tools.logs.foxglove import Pose, Time, Vector3
-from corpus_tools.world.recording import Step
+from corpus_tools.world.state.recording import Step
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 
 

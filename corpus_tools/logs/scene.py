@@ -18,9 +18,15 @@ from corpus_tools.logs.foxglove import (
     Time,
     Vector3,
 )
-from corpus_tools.world.dimensions import FORK_LENGTH, FORK_THICKNESS, FORK_WIDTH, FORK_Y, HEEL_X
-from corpus_tools.world.kinds import kind_of
-from corpus_tools.world.shapes import shape_of
+from corpus_tools.world.state.dimensions import (
+    FORK_LENGTH,
+    FORK_THICKNESS,
+    FORK_WIDTH,
+    FORK_Y,
+    HEEL_X,
+)
+from corpus_tools.world.state.shapes import shape_of
+from corpus_tools.world.state.thing_kinds import kind_of
 from g3.geometry import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from corpus_tools.logs.reading import Log
-from corpus_tools.world.recording import Step
+from corpus_tools.world.state.recording import Step
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,8 +37,8 @@ from corpus_tools.logs.foxglove import (
 )
 from corpus_tools.logs.records import RobotRecord, context_record, steps_record
 from corpus_tools.logs.scene import entities, frames
-from corpus_tools.world.carrying import NOTHING, carried
-from corpus_tools.world.recording import NS_PER_S, Recording, Step, heading
+from corpus_tools.world.state.carrying import NOTHING, carried
+from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 

@@ -21,12 +21,12 @@ from corpus_tools.simulation.grammar import Told, tell
 from corpus_tools.simulation.scenes import see
 from corpus_tools.simulation.workers import Worker, draw_workers
 from corpus_tools.world.scenarios.execution import log_scenario
-from corpus_tools.world.scenarios.files import LAYOUTS, SCENARIOS
-from corpus_tools.world.scenarios.generation import generate
 from corpus_tools.world.scenarios.library import read_layouts
-from corpus_tools.world.scenarios.logs import scenario_log
-from corpus_tools.world.scenarios.model import Layout, Scenario
-from corpus_tools.world.scenarios.writing import format_scenario
+from corpus_tools.world.scenarios.random.generation import generate
+from corpus_tools.world.scenarios.scenario import Layout, Scenario
+from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.scenario_logs import scenario_log
+from corpus_tools.world.scenarios.scenario_writing import format_scenario
 from g3.errors import CorpusError, FormatError
 from g3.sdc import breadth_first
 from g3.sdc_notation import format_brackets

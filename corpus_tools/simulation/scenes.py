@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.kinds import KINDS
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.model import ROBOT, Scenario
+from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
+from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry import rotate
 from g3.groundings import FloatArray, Prism
 

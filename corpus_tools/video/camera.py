@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from corpus_tools.world.recording import Recording, heading
-from corpus_tools.world.shapes import shape_of
+from corpus_tools.world.state.recording import Recording, heading
+from corpus_tools.world.state.shapes import shape_of
 from g3.geometry import rotate
 from g3.groundings import FloatArray
 

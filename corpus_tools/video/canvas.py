@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from corpus_tools.video.camera import Camera
 from corpus_tools.video.gl import gl_context
-from corpus_tools.world.build import World, body_name, set_state
-from corpus_tools.world.recording import Recording
-from corpus_tools.world.solids import SOLID_GROUP
+from corpus_tools.world.physics.build import World, body_name, set_state
+from corpus_tools.world.state.recording import Recording
+from corpus_tools.world.state.solids import SOLID_GROUP
 from g3.groundings import FloatArray
 
 Image: TypeAlias = npt.NDArray[np.uint8]

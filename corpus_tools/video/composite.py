@@ -15,8 +15,8 @@ from corpus_tools.video.camera import Camera
 from corpus_tools.video.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
 from corpus_tools.video.moments import same_state
 from corpus_tools.video.shadows import Shadows, ahead_of, lit, merged, places, shade
-from corpus_tools.world.build import ground_of
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.physics.build import ground_of
+from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
 FINER = 2

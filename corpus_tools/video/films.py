@@ -10,8 +10,8 @@ from corpus_tools.video.encode import encode
 from corpus_tools.video.frames import Frames, open_frames
 from corpus_tools.video.manifest import Settings
 from corpus_tools.video.moments import sampled
-from corpus_tools.world.build import build_world
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.physics.build import build_world
+from corpus_tools.world.state.recording import Recording
 
 
 def film(recording: Recording, path: Path, settings: Settings | None = None) -> None:

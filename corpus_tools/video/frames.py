@@ -17,8 +17,8 @@ from corpus_tools.video.full import Full
 from corpus_tools.video.moments import moving_objects
 from corpus_tools.video.shaded import Shaded
 from corpus_tools.video.shadows import LARGEST_MAP
-from corpus_tools.world.build import World
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.physics.build import World
+from corpus_tools.world.state.recording import Recording
 
 SAMPLES = 4
 SHADOW_SIZE = 4096

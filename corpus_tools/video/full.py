@@ -8,7 +8,7 @@ import numpy as np
 
 from corpus_tools.video.camera import Camera
 from corpus_tools.video.canvas import Canvas, Image
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.state.recording import Recording
 
 
 class Full:

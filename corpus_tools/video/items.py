@@ -11,14 +11,14 @@ from typing import TypeAlias
 import msgspec
 
 from corpus_tools.bundled import open_corpus
-from corpus_tools.world.execute import execute
-from corpus_tools.world.recording import Recording
-from corpus_tools.world.replay import replay
+from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
-from corpus_tools.world.scenarios.model import Scenario
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.scenario import Scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.state.recording import Recording
+from corpus_tools.world.state.replay import replay
 from g3.errors import CorpusError, FormatError
 from g3.groundings import Context, PhysicalObject, Place
 

@@ -16,7 +16,7 @@ from corpus_tools import __version__
 from corpus_tools.video.camera import Camera
 from corpus_tools.video.encode import Quality
 from corpus_tools.video.items import Story
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.state.recording import Recording
 
 SCHEMA_VERSION = 1
 MANIFEST = "manifest.json"

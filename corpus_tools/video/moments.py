@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from corpus_tools.world.recording import NS_PER_S, Recording
+from corpus_tools.world.state.recording import NS_PER_S, Recording
 
 
 def sampled(recording: Recording, fps: int) -> Recording:

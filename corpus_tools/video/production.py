@@ -22,8 +22,8 @@ from corpus_tools.video.items import Item, story_of
 from corpus_tools.video.manifest import MANIFEST, Settings, input_hash, is_finished, manifest
 from corpus_tools.video.moments import sampled
 from corpus_tools.video.segmentation import describe, label_image
-from corpus_tools.world.build import build_world
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.physics.build import build_world
+from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 
 VIDEO, POSTER, LOG = "video.mp4", "poster.png", "log.mcap"

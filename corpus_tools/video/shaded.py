@@ -19,7 +19,7 @@ from corpus_tools.video.camera import Camera
 from corpus_tools.video.canvas import MOVING, Canvas, Depth, Image
 from corpus_tools.video.shadows import Float32Array, ShadowMap, Shadows, places, shade
 from corpus_tools.video.smoothing import smoothed
-from corpus_tools.world.recording import Recording
+from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
 TEXEL_M, MOVING_TEXEL_M = 0.015, 0.004

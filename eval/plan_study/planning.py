@@ -14,8 +14,8 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.following import to_script
 from corpus_tools.progress import OnProgress
-from corpus_tools.world.execute import execute
-from corpus_tools.world.recording import to_context
+from corpus_tools.world.physics.execute import execute
+from corpus_tools.world.state.recording import to_context
 from eval.end_to_end import TOP, annotated_commands
 from eval.held_out_costs import data_of, learner
 from eval.held_out_trees import extractor_learner

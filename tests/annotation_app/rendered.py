@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from corpus_tools.logs.writing import write_log
-from corpus_tools.world.recording import NS_PER_S, Recording, Step, upright
+from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 
 VIDEOS = ("hall_fetch_tires", "yard_load_truck", "dock_drive_to_boxes")

@@ -145,7 +145,7 @@ def test_plans_become_scripts(model):
     ],
 )
 def test_plans_put_loads_on_decks(scenario, load, carrier):
-    execution = pytest.importorskip("corpus_tools.world.execute")
+    execution = pytest.importorskip("corpus_tools.world.physics.execute")
     state = start_state(open_corpus("warehouse").contexts[scenario])
     deck = state.thing(carrier).prism
     place = next(

@@ -6,10 +6,10 @@ from tests.examples.installed import EXAMPLES, install
 
 BUILD = """
 import pathlib, sys
-from corpus_tools.world.build import build_world
-from corpus_tools.world.looks.registry import look_of, plain
+from corpus_tools.world.physics.build import build_world
+from corpus_tools.world.looks.look_registry import look_of, plain
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
 context = scenario_context(read_scenario(pathlib.Path(sys.argv[1])))
 world = build_world(context)
 lifted = [o.id for o in context.objects].index("reel-1") in world.free

@@ -8,7 +8,7 @@ def test_a_broken_extension_is_told_and_stops_nothing(tmp_path):
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[ct.kinds]\ngone = there.is.no.such.module\n")
-    code = "from corpus_tools.world.kinds import KINDS; print('truck' in KINDS)"
+    code = "from corpus_tools.world.state.thing_kinds import KINDS; print('truck' in KINDS)"
     done = subprocess.run(
         [sys.executable, "-c", code],
         check=True,

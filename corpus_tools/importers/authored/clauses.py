@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from corpus_tools.importers.authored.files import Dataset
 from corpus_tools.importers.authored.worlds import World
-from corpus_tools.world.scenarios.files import Utterance
+from corpus_tools.world.scenarios.scenario_files import Utterance
 from g3.errors import FormatError, SDCError
 from g3.groundings import Grounding, Path, PhysicalObject
 from g3.sdc import SDC, breadth_first

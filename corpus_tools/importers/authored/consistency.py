@@ -6,7 +6,7 @@ import numpy as np
 
 from corpus_tools.importers.authored.clauses import Clauses
 from corpus_tools.importers.authored.worlds import World, ends
-from corpus_tools.world.scenarios.files import SCENARIOS
+from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from g3.errors import FormatError
 from g3.geometry import convex_hull, point_gap
 from g3.groundings import FloatArray, PhysicalObject, Place

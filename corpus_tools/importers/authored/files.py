@@ -23,7 +23,7 @@ from corpus_tools.world.scenarios.documents import (
     field_name,
     read_document,
 )
-from corpus_tools.world.scenarios.files import Utterance
+from corpus_tools.world.scenarios.scenario_files import Utterance
 from g3.errors import FormatError
 
 MANUAL = "docs/authored-corpora.md"

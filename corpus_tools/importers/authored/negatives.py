@@ -15,7 +15,7 @@ from corpus_tools.importers.authored.clauses import (
 )
 from corpus_tools.importers.authored.files import Dataset
 from corpus_tools.importers.authored.worlds import World
-from corpus_tools.world.scenarios.model import ROBOT
+from corpus_tools.world.scenarios.scenario import ROBOT
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.sdc import SDC, breadth_first, child_indices
 

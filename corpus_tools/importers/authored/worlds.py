@@ -7,11 +7,11 @@ from pathlib import Path
 
 from corpus_tools.importers.authored.files import note_file
 from corpus_tools.importers.report import Journal
-from corpus_tools.world.recording import to_context
 from corpus_tools.world.scenarios.contexts import scenario_places
-from corpus_tools.world.scenarios.logs import log_file, scenario_log
-from corpus_tools.world.scenarios.model import ROBOT, Scenario
-from corpus_tools.world.script import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
+from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
+from corpus_tools.world.scenarios.scenario_logs import log_file, scenario_log
+from corpus_tools.world.state.recording import to_context
+from corpus_tools.world.state.robot_script import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
 from g3.groundings import Context, PhysicalObject, Place
 
 

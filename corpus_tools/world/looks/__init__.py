@@ -1,6 +1,6 @@
 """What kinds of objects look like: geoms that don't collide, one module a family of things.
 
-Read :mod:`~corpus_tools.world.looks.registry` first, then any family, such as
+Read :mod:`~corpus_tools.world.looks.look_registry` first, then any family, such as
 :mod:`~corpus_tools.world.looks.pallets`. A family makes things of surfaces
 (:mod:`~corpus_tools.world.looks.parts`) coloured from one picture
 (:mod:`~corpus_tools.world.looks.atlas`).
@@ -11,7 +11,9 @@ describe what they see shouldn't tell things by them.
 Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """
 
-from corpus_tools.world.looks import forklift, furniture, pallets, people, vehicles
+from corpus_tools.world.looks import forklift_look as forklift
+from corpus_tools.world.looks import furniture, pallets, vehicles
+from corpus_tools.world.looks import persons as people
 from g3.extensions import load_extensions
 
 __all__ = ["forklift", "furniture", "pallets", "people", "vehicles"]

@@ -7,10 +7,10 @@ import numpy as np
 
 from corpus_tools.world.looks.atlas import board, colour, patch
 from corpus_tools.world.looks.drawing import draw, variation
+from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.pallets import cartons
 from corpus_tools.world.looks.parts import Part, box, disc, rod, turned
-from corpus_tools.world.looks.registry import look
-from corpus_tools.world.shapes import Shape
+from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
 

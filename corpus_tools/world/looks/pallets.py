@@ -7,13 +7,13 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from corpus_tools.world.dimensions import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
 from corpus_tools.world.looks.atlas import board, colour, patch
 from corpus_tools.world.looks.drawing import draw, variation
+from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import Part, box, join
-from corpus_tools.world.looks.registry import look
 from corpus_tools.world.looks.wheels import tyre
-from corpus_tools.world.shapes import Shape
+from corpus_tools.world.state.dimensions import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
+from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
 _SLIT = 0.005

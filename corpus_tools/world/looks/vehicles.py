@@ -7,15 +7,15 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from corpus_tools.world.dimensions import CAB_TOP
-from corpus_tools.world.kinds import TRUCK
 from corpus_tools.world.looks.atlas import Finish, colour, patch
 from corpus_tools.world.looks.drawing import draw
+from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import Part, box, extruded, quad, rod, turned
-from corpus_tools.world.looks.registry import look
 from corpus_tools.world.looks.wheels import wheel
-from corpus_tools.world.shapes import Shape
-from corpus_tools.world.solids import deck_of
+from corpus_tools.world.state.dimensions import CAB_TOP
+from corpus_tools.world.state.shapes import Shape
+from corpus_tools.world.state.solids import deck_of
+from corpus_tools.world.state.thing_kinds import TRUCK
 from g3.groundings import FloatArray
 
 DRAWBAR_LENGTH = 0.75

@@ -1,7 +1,7 @@
 """Scenarios: what stands where, and what the robot does.
 
 They are files that people write (``docs/scenarios.md``) or that are generated. Read
-:mod:`~corpus_tools.world.scenarios.model` (what a scenario holds) first, then ``reading``,
-``validation`` (whether it can be so), ``contexts`` (the semantic map it stands for) and
-``generation``.
+:mod:`~corpus_tools.world.scenarios.scenario` (what a scenario holds) first, then
+``scenario_reading``, ``scenario_validation`` (whether it can be so), ``contexts`` (the semantic
+map it stands for) and ``random`` (generated ones).
 """

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from corpus_tools.world.kinds import FORKLIFT, KINDS, Kind
-from corpus_tools.world.scenarios.model import ROBOT, Point, Region, Robot, Thing
+from corpus_tools.world.scenarios.scenario import ROBOT, Point, Region, Robot, Thing
+from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS, Kind
 from g3.geometry import intersection_area, rotate
 from g3.groundings import FloatArray
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from corpus_tools.logs.writing import write_log
-from corpus_tools.world.execute import Execution, execute
+from corpus_tools.world.physics.execute import Execution, execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
-from corpus_tools.world.scenarios.logs import log_file
-from corpus_tools.world.scenarios.model import Scenario
+from corpus_tools.world.scenarios.scenario import Scenario
+from corpus_tools.world.scenarios.scenario_logs import log_file
 from g3.errors import CorpusError
 
 LOG_HZ = 5.0
@@ -17,7 +17,10 @@ LOG_HZ = 5.0
 
 
 def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
-    """Let the robot do what a scenario says; see :func:`corpus_tools.world.execute.execute`."""
+    """Let the robot do what a scenario says.
+
+    See :func:`corpus_tools.world.physics.execute.execute`.
+    """
     places = scenario_places(scenario)
     return execute(scenario_context(scenario), scenario.script, places=places, rate_hz=rate_hz)
 

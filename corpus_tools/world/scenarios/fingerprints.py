@@ -6,8 +6,8 @@ import hashlib
 
 import msgspec
 
-from corpus_tools.world.kinds import FORKLIFT, KINDS
-from corpus_tools.world.scenarios.model import Scenario
+from corpus_tools.world.scenarios.scenario import Scenario
+from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS
 
 FINGERPRINT = "scenario"
 """Key of the fingerprint in a log's metadata."""

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from corpus_tools.shipped import bundled
-from corpus_tools.world.scenarios.files import LAYOUTS, SCENARIOS
-from corpus_tools.world.scenarios.model import Layout
-from corpus_tools.world.scenarios.reading import read_layout
+from corpus_tools.world.scenarios.scenario import Layout
+from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.scenario_reading import read_layout
 from g3.errors import FormatError
 
 DEFAULT = "warehouse"

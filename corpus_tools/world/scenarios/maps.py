@@ -7,9 +7,9 @@ from html import escape
 
 import numpy as np
 
-from corpus_tools.world.kinds import FORKLIFT, KINDS
 from corpus_tools.world.scenarios.boxes import Box, place_box, robot_box, thing_box
-from corpus_tools.world.scenarios.model import ROBOT, Scenario
+from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
+from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS
 from g3.groundings import FloatArray
 
 PIXELS_PER_M = 24

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from corpus_tools.world.kinds import KINDS
 from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box
 from corpus_tools.world.scenarios.documents import Problem
-from corpus_tools.world.scenarios.model import ROBOT, Robot, Thing
-from corpus_tools.world.script import (
+from corpus_tools.world.scenarios.scenario import ROBOT, Robot, Thing
+from corpus_tools.world.state.robot_script import (
     ACTIONS,
     APPROACH,
     BACK_UP,
@@ -22,6 +21,7 @@ from corpus_tools.world.script import (
     Script,
     ScriptStep,
 )
+from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry import point_gap
 
 STANDING_ROOM_M = 0.6

@@ -5,12 +5,12 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from corpus_tools.world.dimensions import ENTRY_HEIGHT, PALLET_HEIGHT
 from corpus_tools.world.looks.atlas import board, colour
 from corpus_tools.world.looks.drawing import draw
+from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import box, disc, rod
-from corpus_tools.world.looks.registry import look
-from corpus_tools.world.shapes import Shape
+from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, PALLET_HEIGHT
+from corpus_tools.world.state.shapes import Shape
 
 FLANGE_M = 0.06
 FOOT_M = 0.1

@@ -10,7 +10,7 @@ from sqlalchemy import text
 
 from annotation_app.database import transaction
 from annotation_app.people import new_admin_token
-from corpus_tools.world.kinds import KINDS
+from corpus_tools.world.state.thing_kinds import KINDS
 from tests.annotation_app.in_browser import errors_of, violations, width_of
 from tests.annotation_app.pages.conftest import TASKS, Site
 from tests.annotation_app.rendered import WORDS

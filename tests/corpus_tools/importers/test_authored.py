@@ -11,7 +11,7 @@ import pytest
 from corpus_tools.importers.authored.assembly import import_authored
 from corpus_tools.logs.writing import write_log
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import Path

@@ -16,8 +16,8 @@ from corpus_tools.corpus.validation import validate
 from corpus_tools.corpus.writing import corpus_files, write_corpus
 from corpus_tools.importers.authored.assembly import import_authored
 from corpus_tools.importers.authored.clauses import leaf_words
-from corpus_tools.world.kinds import KINDS
 from corpus_tools.world.scenarios.library import read_layouts
+from corpus_tools.world.state.thing_kinds import KINDS
 from g3.groundings import Path, PhysicalObject, Place
 from g3.sdc import all_words, breadth_first
 from tests.corpus_tools.importers.authored_logs import write_logs

@@ -12,13 +12,13 @@ from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.statistics import statistics
 from corpus_tools.corpus.validation import validate
 from corpus_tools.corpus.writing import corpus_files, write_corpus
-from corpus_tools.world.carrying import NOTHING, carried
-from corpus_tools.world.execute import execute
-from corpus_tools.world.replay import replay
-from corpus_tools.world.script import ScriptStep
+from corpus_tools.world.physics.execute import execute
+from corpus_tools.world.state.carrying import NOTHING, carried
+from corpus_tools.world.state.replay import replay
+from corpus_tools.world.state.robot_script import ScriptStep
 from g3.groundings import PhysicalObject
 from g3.sdc import SDC, breadth_first
-from tests.corpus_tools.world.replayed import deviations
+from tests.corpus_tools.world.state.replayed import deviations
 from tests.physics_scenes import place
 
 pytestmark = pytest.mark.slow

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from corpus_tools.world.recording import NS_PER_S, Recording, Step, upright
+from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from corpus_tools.logs.reading import read_log
 from corpus_tools.logs.writing import to_bytes, write_log
-from corpus_tools.world.recording import Recording, to_context
+from corpus_tools.world.state.recording import Recording, to_context
 from g3.errors import FormatError
 from tests.strategies import recordings
 
@@ -80,7 +80,7 @@ from pathlib import Path
 from corpus_tools.bundled import open_corpus
 from corpus_tools.logs.reading import read_log
 from corpus_tools.logs.writing import write_log
-from corpus_tools.world.replay import replay
+from corpus_tools.world.state.replay import replay
 context = next(iter(open_corpus("warehouse").contexts.values()))
 path = Path({str(tmp_path / "log.mcap")!r})
 write_log(replay(context, 25.0), path, name="again", metadata={{}})

@@ -11,10 +11,10 @@ from corpus_tools.simulation.dataset import commands_for, format_commands
 from corpus_tools.simulation.grammar import tell
 from corpus_tools.simulation.scenes import see
 from corpus_tools.simulation.workers import Worker, draw_workers, misspell
-from corpus_tools.world.scenarios.generation import generate
 from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
-from corpus_tools.world.scenarios.model import Bounds, Layout, Region, Robot, Scenario, Thing
-from corpus_tools.world.script import ScriptStep
+from corpus_tools.world.scenarios.random.generation import generate
+from corpus_tools.world.scenarios.scenario import Bounds, Layout, Region, Robot, Scenario, Thing
+from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import CorpusError
 from g3.sdc import breadth_first
 from g3.sdc_notation import check_sdc, format_brackets, parse_brackets

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus_tools.world.dimensions import LOW
-from corpus_tools.world.recording import NS_PER_S, Recording, Step, upright
+from corpus_tools.world.state.dimensions import LOW
+from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 
 ROBOT, PALLET, CRATE, TRUCK = range(4)

@@ -11,7 +11,7 @@ from playwright.sync_api import sync_playwright
 
 from corpus_tools.video.encode import encode
 from corpus_tools.video.frames import open_frames
-from corpus_tools.world.build import build_world
+from corpus_tools.world.physics.build import build_world
 from tests.chromium import CHROMIUM
 from tests.corpus_tools.video.recordings import drive
 

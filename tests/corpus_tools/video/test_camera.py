@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from corpus_tools.video.camera import CAMERAS, Camera, overview
-from corpus_tools.world.recording import upright
-from corpus_tools.world.shapes import shape_of
+from corpus_tools.world.state.recording import upright
+from corpus_tools.world.state.shapes import shape_of
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, drive
 
 SIZE = (320, 240)

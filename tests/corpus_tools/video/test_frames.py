@@ -7,7 +7,7 @@ import pytest
 from corpus_tools.video.camera import CAMERAS
 from corpus_tools.video.frames import open_frames
 from corpus_tools.video.segmentation import describe, label_image
-from corpus_tools.world.build import build_world
+from corpus_tools.world.physics.build import build_world
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, TRUCK, drive
 
 SIZE = (320, 240)

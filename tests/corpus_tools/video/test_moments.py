@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.video.moments import moving_objects, same_state, sampled
-from corpus_tools.world.recording import heading
+from corpus_tools.world.state.recording import heading
 from tests.corpus_tools.video.recordings import PALLET, ROBOT, drive
 
 

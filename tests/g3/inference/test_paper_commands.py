@@ -9,7 +9,7 @@ import pytest
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.model import Bounds, Layout, Robot, Scenario, Thing
+from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.end_to_end import annotated_commands
 from eval.judge import judge
 from g3.actions import centre

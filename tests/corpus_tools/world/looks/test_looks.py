@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.world.dimensions import CAB_TOP, HEEL_X, LOW
-from corpus_tools.world.forklift import FORKS, add_forklift
-from corpus_tools.world.kinds import KINDS, kind_of
 from corpus_tools.world.looks.drawing import VISUAL_GROUP
-from corpus_tools.world.looks.registry import look, look_of, plain
-from corpus_tools.world.looks.surroundings import add_surroundings
+from corpus_tools.world.looks.ground_and_sky import add_surroundings
+from corpus_tools.world.looks.look_registry import look, look_of, plain
 from corpus_tools.world.looks.vehicles import DRAWBAR_LENGTH
-from corpus_tools.world.shapes import Shape, shape_of
+from corpus_tools.world.state.dimensions import CAB_TOP, HEEL_X, LOW
+from corpus_tools.world.state.forklift_parts import FORKS, add_forklift
+from corpus_tools.world.state.shapes import Shape, shape_of
+from corpus_tools.world.state.thing_kinds import KINDS, kind_of
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
 from tests.strategies import contexts
 

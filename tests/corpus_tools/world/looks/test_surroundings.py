@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
 from corpus_tools.world.looks.parts import join
-from corpus_tools.world.looks.surroundings import add_surroundings
 from g3.geometry import rotate
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 from tests.strategies import contexts

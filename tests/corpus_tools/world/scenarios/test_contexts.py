@@ -5,10 +5,10 @@ import importlib
 import numpy as np
 import pytest
 
-from corpus_tools.world.kinds import FORKLIFT
 from corpus_tools.world.scenarios.boxes import FORK_HEEL_M, FORKS_M, FORKS_TOP_M
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.state.thing_kinds import FORKLIFT
 from g3.actions import loaded
 from tests.corpus_tools.world.scenarios.floor import SCENARIO
 
@@ -71,8 +71,8 @@ def test_what_is_carried_is_on_the_forks(write):
 
 def test_the_forks_are_where_the_simulator_has_them():
     pytest.importorskip("mujoco")
-    forklift = importlib.import_module("corpus_tools.world.forklift")
-    start = importlib.import_module("corpus_tools.world.start")
+    forklift = importlib.import_module("corpus_tools.world.state.forklift_parts")
+    start = importlib.import_module("corpus_tools.world.state.start")
     assert pytest.approx(forklift.HEEL_X + start.HEEL_GAP_M) == FORK_HEEL_M
     assert (
         pytest.approx((forklift.FORK_LENGTH, 2 * forklift.FORK_Y + forklift.FORK_WIDTH), abs=0.03)

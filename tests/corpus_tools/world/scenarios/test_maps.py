@@ -3,7 +3,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from corpus_tools.world.scenarios.maps import draw_map
-from corpus_tools.world.scenarios.reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from tests.corpus_tools.world.scenarios.floor import SCENARIO
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.world.scenarios.model import Robot, Thing
-from corpus_tools.world.scenarios.reading import all_errors, read_layout, read_scenario
-from corpus_tools.world.script import ScriptStep
+from corpus_tools.world.scenarios.scenario import Robot, Thing
+from corpus_tools.world.scenarios.scenario_reading import all_errors, read_layout, read_scenario
+from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import FormatError
 from tests.corpus_tools.world.scenarios.floor import LAYOUT, SCENARIO
 

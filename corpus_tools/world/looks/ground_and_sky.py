@@ -1,0 +1,124 @@
+"""The ground, light and sky around the objects of a context."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture, draw
+from corpus_tools.world.looks.markings import Yard, barrier, markings, yard_of
+from corpus_tools.world.looks.noise import Pixels, pixels, speckle
+from corpus_tools.world.state.recording import upright
+from g3.groundings import Context
+
+SLAB_M = 4.0
+"""Edge of a slab of the concrete ground."""
+GRASS_M = 16.0
+"""After how far the picture of the grass repeats."""
+SUN = (0.42, 0.30, -0.86)
+"""Where the sunlight goes."""
+FAR_M = 400.0
+NEAR_M = 0.2
+_TEXTURE_SIZE = 512
+
+
+def add_surroundings(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
+    """Add what surrounds the objects: nothing of it collides or casts shadows on them.
+
+    Parameters
+    ----------
+    ground_m
+        Height of the ground.
+    """
+    yard = yard_of(context)
+    _add_light(spec, yard, ground_m)
+    _add_ground(spec, yard, ground_m)
+    for parts in (markings(context, yard, ground_m), barrier(yard, ground_m)):
+        draw(spec, spec.worldbody, parts).castshadow = False
+
+
+def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
+    """A sun whose shadows reach the whole yard, light from everywhere, and a sky."""
+    centre = np.array([*yard.middle, ground_m])
+    extent = float(np.hypot(*yard.half))
+    spec.stat.center, spec.stat.extent = centre, extent
+    view = spec.visual
+    view.map.znear, view.map.zfar = NEAR_M / extent, FAR_M / extent
+    view.map.shadowclip = 1.0
+    view.quality.shadowsize = 2048
+    view.map.haze = 0.25
+    view.rgba.haze = [0.82, 0.87, 0.91, 1]
+    view.headlight.ambient = [0.43, 0.44, 0.47]
+    view.headlight.diffuse = [0.08, 0.08, 0.08]
+    view.headlight.specular = [0, 0, 0]
+    spec.worldbody.add_light(
+        name="sun",
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=centre - 1.5 * extent * np.array(SUN),
+        dir=SUN,
+        ambient=[0, 0, 0],
+        diffuse=[0.58, 0.56, 0.52],
+        specular=[0.3, 0.3, 0.3],
+        castshadow=True,
+    )
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.45, 0.62, 0.80],
+        rgb2=[0.82, 0.87, 0.91],
+        width=64,
+        height=384,
+    )
+
+
+def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
+    """Slabs of concrete, laid along the yard, and grass up to the horizon."""
+    surfaces = (
+        ("concrete", _concrete(), ground_m, yard.half + 0.5, 2 * SLAB_M),
+        ("grass", _grass(), ground_m - 0.03, np.zeros(2), GRASS_M),
+    )
+    # The nearer surface first: the renderer then skips what it hides of the other.
+    for name, picture, height, half, edge in surfaces:
+        add_texture(spec, name, picture)
+        material = add_material(spec, name, name)
+        material.texuniform = True
+        material.texrepeat = [1 / edge, 1 / edge]
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            pos=[*yard.middle, height],
+            quat=upright(np.array(yard.yaw)),
+            size=[*half, 1],
+            material=name,
+            castshadow=False,
+            group=VISUAL_GROUP,
+            contype=0,
+            conaffinity=0,
+        )
+
+
+@lru_cache(maxsize=1)
+def _concrete() -> Pixels:
+    """Four slabs of concrete with joints between them, shape (512, 512, 3)."""
+    rng = np.random.default_rng(11)
+    image = np.tile(np.array([200.0, 198, 191]), (_TEXTURE_SIZE, _TEXTURE_SIZE, 1))
+    image *= (0.9 + 0.14 * speckle(rng, _TEXTURE_SIZE))[..., None]
+    image *= (0.97 + 0.06 * rng.random((_TEXTURE_SIZE, _TEXTURE_SIZE)))[..., None]
+    half = _TEXTURE_SIZE // 2
+    for x, y, tone in ((0, 0, 0.985), (1, 0, 1.01), (0, 1, 1.015), (1, 1, 0.99)):
+        slab = image[y * half : (y + 1) * half, x * half : (x + 1) * half]
+        slab *= tone
+        slab[:2] *= 0.8
+        slab[:, :2] *= 0.8
+    return pixels(image)
+
+
+@lru_cache(maxsize=1)
+def _grass() -> Pixels:
+    """Dry grass, shape (256, 256, 3)."""
+    rng = np.random.default_rng(12)
+    patches, blades = speckle(rng, 256)[..., None], rng.random((256, 256, 1))
+    image = np.array([132.0, 140, 96]) * (0.8 + 0.3 * patches) * (0.88 + 0.2 * blades)
+    return pixels(image + (14, 4, 0) * patches)

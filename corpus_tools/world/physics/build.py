@@ -1,0 +1,161 @@
+"""A MuJoCo model of a world, for physics and for pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.world.looks.ground_and_sky import add_surroundings
+from corpus_tools.world.looks.look_registry import look_of
+from corpus_tools.world.state.dimensions import LOW
+from corpus_tools.world.state.forklift_parts import DRIVE_JOINTS, FORKS, add_forklift
+from corpus_tools.world.state.recording import Recording, heading, upright
+from corpus_tools.world.state.shapes import shape_of
+from corpus_tools.world.state.solids import FRICTION, SOLID_GROUP, add_solid
+from corpus_tools.world.state.thing_kinds import FORKLIFT, kind_of
+from g3.groundings import Context
+
+Index = npt.NDArray[np.int64]
+
+FLOOR = "floor"
+"""Geom of the ground."""
+TIMESTEP_S = 0.005
+IMPRATIO = 10.0
+"""How much stiffer friction is than the normal force: what is on the forks must not creep."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A compiled model of a context, and where its objects are in the simulator's state.
+
+    Parameters
+    ----------
+    context
+        The context; the objects' order is that of all indices.
+    model
+        The model.
+    free, free_qpos
+        Objects with a free joint, and where their seven coordinates begin.
+    mocap, mocap_id
+        Objects that only move where they are put, and their mocap indices.
+    robot
+        Index of the robot among the objects.
+    drive_qpos, forks_qpos
+        Where the robot's x, y, yaw and the height of the forks are.
+    """
+
+    context: Context
+    model: mujoco.MjModel
+    free: Index
+    free_qpos: Index
+    mocap: Index
+    mocap_id: Index
+    robot: int
+    drive_qpos: Index
+    forks_qpos: int
+
+
+def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
+    """A world with the objects of a context.
+
+    Objects' bodies are called by :func:`body_name` and have their poses as frames. What the
+    forks can lift has a free joint, the robot has joints to drive in the plane, everything
+    else is a mocap body, which collides and moves only where it is put.
+
+    Parameters
+    ----------
+    looks
+        Whether to add what is only there to be seen.
+    """
+    spec = mujoco.MjSpec()
+    spec.option.timestep = TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPRATIO
+    ground = ground_of(context)
+    _add_floor(spec, ground)
+    for item in context.objects:
+        kind = kind_of(item.labels)
+        pose = item.trajectory
+        if item.id == context.agent_id:
+            kind = FORKLIFT
+            body = add_forklift(spec, body_name(item.id), ground)
+        else:
+            body = spec.worldbody.add_body(
+                name=body_name(item.id),
+                pos=pose.xyz[0],
+                quat=upright(pose.yaw[0]),
+                mocap=not kind.carriable,
+            )
+            if kind.carriable:
+                body.add_freejoint()
+            add_solid(body, kind, shape_of(item), ground - pose.xyz[0, 2])
+        if looks:
+            look_of(kind.name)(spec, body, shape_of(item), ground - pose.xyz[0, 2])
+    if looks:
+        add_surroundings(spec, context, ground)
+    return spec
+
+
+def build_world(context: Context, *, looks: bool = True) -> World:
+    """Compile :func:`build_spec`."""
+    model = build_spec(context, looks=looks).compile()
+    names = [item.id for item in context.objects]
+    body = [model.body(body_name(name)) for name in names]
+    robot = names.index(context.agent_id)
+    mocap = [i for i in range(len(names)) if body[i].mocapid[0] >= 0]
+    free = [i for i in range(len(names)) if i != robot and i not in mocap]
+    return World(
+        context,
+        model,
+        free=np.array(free, dtype=np.int64),
+        free_qpos=_qpos(model, [body[i].jntadr[0] for i in free]),
+        mocap=np.array(mocap, dtype=np.int64),
+        mocap_id=np.array([body[i].mocapid[0] for i in mocap], dtype=np.int64),
+        robot=robot,
+        drive_qpos=_qpos(model, [model.joint(name).id for name in DRIVE_JOINTS]),
+        forks_qpos=int(model.joint(FORKS).qposadr[0]),
+    )
+
+
+def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -> None:
+    """Put everything where it was at the k-th moment of a recording, without physics."""
+    position, orientation = recording.position[k], recording.orientation[k]
+    poses = np.concatenate((position, orientation), axis=1)
+    if len(world.free):
+        data.qpos[world.free_qpos[:, None] + np.arange(7)] = poses[world.free]
+    data.mocap_pos[world.mocap_id] = position[world.mocap]
+    data.mocap_quat[world.mocap_id] = orientation[world.mocap]
+    data.qpos[world.drive_qpos[:2]] = position[world.robot, :2]
+    data.qpos[world.drive_qpos[2]] = heading(orientation[world.robot])
+    data.qpos[world.forks_qpos] = recording.fork_height_m[k] - LOW
+    mujoco.mj_kinematics(world.model, data)
+
+
+def body_name(object_id: str) -> str:
+    """Name of an object's body, which neither the forks nor the world have, whatever the id."""
+    return f"object {object_id}"
+
+
+def ground_of(context: Context) -> float:
+    """Height of the ground: what the robot stands on."""
+    return float(context.agent.trajectory.xyz[0, 2])
+
+
+def _add_floor(spec: mujoco.MjSpec, ground_m: float) -> None:
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[0, 0, ground_m],
+        size=[0, 0, 1],
+        friction=[FRICTION, 0.005, 0.0001],
+        group=SOLID_GROUP,
+    )
+
+
+def _qpos(model: mujoco.MjModel, joints: list[int]) -> Index:
+    addresses: Index = np.asarray(model.jnt_qposadr, dtype=np.int64)[joints]
+    return addresses

@@ -1,0 +1,208 @@
+"""Actions that only drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from corpus_tools.world.physics.controller import ActionError, Simulation
+from corpus_tools.world.physics.free_spots import axis_of, quarters, spots
+from corpus_tools.world.physics.room import (
+    READY_MARGIN_M,
+    STRAIGHT_MARGIN_M,
+    boxes_of,
+    load_rect,
+    robot_outline,
+)
+from corpus_tools.world.physics.script_actions import Goal, behaviour
+from corpus_tools.world.planning.clearance import clearance
+from corpus_tools.world.planning.curves import Motion, end_of, poses_on
+from corpus_tools.world.planning.ways import NoWayError, plan
+from corpus_tools.world.state.dimensions import CHASSIS, FORK_LENGTH, HEEL_X
+from corpus_tools.world.state.robot_script import (
+    APPROACH,
+    BACK_UP,
+    DRIVE_PAST,
+    DRIVE_TO,
+    FORWARD,
+    TURN,
+    WAIT,
+)
+from g3.actions import centre
+from g3.driving import direction
+from g3.geometry import cross, rotate, wrap
+from g3.groundings import FloatArray, Place
+
+STAND_OFF_M = 0.8
+"""From the tips of the forks, or the load on them, to what the robot stops in front of."""
+PAST_M = (1.0, 0.6, 1.6, 2.4)
+"""Room beside what is driven past, in the order in which it is tried."""
+BEYOND_M = 3.0
+SHIFT_COST = 20.0
+"""What a metre away from the middle of a place costs, in metres of way."""
+
+_MIDDLE = np.array([(CHASSIS[0][0] + HEEL_X) / 2, 0.0])
+"""Of the robot's body without its forks."""
+_BODY = np.array([[x, y] for x in (CHASSIS[0][0], HEEL_X) for y in CHASSIS[1]])
+
+
+@behaviour(DRIVE_TO)
+def drive_to(sim: Simulation, place: Place) -> Goal:
+    """Drive into a place and stop with the robot's body in its middle."""
+    middle = centre(place.prism)
+    ahead = middle - sim.pose[:2]
+    headings = np.append(quarters(axis_of(place)), np.arctan2(ahead[1], ahead[0]))
+    goals, costs = [], []
+    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    for yaw in headings:
+        for shift in spots(place, rotate(_BODY - _MIDDLE, np.full(len(_BODY), yaw))):
+            xy = middle + shift - rotate(_MIDDLE, yaw)
+            pose = np.array([*xy, yaw])
+            if clearance(pose[None], around, boxes) >= READY_MARGIN_M:
+                goals.append(pose)
+                costs.append(SHIFT_COST * float(np.hypot(*shift)))
+                break
+    if not goals:
+        raise ActionError(f"there is no room for the robot in {_named(place)}")
+    return _gone(sim, np.array(goals), f"to {_named(place)}", np.array(costs))
+
+
+@behaviour(APPROACH)
+def approach(sim: Simulation, thing: str) -> Goal:
+    """Stop in front of one of an object's sides, or on the way to it, facing it."""
+    if sim.load is not None and sim.load.id == thing:
+        raise ActionError(f"{thing} is on the forks")
+    middle, corners, axis = _footprint(sim, thing)
+    reach = HEEL_X + FORK_LENGTH
+    if sim.load is not None:
+        reach = max(reach, load_rect(sim.load, sim.shape(sim.load.id)).x[1])
+    toward = middle - sim.pose[:2]
+    headings = np.append(quarters(axis), np.arctan2(toward[1], toward[0]))
+    ahead = direction(headings)
+    near = ((corners - middle) @ ahead.T).min(axis=0)
+    goals = middle + (near - STAND_OFF_M - reach)[:, None] * ahead
+    return _gone(sim, np.column_stack((goals, headings)), f"up to {thing}", np.zeros(len(goals)))
+
+
+@behaviour(DRIVE_PAST)
+def drive_past(sim: Simulation, thing: str) -> Goal:
+    """Drive past an object, rather on the side that the robot faces, and on beyond it."""
+    if sim.load is not None and sim.load.id == thing:
+        raise ActionError(f"{thing} is on the forks")
+    middle, corners, axis = _footprint(sim, thing)
+    x, y = middle - sim.pose[:2]
+    toward = float(np.arctan2(y, x))
+    turned = np.abs(wrap(quarters(axis) - toward))
+    headings = [toward, *quarters(axis)[np.argsort(turned, kind="stable")][:3].tolist()]
+    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    for yaw in headings:
+        for goals in _past(middle, corners, yaw, sim.pose):
+            if clearance(goals, around, boxes) < READY_MARGIN_M:
+                continue
+            try:
+                first, _ = plan(sim.pose, goals[:1], around, boxes)
+                second, _ = plan(goals[0], goals[1:], around, boxes)
+            except NoWayError:
+                continue
+            sim.drive((*first, *second))
+            return _robot_goal(sim, goals[1])
+    raise ActionError(f"there is no way past {thing}")
+
+
+@behaviour(TURN)
+def turn(sim: Simulation, angle_deg: float) -> Goal:
+    """Turn on the spot."""
+    return _straightforward(sim, (0.0, math.radians(angle_deg)), "turn")
+
+
+@behaviour(FORWARD)
+def forward(sim: Simulation, distance_m: float) -> Goal:
+    """Drive straight ahead."""
+    return _straightforward(sim, (distance_m, 0.0), "drive ahead")
+
+
+@behaviour(BACK_UP)
+def back_up(sim: Simulation, distance_m: float) -> Goal:
+    """Drive straight back."""
+    return _straightforward(sim, (-distance_m, 0.0), "back up")
+
+
+@behaviour(WAIT)
+def wait(sim: Simulation, duration_s: float) -> None:
+    """Stand still."""
+    sim.wait(duration_s)
+
+
+def go(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> int:
+    """Drive to the pose that is reached most cheaply.
+
+    Parameters
+    ----------
+    goals
+        Poses, shape (g, 3).
+    where
+        Where that is, for errors: a preposition and a name.
+    penalty
+        What choosing each costs, in metres of way, shape (g,).
+
+    Returns
+    -------
+    int
+        Which of the poses it is.
+    """
+    try:
+        way, chosen = plan(sim.pose, goals, robot_outline(sim, sim.load), boxes_of(sim), penalty)
+    except NoWayError as error:
+        raise ActionError(f"the robot can't get {where}: {error}") from error
+    sim.drive(way)
+    return chosen
+
+
+def _gone(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
+    return _robot_goal(sim, goals[go(sim, goals, where, penalty)])
+
+
+def _past(
+    middle: FloatArray, corners: FloatArray, yaw: float, pose: FloatArray
+) -> Iterator[FloatArray]:
+    """Poses (2, 3) beside an object and beyond it, along a heading."""
+    ahead, left = direction(np.array(yaw)), direction(np.array(yaw + np.pi / 2))
+    depth, width = np.abs((corners - middle) @ np.column_stack((ahead, left))).max(axis=0)
+    side = 1.0 if cross(ahead, direction(pose[2])) >= 0 else -1.0
+    for gap in PAST_M:
+        for sign in (side, -side):
+            abeam = middle + sign * (width + CHASSIS[1][1] + gap) * left
+            beyond = abeam + (depth + BEYOND_M) * ahead
+            yield np.array([[*abeam, yaw], [*beyond, yaw]])
+
+
+def _straightforward(sim: Simulation, motion: Motion, what: str) -> Goal:
+    start = sim.pose
+    poses = poses_on(start, (motion,))
+    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    room = min(STRAIGHT_MARGIN_M, clearance(start[None], around, boxes) - 0.005)
+    if clearance(poses, around, boxes) < room:
+        raise ActionError(f"the robot can't {what} that far: something is in the way")
+    sim.drive((motion,))
+    return _robot_goal(sim, end_of(start, motion))
+
+
+def _robot_goal(sim: Simulation, pose: FloatArray) -> Goal:
+    return Goal(sim.start.agent_id, np.array([*pose[:2], sim.ground_m]), float(pose[2]))
+
+
+def _footprint(sim: Simulation, thing: str) -> tuple[FloatArray, FloatArray, float]:
+    """Middle (2,), corners (4, 2) and heading of an object."""
+    i = sim.index(thing)
+    boxes = boxes_of(sim, *(item.id for j, item in enumerate(sim.start.objects) if j != i))
+    corners = boxes.corners().reshape(-1, 2)
+    yaw = float(boxes.yaw[0])
+    local = rotate(corners, np.full(len(corners), -yaw))
+    middle = rotate((local.min(axis=0) + local.max(axis=0)) / 2, np.array(yaw))
+    return middle, corners, yaw
+
+
+def _named(place: Place) -> str:
+    return place.name or "the place"

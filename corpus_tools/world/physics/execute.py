@@ -1,0 +1,202 @@
+"""Carries out scripts in physics, and tells what came of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from corpus_tools.world.physics import driving_actions, handling_actions  # noqa: F401 - they register
+from corpus_tools.world.physics.controller import TILT, ActionError, Simulation, simulation
+from corpus_tools.world.physics.script_actions import BEHAVIOURS, Goal
+from corpus_tools.world.state.recording import Recording, Step, heading
+from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
+from g3.actions import loaded
+from g3.errors import CorpusError
+from g3.geometry import wrap
+from g3.groundings import Context, Place
+
+NEAR_M = 0.15
+NEAR_DEG = 5.0
+"""How far from its goal a load or the robot may end."""
+DISPLACED_M = 0.1
+"""What nobody was to move may move so far."""
+PAUSE_S = 1.0
+"""The world stands still so long before the first and after the last step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a step ended.
+
+    Parameters
+    ----------
+    step
+        The step.
+    goal
+        Where it wanted something to be, None if it wanted nothing to be anywhere.
+    error_m, error_deg
+        How far from that it is when the step ends, and how far from its heading.
+    lean_deg
+        How far what was moved leans.
+    """
+
+    step: ScriptStep
+    goal: Goal | None
+    error_m: float = 0.0
+    error_deg: float = 0.0
+    lean_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """What came of a script.
+
+    Parameters
+    ----------
+    recording
+        What happened, to the end or to where it went wrong.
+    outcomes
+        Of the steps that were carried out.
+    failure
+        Why the step after those could not be; None if all were.
+    handled
+        Ids of what was on the forks.
+    """
+
+    recording: Recording
+    outcomes: tuple[Outcome, ...]
+    failure: ActionError | None
+    handled: frozenset[str] = frozenset()
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """All that keeps the execution from being as the script wants it."""
+        problems = [str(self.failure)] if self.failure else []
+        for outcome in self.outcomes:
+            if outcome.error_m > NEAR_M or outcome.error_deg > NEAR_DEG:
+                problems.append(
+                    f"{_named(outcome.step)}: ended {outcome.error_m:.2f} m and "
+                    f"{outcome.error_deg:.1f} degrees from its goal"
+                )
+            if outcome.lean_deg > np.rad2deg(TILT):
+                problems.append(f"{_named(outcome.step)}: leans by {outcome.lean_deg:.0f} degrees")
+        return (*problems, *self._displaced())
+
+    def _displaced(self) -> list[str]:
+        start, position = self.recording.start, self.recording.position
+        brought = (outcome.goal.thing for outcome in self.outcomes if outcome.goal)
+        meant = {start.agent_id, loaded(start), *brought}
+        if self.failure is not None:
+            return []
+        moved = np.linalg.norm(position[-1] - position[0], axis=1)
+        return [
+            f"{item.id} was displaced by {far:.2f} m"
+            for item, far in zip(start.objects, moved, strict=True)
+            if far > DISPLACED_M and item.id not in meant
+        ]
+
+
+def execute(
+    context: Context,
+    script: Script,
+    *,
+    places: Mapping[str, Place] | None = None,
+    rate_hz: float = 50.0,
+) -> Execution:
+    """Carry out a script in a simulated world.
+
+    The same arguments give the same recording, bit for bit. A step that can't be carried out
+    ends it, and is told in the result.
+
+    Parameters
+    ----------
+    context
+        The world at the start; trajectories are followed only to their first pose.
+    places
+        By the names that the script uses; the context's places by their names if None.
+    rate_hz
+        How many states a second the recording has.
+
+    Raises
+    ------
+    CorpusError
+        If the script names an action, an object or a place that there isn't, or gives an action
+        the wrong kind of argument.
+    """
+    if places is None:
+        places = {place.name: place for place in context.places if place.name}
+    arguments = [_argument(context, places, step, i) for i, step in enumerate(script)]
+    sim = simulation(context, rate_hz)
+    sim.wait(PAUSE_S)
+    steps: list[Step] = []
+    outcomes: list[Outcome] = []
+    failure = None
+    for step, argument in zip(script, arguments, strict=True):
+        began = sim.time_s
+        try:
+            outcomes.append(_outcome(sim, step, BEHAVIOURS[step.action](sim, argument)))
+        except ActionError as error:
+            failure = ActionError(error.what, where=_named(step), fix=error.fix)
+        steps.append(Step(step.action, ((_kind(step), _text(step)),), began, sim.time_s))
+        if failure is not None:
+            break
+    if failure is None:
+        sim.wait(PAUSE_S)
+    recording = replace(sim.recording(), steps=tuple(steps))
+    return Execution(recording, tuple(outcomes), failure, frozenset(sim.handled))
+
+
+def reached(execution: Execution) -> bool:
+    """Whether every step reached its goal and nothing else was moved."""
+    return not execution.problems
+
+
+def _argument(
+    context: Context, places: Mapping[str, Place], step: ScriptStep, number: int
+) -> str | float | Place:
+    where = f"step {number + 1} of the script"
+    if step.action not in ACTIONS or step.action not in BEHAVIOURS:
+        fix = f"the actions are: {', '.join(BEHAVIOURS)}"
+        raise CorpusError(f"there is no action {step.action!r}", where=where, fix=fix)
+    wanted, given = ACTIONS[step.action].argument, step.argument
+    if wanted == "number":
+        if isinstance(given, str) or not np.isfinite(given):
+            raise CorpusError(f"{step.action} needs a number, not {given!r}", where=where)
+        return float(given)
+    if wanted == "object":
+        things = [item.id for item in context.objects if item.id != context.agent_id]
+        if given not in things:
+            fix = f"the objects are: {', '.join(things)}"
+            raise CorpusError(f"there is no object {given!r}", where=where, fix=fix)
+        return str(given)
+    if given not in places:
+        fix = f"the places are: {', '.join(places)}"
+        raise CorpusError(f"there is no place {given!r}", where=where, fix=fix)
+    return places[str(given)]
+
+
+def _outcome(sim: Simulation, step: ScriptStep, goal: Goal | None) -> Outcome:
+    if goal is None:
+        return Outcome(step, None)
+    xyz, orientation = sim.body_pose(goal.thing)
+    return Outcome(
+        step,
+        goal,
+        float(np.linalg.norm(xyz - goal.xyz)),
+        float(np.rad2deg(np.abs(wrap(heading(orientation) - goal.yaw)))),
+        float(np.rad2deg(sim.lean(goal.thing))),
+    )
+
+
+def _kind(step: ScriptStep) -> str:
+    return ACTIONS[step.action].argument
+
+
+def _text(step: ScriptStep) -> str:
+    return step.argument if isinstance(step.argument, str) else f"{step.argument:g}"
+
+
+def _named(step: ScriptStep) -> str:
+    return f"{step.action} {_text(step)}"

@@ -1,0 +1,56 @@
+"""What the robot can do, in physics.
+
+An action gets the running simulation and its argument, moves the robot, and says what it
+wanted to reach. What it can't do it refuses with an :class:`ActionError`, before moving if it
+can tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from corpus_tools.world.physics.controller import Simulation
+from corpus_tools.world.state.robot_script import Action
+from g3.groundings import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """Where an action wants something to be.
+
+    Parameters
+    ----------
+    thing
+        Id of the object.
+    xyz
+        Position of its frame, shape (3,).
+    yaw
+        Heading.
+    """
+
+    thing: str
+    xyz: FloatArray
+    yaw: float
+
+
+Behaviour: TypeAlias = Callable[[Simulation, Any], "Goal | None"]
+"""Takes the id of an object, a :class:`~g3.groundings.Place` or a number, as its action does."""
+
+_BEHAVIOURS: dict[str, Behaviour] = {}
+
+BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType(_BEHAVIOURS)
+"""What actions do, by name."""
+
+
+def behaviour(action: Action) -> Callable[[Behaviour], Behaviour]:
+    """Register what an action does."""
+
+    def register(function: Behaviour) -> Behaviour:
+        if _BEHAVIOURS.setdefault(action.name, function) is not function:
+            raise ValueError(f"the action {action.name!r} does something already")
+        return function
+
+    return register

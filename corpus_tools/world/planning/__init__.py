@@ -1,0 +1,1 @@
+"""Ways around obstacles, without a simulator."""

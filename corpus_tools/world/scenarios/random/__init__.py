@@ -1,0 +1,1 @@
+"""Scenarios that nobody wrote: drawn at random and checked like all others."""

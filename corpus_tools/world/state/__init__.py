@@ -1,0 +1,1 @@
+"""What there is at a moment: kinds of things, their sizes and shapes, scripts, recordings."""

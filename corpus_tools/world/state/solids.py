@@ -1,0 +1,82 @@
+"""How objects collide and what they weigh."""
+
+from __future__ import annotations
+
+import mujoco
+
+from corpus_tools.world.state.dimensions import BLOCK, CAB_TOP, ENTRY_HEIGHT, PALLET_HEIGHT, Extent
+from corpus_tools.world.state.shapes import Shape
+from corpus_tools.world.state.thing_kinds import Kind
+
+SOLID_GROUP = 3
+"""Group of geoms that collide and aren't seen."""
+
+PALLET_KG, LOAD_KG = 25.0, 275.0
+
+FRICTION = 0.8
+
+
+def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 0.0) -> None:
+    """Add the geoms that an object collides with.
+
+    Parameters
+    ----------
+    ground_m
+        Height of the ground in the object's frame.
+    """
+    (x0, y0, z0), (x1, y1, z1) = shape.low.tolist(), shape.high.tolist()
+    if kind.carriable:
+        _add_pallet(body, shape)
+        box(body, ((x0, x1), (y0, y1), (z0 + PALLET_HEIGHT, z1)), mass=LOAD_KG)
+        return
+    if kind.deck is None:
+        box(body, ((x0, x1), (y0, y1), (z0, z1)))
+        return
+    # Nothing drives under a deck: wheels and frame are in the way.
+    box(body, ((x0, x1), (y0, y1), (ground_m, z1)))
+    for cab in beside_deck(kind, shape):
+        box(body, (cab, (y0, y1), (z1, ground_m + CAB_TOP)))
+
+
+def deck_of(kind: Kind, shape: Shape) -> tuple[float, float]:
+    """From and to along x, where an object's top can be loaded."""
+    if kind.deck is None:
+        raise ValueError(f"a {kind.name} has no deck")
+    scale = shape.size[0] / kind.size[0]
+    low, high = (float(shape.middle[0] + x * scale) for x in kind.deck)
+    return low, high
+
+
+def beside_deck(kind: Kind, shape: Shape) -> tuple[tuple[float, float], ...]:
+    """The parts along x of an object's top that aren't its deck: a truck's cab."""
+    low, high = deck_of(kind, shape)
+    rest = ((float(shape.low[0]), low), (high, float(shape.high[0])))
+    return tuple(part for part in rest if part[1] - part[0] > 0.01)
+
+
+def box(body: mujoco.MjsBody, extent: Extent, mass: float = 0.0) -> None:
+    """Add a box that collides."""
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=[(low + high) / 2 for low, high in extent],
+        size=[(high - low) / 2 for low, high in extent],
+        mass=mass,
+        friction=[FRICTION, 0.005, 0.0001],
+        group=SOLID_GROUP,
+    )
+
+
+def _add_pallet(body: mujoco.MjsBody, shape: Shape) -> None:
+    """A deck on nine blocks."""
+    (x0, y0, z0), (x1, y1, _) = shape.low.tolist(), shape.high.tolist()
+    deck = ((x0, x1), (y0, y1), (z0 + ENTRY_HEIGHT, z0 + PALLET_HEIGHT))
+    box(body, deck, mass=PALLET_KG)
+    for x in _thirds(x0, x1):
+        for y in _thirds(y0, y1):
+            box(body, (x, y, (z0, z0 + ENTRY_HEIGHT)))
+
+
+def _thirds(low: float, high: float) -> tuple[tuple[float, float], ...]:
+    middle = (low + high) / 2
+    starts = (low, middle - BLOCK / 2, high - BLOCK)
+    return tuple((start, start + BLOCK) for start in starts)

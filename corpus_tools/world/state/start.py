@@ -1,0 +1,111 @@
+"""How a context starts: what stands on what, and what hangs on the forks.
+
+Corpora tell poses to some centimetres. Physics needs things to stand on each other exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
+from corpus_tools.world.state.shapes import Shape, shape_of
+from corpus_tools.world.state.thing_kinds import kind_of
+from g3.actions import covers, loaded
+from g3.geometry import rotate, wrap
+from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
+
+HEEL_GAP_M = 0.01
+"""Between the forks' heel and what is on them."""
+
+
+def starting(context: Context) -> tuple[Context, str | None, float]:
+    """A context as physics can start it.
+
+    Every object has one pose. Loads stand exactly on what is under them; one that hangs in
+    front of the robot is on its forks.
+
+    Returns
+    -------
+    context
+        With the poses and prisms that things start with.
+    held
+        The load on the forks, if there is one.
+    forks
+        How far the forks are up, metres.
+    """
+    held = loaded(context)
+    ground = float(context.agent.trajectory.xyz[0, 2])
+    objects = {item.id: _at_start(item) for item in context.objects}
+    loads = [item for item in objects.values() if kind_of(item.labels).carriable]
+    for load in sorted(loads, key=lambda item: item.prism.z_min):
+        if load.id != held:
+            bottom = _support(load, list(objects.values()), ground)
+            objects[load.id] = moved(load, np.array([0, 0, bottom - load.prism.z_min]))
+    forks = 0.0
+    if held is not None and not kind_of(objects[held].labels).carriable:
+        held = None
+    if held is not None:
+        objects[held] = _on_forks(objects[held], objects[context.agent_id].trajectory)
+        up = objects[held].prism.z_min - ground + ENTRY_HEIGHT - LOW
+        forks = min(max(up, 0.0), LIFT_RANGE)
+        objects[held] = moved(objects[held], np.array([0, 0, forks - up]))
+    return replace(context, objects=tuple(objects.values())), held, forks
+
+
+def ahead_of(pose: FloatArray, shape: Shape, yaw: float) -> float:
+    """How far ahead of the robot's pose the frame of a load on its forks is.
+
+    Parameters
+    ----------
+    pose
+        Of the robot, shape (3,).
+    shape, yaw
+        The load's box, and the heading of its frame.
+    """
+    corners = np.array([[x, y] for x in (0, 1) for y in (0, 1)]) * shape.size[:2] + shape.low[:2]
+    back = rotate(corners, np.array(yaw - pose[2]))[:, 0].min()
+    return HEEL_X + HEEL_GAP_M - float(back)
+
+
+def moved(item: PhysicalObject, by: FloatArray) -> PhysicalObject:
+    """An object with one pose, moved by metres along x, y and z."""
+    pose, prism = item.trajectory, item.prism
+    return replace(
+        item,
+        prism=Prism(prism.xy + by[:2], prism.z_min + float(by[2]), prism.z_max + float(by[2])),
+        trajectory=Trajectory(pose.t, pose.xyz + by, pose.yaw),
+    )
+
+
+def _at_start(item: PhysicalObject) -> PhysicalObject:
+    pose = item.trajectory
+    return replace(item, trajectory=Trajectory(pose.t[:1], pose.xyz[:1], pose.yaw[:1]))
+
+
+def _support(load: PhysicalObject, objects: list[PhysicalObject], ground: float) -> float:
+    """The height under a load's middle that its bottom is nearest to."""
+    middle = (load.prism.xy.min(axis=0) + load.prism.xy.max(axis=0)) / 2
+    tops = [o.prism.z_max for o in objects if o.id != load.id and covers(o.prism, middle)]
+    surfaces = np.array([ground, *(top for top in tops if top < load.prism.z_max)])
+    return float(surfaces[np.argmin(np.abs(surfaces - load.prism.z_min))])
+
+
+def _on_forks(load: PhysicalObject, robot: Trajectory) -> PhysicalObject:
+    """The load straight on the forks, with its back at their heel."""
+    pose = np.array([*robot.xyz[0, :2], robot.yaw[0]])
+    frame, shape = load.trajectory, shape_of(load)
+    quarter = np.pi / 2
+    turn = float(wrap(pose[2] - frame.yaw[0]) % quarter)
+    turn -= quarter if turn > quarter / 2 else 0.0
+    yaw = frame.yaw + turn
+    aside = -rotate(shape.middle[:2], yaw[0] - pose[2])[1]
+    ahead = ahead_of(pose, shape, float(yaw[0]))
+    xy = pose[:2] + rotate(np.array([ahead, aside]), pose[2])
+    corners = rotate(load.prism.xy - frame.xyz[0, :2], np.full(len(load.prism.xy), turn))
+    return replace(
+        load,
+        prism=Prism(corners + xy, load.prism.z_min, load.prism.z_max),
+        trajectory=Trajectory(frame.t, np.array([[*xy, frame.xyz[0, 2]]]), yaw),
+    )

@@ -1,0 +1,115 @@
+"""Kinds of things that can stand in a world.
+
+What a kind looks like is registered in :mod:`corpus_tools.world.looks`, how it collides in
+:mod:`corpus_tools.world.state.solids`; this module knows no simulator. Other distributions
+name modules that register kinds in the entry point group ``ct.kinds``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from g3.extensions import load_extensions
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of object. Its frame is at its pose: x ahead, y to the left, z up.
+
+    Parameters
+    ----------
+    name
+        As scenarios write it.
+    labels
+        What objects of the kind are called in the semantic map.
+    size
+        Footprint along and across the heading, in metres.
+    heights
+        Bottom and top above what it stands on, in metres. Loads stand on the top of a
+        kind with a deck.
+    ahead_m
+        How far the middle of the footprint lies ahead of the pose.
+    carriable
+        Whether the forks can lift it.
+    deck
+        Which part of the top can be loaded, from and to along the heading in metres; None
+        where nothing stands on it.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    size: tuple[float, float]
+    heights: tuple[float, float]
+    ahead_m: float = 0.0
+    carriable: bool = False
+    deck: tuple[float, float] | None = None
+
+
+_KINDS: dict[str, Kind] = {}
+
+KINDS: Mapping[str, Kind] = MappingProxyType(_KINDS)
+"""All kinds by name."""
+
+
+def register_kind(kind: Kind) -> Kind:
+    """Make a kind known to scenarios.
+
+    Raises
+    ------
+    ValueError
+        If another kind has its name.
+    """
+    if _KINDS.setdefault(kind.name, kind) != kind:
+        raise ValueError(f"there is a kind {kind.name!r} already")
+    return kind
+
+
+FORKLIFT = register_kind(Kind("forklift", ("forklift",), (1.75, 1.2), (0.0, 2.1), ahead_m=-0.325))
+"""The robot. Its pose is on the ground between the front wheels."""
+
+TIRE_PALLET = register_kind(
+    Kind("tire-pallet", ("tire", "pallet"), (1.0, 1.2), (0.0, 0.7), carriable=True)
+)
+BOX_PALLET = register_kind(
+    Kind("box-pallet", ("box", "pallet"), (1.0, 1.2), (0.0, 1.05), carriable=True)
+)
+CRATE = register_kind(Kind("crate", ("crate",), (1.0, 1.0), (0.0, 0.9), carriable=True))
+TRAILER = register_kind(Kind("trailer", ("trailer",), (5.4, 2.0), (0.45, 0.85), deck=(-2.7, 2.7)))
+TRUCK = register_kind(Kind("truck", ("truck",), (6.2, 2.2), (0.5, 1.0), deck=(-3.1, 1.3)))
+SHELF = register_kind(Kind("shelf", ("shelf",), (3.0, 1.0), (0.0, 2.6)))
+BARREL = register_kind(Kind("barrel", ("barrel",), (0.6, 0.6), (0.0, 0.9)))
+PERSON = register_kind(Kind("person", ("person",), (0.5, 0.5), (0.0, 1.75)))
+CONE = register_kind(Kind("cone", ("cone",), (0.4, 0.4), (0.0, 0.7)))
+
+OTHER = register_kind(Kind("other", (), (1.0, 1.0), (0.0, 1.0)))
+"""What no other kind's labels fit."""
+
+_SAME_AS = {
+    "generator": "box",
+    "flatbed": "trailer",
+    "lorry": "truck",
+    "boxes": "box",
+    "tires": "tire",
+    "man": "person",
+    "human": "person",
+    "rack": "shelf",
+    "drum": "barrel",
+}
+"""Labels of other corpora, and ours for them."""
+
+
+def kind_of(labels: Iterable[str]) -> Kind:
+    """The kind whose labels fit best, :data:`OTHER` if none has a label in common.
+
+    Labels of the paper's corpus are understood: {tire, assembly, pallet} is a tire
+    pallet, {generator, accessories, pallet} a pallet of boxes, {flatbed, trailer} a
+    trailer.
+    """
+    known = {_SAME_AS.get(label, label) for label in labels}
+    best = max(_KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
+    return best if known.intersection(best.labels) else OTHER
+
+
+load_extensions("ct.kinds")
