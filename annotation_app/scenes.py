@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.logs.reading import read_log
+from corpus_tools.logs.log_reading import read_log
 from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
 from g3.geometry import rotate

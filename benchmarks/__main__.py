@@ -13,7 +13,7 @@ import scipy
 from benchmarks import candidates, extraction, logs, parsing, reading, rendering, training
 from benchmarks.timing import table
 from corpus_tools.bundled import open_corpus
-from corpus_tools.video.gl import choose_back_end
+from corpus_tools.video.drawing.gl import choose_back_end
 from g3.examples import examples, labels
 
 

@@ -20,8 +20,8 @@ from mcap.writer import Writer
 from benchmarks.timing import best_of, compare, heading, show
 from corpus_tools.logs.channels import TF
 from corpus_tools.logs.foxglove import FrameTransforms
-from corpus_tools.logs.reading import read_log
-from corpus_tools.logs.writing import to_bytes, write_log
+from corpus_tools.logs.log_reading import read_log
+from corpus_tools.logs.log_writing import to_bytes, write_log
 from corpus_tools.world.state.recording import NS_PER_S, Recording, upright
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.timing import compare, heading, show
-from corpus_tools.video.gl import choose_back_end
+from corpus_tools.video.drawing.gl import choose_back_end
 
 if TYPE_CHECKING:
     from corpus_tools.world.state.recording import Recording
@@ -46,9 +46,9 @@ def main() -> None:
 
 
 def run(scenario: str = SCENARIO) -> None:
-    from corpus_tools.logs.writing import to_bytes  # noqa: PLC0415 - after the back end's choice
+    from corpus_tools.logs.log_writing import to_bytes  # noqa: PLC0415 - after the back end's choice
+    from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415
     from corpus_tools.video.items import scenario_items, story_of  # noqa: PLC0415
-    from corpus_tools.video.moments import sampled  # noqa: PLC0415
 
     heading(f"Drawing and encoding {scenario}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
     story = story_of(scenario_items("warehouse", (scenario,))[0])
@@ -98,7 +98,7 @@ def _first_seconds(recording: Recording, duration_s: float) -> Recording:
 
 def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ignore[no-untyped-def]
     from corpus_tools.video.encode import encode  # noqa: PLC0415
-    from corpus_tools.video.frames import open_frames  # noqa: PLC0415
+    from corpus_tools.video.frame_renderers import open_frames  # noqa: PLC0415
     from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
     world = build_world(recording.start)
@@ -116,7 +116,7 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
     import mujoco  # noqa: PLC0415
     from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer  # noqa: PLC0415
 
-    from corpus_tools.video.camera import overview  # noqa: PLC0415
+    from corpus_tools.video.drawing.camera import overview  # noqa: PLC0415
     from corpus_tools.video.encode import OPTIONS  # noqa: PLC0415
     from corpus_tools.world.physics.build import build_world, set_state  # noqa: PLC0415
 

@@ -17,14 +17,14 @@ NEEDED_BYTES = GIGABYTE
 
 def drawing() -> str:
     """Whether pictures can be drawn without a screen."""
-    from corpus_tools.video.gl import VARIABLE, choose_back_end  # noqa: PLC0415 - slow to import
+    from corpus_tools.video.drawing.gl import VARIABLE, choose_back_end  # noqa: PLC0415 - slow to import
 
     return f"{VARIABLE}={choose_back_end()}"
 
 
 def encoding() -> str:
     """Whether videos can be encoded."""
-    from corpus_tools.video.gl import check_packages  # noqa: PLC0415 - slow to import
+    from corpus_tools.video.drawing.gl import check_packages  # noqa: PLC0415 - slow to import
 
     check_packages()
     import av  # noqa: PLC0415 - comes with the extra "render"

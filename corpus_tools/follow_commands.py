@@ -242,7 +242,7 @@ def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
     assert result.plan is not None  # noqa: S101 - the callers have looked
     if video is not None:
         # Before MuJoCo is imported, which reads what this chooses.
-        from corpus_tools.video.gl import choose_back_end
+        from corpus_tools.video.drawing.gl import choose_back_end
 
         choose_back_end()
     try:
@@ -260,7 +260,7 @@ def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
 
 
 def _film(done: Execution, video: Path) -> None:
-    from corpus_tools.logs.writing import write_log
+    from corpus_tools.logs.log_writing import write_log
     from corpus_tools.video.films import film
 
     film(done.recording, video)

@@ -12,10 +12,10 @@ from corpus_tools.parallel_options import JOBS, SCHEDULER
 
 if TYPE_CHECKING:
     from corpus_tools.parallel import Workers
-    from corpus_tools.video.batch import Outcome
     from corpus_tools.video.items import Item
     from corpus_tools.video.manifest import Settings
     from corpus_tools.video.production import OnFrame
+    from corpus_tools.video.render_batch import Outcome
 
 SMALLEST, LARGEST = 64, 4096
 """Lengths of a picture's edges, in pixels."""
@@ -115,7 +115,7 @@ def render_videos(
     pixels = _size(size)
 
     # Before MuJoCo is imported, which reads what this chooses.
-    from corpus_tools.video.gl import choose_back_end
+    from corpus_tools.video.drawing.gl import choose_back_end
 
     choose_back_end()
 
@@ -156,7 +156,7 @@ def _produce(
     items: list[Item], out: Path, settings: Settings, *, workers: Workers, force: bool
 ) -> list[Outcome]:
     from corpus_tools.progress import progress_bar
-    from corpus_tools.video.batch import produce_all
+    from corpus_tools.video.render_batch import produce_all
 
     outcomes: list[Outcome] = []
     with progress_bar("rendering") as progress:

@@ -74,7 +74,7 @@ def describe(
     """
     from corpus_tools.parallel import Workers
     from corpus_tools.progress import progress_bar
-    from corpus_tools.video.gl import check_packages
+    from corpus_tools.video.drawing.gl import check_packages
 
     check_packages()
     from corpus_tools.simulation.dataset import Plan, write_dataset

@@ -225,7 +225,7 @@ def report(given: Given, *, terminal: bool) -> None:
 
 def end_to_end(given: Given, *, terminal: bool) -> str:
     """Go on with a study of plans, and tell what came of it so far."""
-    from corpus_tools.video.gl import choose_back_end
+    from corpus_tools.video.drawing.gl import choose_back_end
 
     # Before MuJoCo is imported, which reads what this chooses.
     choose_back_end()

@@ -21,7 +21,7 @@ from g3.errors import CorpusError
 from g3.groundings import Grounding, Place
 
 if TYPE_CHECKING:
-    from corpus_tools.video.frames import Frames
+    from corpus_tools.video.frame_renderers import Frames
     from corpus_tools.world.physics.execute import Execution
     from corpus_tools.world.state.recording import Recording
     from g3.inference.grounder import Grounder, Result
@@ -262,7 +262,7 @@ def _name(thing: Grounding) -> str:
 
 
 def _carry_out(start: State, result: Result) -> Execution:
-    from corpus_tools.video.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
+    from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
 
     choose_back_end()
     from corpus_tools.following import to_script  # noqa: PLC0415 - as above
@@ -279,11 +279,11 @@ def _filmed(
     """The first picture with its outlines, and then the video."""
     import cv2  # noqa: PLC0415 - as above
 
+    from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415
+    from corpus_tools.video.drawing.segmentation import describe  # noqa: PLC0415
     from corpus_tools.video.encode import encode  # noqa: PLC0415
-    from corpus_tools.video.frames import open_frames  # noqa: PLC0415
+    from corpus_tools.video.frame_renderers import open_frames  # noqa: PLC0415
     from corpus_tools.video.manifest import Settings  # noqa: PLC0415
-    from corpus_tools.video.moments import sampled  # noqa: PLC0415
-    from corpus_tools.video.segmentation import describe  # noqa: PLC0415
     from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
     how = Settings(fps=FPS, quality="standard")

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from corpus_tools.logs.foxglove import FrameTransforms, Log, SceneUpdate
-from corpus_tools.logs.records import ContextRecord, RobotRecord, StepsRecord
+from corpus_tools.logs.log_records import ContextRecord, RobotRecord, StepsRecord
 
 VERSION = 1
 """Of the format."""

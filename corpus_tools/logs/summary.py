@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.logs.reading import Log
+from corpus_tools.logs.log_reading import Log
 from corpus_tools.world.state.recording import Step
 
 

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 import av
 from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
-from corpus_tools.video.canvas import Image
+from corpus_tools.video.drawing.canvas import Image
 from g3.errors import CorpusError
 
 Quality: TypeAlias = Literal["draft", "standard", "high"]

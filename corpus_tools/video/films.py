@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from corpus_tools.video.canvas import Image
+from corpus_tools.video.drawing.canvas import Image
+from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.video.encode import encode
-from corpus_tools.video.frames import Frames, open_frames
+from corpus_tools.video.frame_renderers import Frames, open_frames
 from corpus_tools.video.manifest import Settings
-from corpus_tools.video.moments import sampled
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 

@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from corpus_tools import __version__
-from corpus_tools.video.camera import Camera
+from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.encode import Quality
 from corpus_tools.video.items import Story
 from corpus_tools.world.state.recording import Recording
@@ -36,7 +36,7 @@ class Settings:
     Parameters
     ----------
     camera
-        One of :data:`~corpus_tools.video.camera.CAMERAS`.
+        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
     size
         Width and height, pixels, both even.
     fps

@@ -14,14 +14,14 @@ import numpy.typing as npt
 
 from corpus_tools import __version__
 from corpus_tools.corpus.atomic import write_folder
-from corpus_tools.logs.writing import to_bytes
-from corpus_tools.video.canvas import Image
+from corpus_tools.logs.log_writing import to_bytes
+from corpus_tools.video.drawing.canvas import Image
+from corpus_tools.video.drawing.drawn_moments import sampled
+from corpus_tools.video.drawing.segmentation import describe, label_image
 from corpus_tools.video.encode import encode
-from corpus_tools.video.frames import Frames, open_frames
+from corpus_tools.video.frame_renderers import Frames, open_frames
 from corpus_tools.video.items import Item, story_of
 from corpus_tools.video.manifest import MANIFEST, Settings, input_hash, is_finished, manifest
-from corpus_tools.video.moments import sampled
-from corpus_tools.video.segmentation import describe, label_image
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from corpus_tools.parallel import Workers
 from corpus_tools.progress import OnProgress
-from corpus_tools.video.batch import produce_all
 from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST, Settings
+from corpus_tools.video.render_batch import produce_all
 from eval.plan_study.pairs import Pair
 from eval.plan_study.planning import run_corpus
 from g3.errors import CorpusError

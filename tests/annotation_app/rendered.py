@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.logs.writing import write_log
+from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 

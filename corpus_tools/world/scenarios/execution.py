@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from corpus_tools.logs.writing import write_log
+from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.physics.execute import Execution, execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint

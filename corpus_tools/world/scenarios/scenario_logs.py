@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from corpus_tools.logs.reading import Log, read_log
+from corpus_tools.logs.log_reading import Log, read_log
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario import Scenario
 from corpus_tools.world.scenarios.scenario_files import LOGS

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from corpus_tools.importers.authored.assembly import import_authored
-from corpus_tools.logs.writing import write_log
+from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.annotation import Annotation

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from corpus_tools.logs.reading import read_log
-from corpus_tools.logs.writing import to_bytes, write_log
+from corpus_tools.logs.log_reading import read_log
+from corpus_tools.logs.log_writing import to_bytes, write_log
 from g3.errors import FormatError
 
 one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -119,7 +119,7 @@ def test_wrong_messages_are_told_with_their_place(tmp_path, driving, topic, old,
 
 
 def test_a_log_of_a_later_format_is_told(tmp_path, driving, monkeypatch):
-    monkeypatch.setattr("corpus_tools.logs.writing.VERSION", 2)
+    monkeypatch.setattr("corpus_tools.logs.log_writing.VERSION", 2)
     write_log(driving, tmp_path / "a.mcap", name="", metadata={})
     with pytest.raises(FormatError, match="the format's version is 2, this program reads 1"):
         read_log(tmp_path / "a.mcap")

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from corpus_tools.logs.channels import CHANNELS
-from corpus_tools.logs.writing import write_log
+from corpus_tools.logs.log_writing import write_log
 
 PAGE = (Path(__file__).parents[3] / "docs" / "logs.md").read_text(encoding="utf-8")
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.logs.reading import read_log
-from corpus_tools.logs.writing import to_bytes, write_log
+from corpus_tools.logs.log_reading import read_log
+from corpus_tools.logs.log_writing import to_bytes, write_log
 from corpus_tools.world.state.recording import Recording, to_context
 from g3.errors import FormatError
 from tests.strategies import recordings
@@ -67,7 +67,7 @@ def test_a_log_replaces_the_file_and_leaves_no_other(tmp_path, driving):
 
 
 def test_logs_are_read_without_the_simulator():
-    script = "import sys, corpus_tools.logs.reading; assert 'mujoco' not in sys.modules"
+    script = "import sys, corpus_tools.logs.log_reading; assert 'mujoco' not in sys.modules"
     subprocess.run([sys.executable, "-c", script], check=True, cwd=Path(__file__).parents[3])
 
 
@@ -78,8 +78,8 @@ for name in ("mujoco", "cv2", "av"):
     sys.modules[name] = None
 from pathlib import Path
 from corpus_tools.bundled import open_corpus
-from corpus_tools.logs.reading import read_log
-from corpus_tools.logs.writing import write_log
+from corpus_tools.logs.log_reading import read_log
+from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.state.replay import replay
 context = next(iter(open_corpus("warehouse").contexts.values()))
 path = Path({str(tmp_path / "log.mcap")!r})

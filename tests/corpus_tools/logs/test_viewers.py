@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 
 from corpus_tools.logs import foxglove
 from corpus_tools.logs.channels import CHANNELS
-from corpus_tools.logs.writing import to_bytes
+from corpus_tools.logs.log_writing import to_bytes
 
 NUMBERS = {FieldDescriptor.TYPE_DOUBLE: "number", FieldDescriptor.TYPE_FLOAT: "number"}
 OTHERS = {

@@ -19,8 +19,8 @@ import pytest
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.logs.reading import read_log
-from corpus_tools.video.moments import sampled
+from corpus_tools.logs.log_reading import read_log
+from corpus_tools.video.drawing.drawn_moments import sampled
 from tests.tiny_corpus import tiny_corpus
 
 CT = Path(sys.executable).with_name("ct")

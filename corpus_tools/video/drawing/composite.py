@@ -11,10 +11,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from corpus_tools.video.camera import Camera
-from corpus_tools.video.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
-from corpus_tools.video.moments import same_state
-from corpus_tools.video.shadows import Shadows, ahead_of, lit, merged, places, shade
+from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
+from corpus_tools.video.drawing.drawn_moments import same_state
+from corpus_tools.video.drawing.shadows import Shadows, ahead_of, lit, merged, places, shade
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray

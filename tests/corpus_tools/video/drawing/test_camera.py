@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corpus_tools.video.camera import CAMERAS, Camera, overview
+from corpus_tools.video.drawing.camera import CAMERAS, Camera, overview
 from corpus_tools.world.state.recording import upright
 from corpus_tools.world.state.shapes import shape_of
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, drive

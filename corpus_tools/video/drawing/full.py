@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from corpus_tools.video.camera import Camera
-from corpus_tools.video.canvas import Canvas, Image
+from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.canvas import Canvas, Image
 from corpus_tools.world.state.recording import Recording
 
 

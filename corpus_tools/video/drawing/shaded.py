@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.camera import Camera
-from corpus_tools.video.canvas import MOVING, Canvas, Depth, Image
-from corpus_tools.video.shadows import Float32Array, ShadowMap, Shadows, places, shade
-from corpus_tools.video.smoothing import smoothed
+from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.canvas import MOVING, Canvas, Depth, Image
+from corpus_tools.video.drawing.shadows import Float32Array, ShadowMap, Shadows, places, shade
+from corpus_tools.video.drawing.smoothing import smoothed
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from corpus_tools.parallel import Done, WorkerDiedError, Workers, work
-from corpus_tools.video.gl import VARIABLE, choose_back_end
+from corpus_tools.video.drawing.gl import VARIABLE, choose_back_end
 from corpus_tools.video.items import Item
 from corpus_tools.video.manifest import Settings
 from corpus_tools.video.production import OnFrame, produce

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.canvas import Image
+from corpus_tools.video.drawing.canvas import Image
 
 LEAST_CONTRAST = 20
 """Of 255: weaker edges are left alone."""

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.camera import CAMERAS, Camera
-from corpus_tools.video.canvas import Image, open_canvas, sun_of
-from corpus_tools.video.composite import FINER, Composite
+from corpus_tools.video.drawing.camera import CAMERAS, Camera
+from corpus_tools.video.drawing.canvas import Image, open_canvas, sun_of
+from corpus_tools.video.drawing.composite import FINER, Composite
+from corpus_tools.video.drawing.drawn_moments import moving_objects
+from corpus_tools.video.drawing.full import Full
+from corpus_tools.video.drawing.shaded import Shaded
+from corpus_tools.video.drawing.shadows import LARGEST_MAP
 from corpus_tools.video.encode import Quality
-from corpus_tools.video.full import Full
-from corpus_tools.video.moments import moving_objects
-from corpus_tools.video.shaded import Shaded
-from corpus_tools.video.shadows import LARGEST_MAP
 from corpus_tools.world.physics.build import World
 from corpus_tools.world.state.recording import Recording
 
@@ -57,7 +57,7 @@ def open_frames(
     recording
         Sampled at the video's frames.
     camera
-        One of :data:`~corpus_tools.video.camera.CAMERAS`.
+        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
     size
         Width and height of a frame.
     """

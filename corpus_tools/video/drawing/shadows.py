@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.camera import Camera
-from corpus_tools.video.canvas import MOVING, STILL, Canvas, Depth, Image
+from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.canvas import MOVING, STILL, Canvas, Depth, Image
 from g3.groundings import FloatArray
 
 Float32Array = npt.NDArray[np.float32]

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from corpus_tools.video.camera import CAMERAS
-from corpus_tools.video.frames import open_frames
-from corpus_tools.video.segmentation import describe, label_image
+from corpus_tools.video.drawing.camera import CAMERAS
+from corpus_tools.video.drawing.segmentation import describe, label_image
+from corpus_tools.video.frame_renderers import open_frames
 from corpus_tools.world.physics.build import build_world
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, TRUCK, drive
 

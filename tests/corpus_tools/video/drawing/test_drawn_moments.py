@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from corpus_tools.video.moments import moving_objects, same_state, sampled
+from corpus_tools.video.drawing.drawn_moments import moving_objects, same_state, sampled
 from corpus_tools.world.state.recording import heading
 from tests.corpus_tools.video.recordings import PALLET, ROBOT, drive
 

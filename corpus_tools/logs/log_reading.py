@@ -26,7 +26,7 @@ from corpus_tools.logs.channels import (
     VERSION,
 )
 from corpus_tools.logs.foxglove import FrameTransforms
-from corpus_tools.logs.records import (
+from corpus_tools.logs.log_records import (
     ContextRecord,
     RobotRecord,
     StepsRecord,

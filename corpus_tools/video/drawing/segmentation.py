@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.camera import Camera
+from corpus_tools.video.drawing.camera import Camera
 from g3.groundings import Context
 
 SCHEMA_VERSION = 1

@@ -1,4 +1,4 @@
-"""Writing logs: MCAP files that viewers show and :mod:`corpus_tools.logs.reading` reads."""
+"""Writing logs: MCAP files that viewers show and :mod:`corpus_tools.logs.log_reading` reads."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ from corpus_tools.logs.foxglove import (
     Vector3,
     time_of,
 )
-from corpus_tools.logs.records import RobotRecord, context_record, steps_record
-from corpus_tools.logs.scene import entities, frames
+from corpus_tools.logs.log_records import RobotRecord, context_record, steps_record
+from corpus_tools.logs.scene_messages import entities, frames
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
 from g3.geometry import BoolArray

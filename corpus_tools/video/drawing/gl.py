@@ -98,7 +98,7 @@ def _works(name: str) -> bool:
 
 
 _PROBE = """
-from corpus_tools.video.gl import gl_context
+from corpus_tools.video.drawing.gl import gl_context
 context = gl_context(16, 16)
 context.make_current()
 import mujoco

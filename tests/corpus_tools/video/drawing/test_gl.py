@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-CHOOSE = "from corpus_tools.video.gl import choose_back_end; print(choose_back_end())"
+CHOOSE = "from corpus_tools.video.drawing.gl import choose_back_end; print(choose_back_end())"
 
 
 def choose(program=CHOOSE, **environment):

@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.video.camera import Camera
-from corpus_tools.video.gl import gl_context
+from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.gl import gl_context
 from corpus_tools.world.physics.build import World, body_name, set_state
 from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.solids import SOLID_GROUP
