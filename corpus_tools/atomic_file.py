@@ -36,7 +36,7 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
         return
     temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
     try:
-        with open(temporary, "xb", opener=_for_owner if private else None) as file:  # noqa: PTH123
+        with open(temporary, "xb", opener=_for_owner if private else None) as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

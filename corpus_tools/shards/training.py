@@ -21,6 +21,8 @@ from corpus_tools.parallel import Team, Workers, work_in_order
 from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import Manifest, Shard, read_shard
 from g3 import crf
+from g3.array_file import Field, read_arrays, write_arrays
+from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale
 from g3.features.registry import CATALOGUE_VERSION
 from g3.groundings import FloatArray
@@ -34,6 +36,12 @@ TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
 
 Signatures = npt.NDArray[np.uint64]
 _COLUMNS = "columns.npz"
+_COLUMN_FIELDS = {
+    "bases": Field("U"),
+    "words": Field("U"),
+    "keys": Field("<i8"),
+    "column": Field("<i4"),
+}
 
 
 def train_on_shards(
@@ -177,21 +185,23 @@ def _distinct(
 def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp]) -> None:
     column = np.full(len(space), -1, dtype=np.int32)
     column[first] = np.arange(len(first))
-    np.savez(
-        path,
-        bases=np.array(space.bases),
-        words=np.array(space.words),
-        keys=space.keys,
-        column=column,
-    )
+    arrays = {
+        "bases": np.array(space.bases, dtype=np.str_),
+        "words": np.array(space.words, dtype=np.str_),
+        "keys": space.keys,
+        "column": column,
+    }
+    path.write_bytes(write_arrays(arrays, compressed=False))
 
 
 @lru_cache(maxsize=1)
 def _read_columns(
     path: Path,
 ) -> tuple[list[str], list[str], npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    with np.load(path) as file:
-        return file["bases"].tolist(), file["words"].tolist(), file["keys"], file["column"]
+    found = read_arrays(
+        path.read_bytes(), _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError
+    )
+    return found["bases"].tolist(), found["words"].tolist(), found["keys"], found["column"]
 
 
 def _pack(path: Path, *, scratch: Path) -> Path:
