@@ -22,7 +22,7 @@ from corpus_tools.shards.files import (
     Origin,
     Shard,
     ShardRecord,
-    known_rows,
+    known_shard,
     pyarrow,
     write_manifest,
     write_shard,
@@ -126,8 +126,7 @@ def write_shards(
     )
     for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
         path.unlink()
-    write_manifest(out, manifest)
-    return manifest, [_line(name, error) for name, error in failures.items()]
+    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
 
 
 def _line(corpus: str, error: Exception) -> str:
@@ -147,12 +146,11 @@ def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) 
         file = f"{portion.order:05}-{first // size:05}.parquet"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
         origin = Origin(digest, first, len(part), *features)
-        rows = known_rows(out / file, origin)
-        if rows is None:
+        known = known_shard(out / file, origin)
+        if known is None:
             shard = to_shard(part, options)
-            write_shard(out / file, shard, origin)
-            rows = len(shard.right)
-        made.shards.append(ShardRecord(file, len(part), rows))
+            known = len(shard.right), write_shard(out / file, shard, origin)
+        made.shards.append(ShardRecord(file, len(part), *known))
     return made
 
 
