@@ -20,6 +20,7 @@ import click
 
 from corpus_tools import __version__
 from corpus_tools.extras import DISTRIBUTION, extra_of
+from corpus_tools.terminal import VisibleFormatter, note
 from g3.errors import CorpusError
 
 ENTRY_POINT_GROUP = "ct.commands"
@@ -106,9 +107,9 @@ def cli(ctx: click.Context, verbose: bool) -> None:
 
 
 def _set_up_logging(verbose: bool) -> None:
-    logging.basicConfig(
-        stream=sys.stderr, level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
-    )
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(VisibleFormatter("%(levelname)s %(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler], level=logging.WARNING)
     for package in ("annotation_app", "corpus_tools", "eval", "g3"):
         logging.getLogger(package).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
@@ -138,7 +139,7 @@ def run(args: Sequence[str]) -> int:
         result = cli.main(list(args), prog_name="ct", standalone_mode=False, obj=options)
         sys.stdout.flush()
     except click.Abort:
-        click.echo("ct: interrupted", err=True)
+        note("ct: interrupted")
         return EXIT_INTERRUPTED
     except BrokenPipeError:
         # The interpreter flushes again as it ends; there that would print a warning.
@@ -146,7 +147,7 @@ def run(args: Sequence[str]) -> int:
         return EXIT_UNEXPECTED
     except Exception as error:
         if options["verbose"]:
-            traceback.print_exception(error)
+            note("".join(traceback.format_exception(error)).rstrip("\n"))
         return _report(error)
     return result if isinstance(result, int) else 0
 
@@ -155,7 +156,9 @@ def _report(error: Exception) -> int:
     """Tell an error in one line; return the exit status."""
     status = EXIT_BAD_INPUT
     if isinstance(error, click.ClickException):
-        error.show()
+        shown = io.StringIO()
+        error.show(file=shown)
+        note(shown.getvalue().rstrip("\n"))
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
     elif isinstance(error, _PATH_ERRORS) and error.filename is not None:
@@ -174,4 +177,4 @@ def _report(error: Exception) -> int:
 
 
 def _complain(message: str) -> None:
-    click.echo("ct: " + " ".join(message.split()), err=True)
+    note("ct: " + " ".join(message.split()))

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from corpus_tools import __version__
 from corpus_tools.atomic_file import write_bytes
+from corpus_tools.only_writer import only_writer
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import ModelError
 from g3.features.matrix import FeatureSpace
@@ -104,6 +105,11 @@ def save_model(
         What it was trained on.
     training
         What to record of the training, in types that JSON has.
+
+    Raises
+    ------
+    FormatError
+        If another program is writing this model.
     """
     arrays_path, card_path = model_files(path)
     arrays = write_arrays({"keys": model.space.keys, "weights": model.weights})
@@ -123,8 +129,10 @@ def save_model(
         training=dict(training or {}),
     )
     card = msgspec.structs.replace(card, digest=card_digest(card))
-    write_bytes(arrays_path, arrays)
-    write_bytes(card_path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+    content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
+    with only_writer(arrays_path):  # or the card of one would stand by the arrays of another
+        write_bytes(arrays_path, arrays)
+        write_bytes(card_path, content)
 
 
 def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:

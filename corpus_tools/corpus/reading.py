@@ -11,6 +11,7 @@ from typing import Generic, NoReturn, TypeVar
 import msgspec
 
 from corpus_tools.corpus import decoding, digests
+from corpus_tools.corpus.atomic import recover
 from corpus_tools.corpus.encoding import Tables, content_hash
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.records import (
@@ -77,6 +78,7 @@ def read_manifest(folder: Path) -> Manifest:
         If the folder isn't a corpus, or one of a version that can't be read.
     """
     fix = "give the folder of a corpus; `ct import --help` tells how to make one"
+    recover(folder)
     if not folder.exists():
         raise FormatError("there is no such folder", where=str(folder), fix=fix)
     path = folder / MANIFEST
