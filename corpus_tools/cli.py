@@ -7,6 +7,7 @@ import only click at their top: ``ct --help`` loads them all.
 
 from __future__ import annotations
 
+import errno
 import functools
 import importlib.metadata
 import io
@@ -28,6 +29,9 @@ ENTRY_POINT_GROUP = "ct.commands"
 EXIT_UNEXPECTED = 1
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
+
+LONGEST_MESSAGE = 2000
+"""Of a longer error the middle is left out."""
 
 _PATH_ERRORS = (
     FileExistsError,
@@ -158,10 +162,10 @@ def _report(error: Exception) -> int:
     if isinstance(error, click.ClickException):
         shown = io.StringIO()
         error.show(file=shown)
-        note(shown.getvalue().rstrip("\n"))
+        note(_shortened(shown.getvalue().rstrip("\n")))
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
-    elif isinstance(error, _PATH_ERRORS) and error.filename is not None:
+    elif isinstance(error, OSError) and _is_of_path(error):
         _complain(f"error: {os.fsdecode(error.filename)}: {error.strerror}")
     elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
         _complain(
@@ -176,5 +180,22 @@ def _report(error: Exception) -> int:
     return status
 
 
+def _is_of_path(error: OSError) -> bool:
+    """Whether a name that was given is what is wrong."""
+    about_name = isinstance(error, _PATH_ERRORS) or error.errno in (
+        errno.ENAMETOOLONG,
+        errno.ELOOP,
+    )
+    return about_name and error.filename is not None
+
+
 def _complain(message: str) -> None:
-    note("ct: " + " ".join(message.split()))
+    note("ct: " + _shortened(" ".join(message.split())))
+
+
+def _shortened(message: str) -> str:
+    """A message without its middle, if it repeats something endless that was given."""
+    if len(message) <= LONGEST_MESSAGE:
+        return message
+    half = LONGEST_MESSAGE // 2
+    return f"{message[:half]} [{len(message) - 2 * half} characters] {message[-half:]}"

@@ -114,6 +114,16 @@ def test_a_damaged_corpus_is_told_visibly(evil_corpus, capfd):
         assert not controls(out + err)
 
 
+@pytest.mark.parametrize(
+    "arguments", [["graph", "x" * 50_000], ["corpus", "stats", "x" * 50_000], ["x" * 50_000]]
+)
+def test_an_error_repeats_nothing_endless(arguments, capfd):
+    assert run(arguments) == 2
+    err = capfd.readouterr().err
+    assert len(err) < 3000
+    assert " characters] x" in err
+
+
 def test_everything_is_printed_by_the_terminal_module():
     """Others would print what they are given; the script for completion is a program."""
     other = re.compile(r"\bclick\.(echo|secho|echo_via_pager)\(|^\s*print\(", re.MULTILINE)
