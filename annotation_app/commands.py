@@ -12,6 +12,7 @@ from annotation_app.copy_commands import backup, copy_media, restore
 from annotation_app.crowd_commands import reconcile
 from annotation_app.people_commands import people
 from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.terminal import note, say
 
 if TYPE_CHECKING:
     from annotation_app.config import Config
@@ -172,10 +173,10 @@ def serve(
     name = "localhost" if host in ("127.0.0.1", "::1") else host
     base = f"{'https' if https else 'http'}://{name}" + ("" if https else f":{port}")
     for what, address in serving.addresses(config, base):
-        click.echo(f"{what}: {address}")
-    click.echo("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
+        say(f"{what}: {address}")
+    say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
     if host not in serving.LOOPBACK and not https:
-        click.echo("note: without --https passwords and answers can be read on the way", err=True)
+        note("note: without --https passwords and answers can be read on the way")
     try:
         serving.serve(config, host=host, port=port, threads=threads)
     except OSError as error:
@@ -362,7 +363,7 @@ def _demo(config: Config, videos: Path | None) -> None:
     put(ready(folder))
     others = render_rest(folder, put)
     if others:
-        click.echo(f"{others} more videos are made meanwhile, and come to the demo one by one")
+        say(f"{others} more videos are made meanwhile, and come to the demo one by one")
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import time
@@ -66,6 +67,7 @@ def open_database(url_or_path: str | Path) -> Engine:
         engine = create_engine(
             url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
         )
+        event.listen(engine, "do_connect", _made_private)
         event.listen(engine, "connect", _set_up_sqlite)
     event.listen(engine, "begin", _begin)
     return engine
@@ -150,6 +152,18 @@ def _url(url_or_path: str | Path) -> URL:
             fix="give a file, or a URL such as postgresql://user@host/name",
         ) from error
     return url.set(drivername="postgresql+psycopg") if url.drivername == "postgresql" else url
+
+
+def _made_private(_dialect: Any, _record: Any, arguments: Any, _named: Any) -> None:
+    """Make a database's file before SQLite does, which would let others read the salt in it.
+
+    The files beside it, with what was written last, get the same rights. One that is there is
+    left alone: SQLite's locks would go with its first closing.
+    """
+    file = str(arguments[0])
+    if file and not file.startswith((":", "file:")):
+        with contextlib.suppress(OSError):  # which SQLite tells better
+            os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
 
 
 def _set_up_sqlite(connection: Any, _record: Any) -> None:

@@ -7,6 +7,7 @@ import only click at their top: ``ct --help`` loads them all.
 
 from __future__ import annotations
 
+import errno
 import functools
 import importlib.metadata
 import io
@@ -20,6 +21,7 @@ import click
 
 from corpus_tools import __version__
 from corpus_tools.extras import DISTRIBUTION, extra_of
+from corpus_tools.terminal import VisibleFormatter, note
 from g3.errors import CorpusError
 
 ENTRY_POINT_GROUP = "ct.commands"
@@ -27,6 +29,9 @@ ENTRY_POINT_GROUP = "ct.commands"
 EXIT_UNEXPECTED = 1
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
+
+LONGEST_MESSAGE = 2000
+"""Of a longer error the middle is left out."""
 
 _PATH_ERRORS = (
     FileExistsError,
@@ -106,9 +111,9 @@ def cli(ctx: click.Context, verbose: bool) -> None:
 
 
 def _set_up_logging(verbose: bool) -> None:
-    logging.basicConfig(
-        stream=sys.stderr, level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
-    )
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(VisibleFormatter("%(levelname)s %(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler], level=logging.WARNING)
     for package in ("annotation_app", "corpus_tools", "eval", "g3"):
         logging.getLogger(package).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
@@ -138,7 +143,7 @@ def run(args: Sequence[str]) -> int:
         result = cli.main(list(args), prog_name="ct", standalone_mode=False, obj=options)
         sys.stdout.flush()
     except click.Abort:
-        click.echo("ct: interrupted", err=True)
+        note("ct: interrupted")
         return EXIT_INTERRUPTED
     except BrokenPipeError:
         # The interpreter flushes again as it ends; there that would print a warning.
@@ -146,7 +151,7 @@ def run(args: Sequence[str]) -> int:
         return EXIT_UNEXPECTED
     except Exception as error:
         if options["verbose"]:
-            traceback.print_exception(error)
+            note("".join(traceback.format_exception(error)).rstrip("\n"))
         return _report(error)
     return result if isinstance(result, int) else 0
 
@@ -155,10 +160,12 @@ def _report(error: Exception) -> int:
     """Tell an error in one line; return the exit status."""
     status = EXIT_BAD_INPUT
     if isinstance(error, click.ClickException):
-        error.show()
+        shown = io.StringIO()
+        error.show(file=shown)
+        note(_shortened(shown.getvalue().rstrip("\n")))
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
-    elif isinstance(error, _PATH_ERRORS) and error.filename is not None:
+    elif isinstance(error, OSError) and _is_of_path(error):
         _complain(f"error: {os.fsdecode(error.filename)}: {error.strerror}")
     elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
         _complain(
@@ -173,5 +180,22 @@ def _report(error: Exception) -> int:
     return status
 
 
+def _is_of_path(error: OSError) -> bool:
+    """Whether a name that was given is what is wrong."""
+    about_name = isinstance(error, _PATH_ERRORS) or error.errno in (
+        errno.ENAMETOOLONG,
+        errno.ELOOP,
+    )
+    return about_name and error.filename is not None
+
+
 def _complain(message: str) -> None:
-    click.echo("ct: " + " ".join(message.split()), err=True)
+    note("ct: " + _shortened(" ".join(message.split())))
+
+
+def _shortened(message: str) -> str:
+    """A message without its middle, if it repeats something endless that was given."""
+    if len(message) <= LONGEST_MESSAGE:
+        return message
+    half = LONGEST_MESSAGE // 2
+    return f"{message[:half]} [{len(message) - 2 * half} characters] {message[-half:]}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from corpus_tools.format_option import FORMAT, PLAIN, tell
+from corpus_tools.terminal import say
 
 
 @click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --json")
@@ -29,9 +30,9 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
         findings.append(finding)
         if form == PLAIN:
             mark = click.style("ok", fg="green") if finding.ok else click.style("no", fg="red")
-            click.echo(f"{mark}  {finding.name:<10} {finding.found}")
+            say(f"{mark}  {finding.name:<10} {finding.found}", styled=True)
             if finding.fix:
-                click.echo(f"    {'':<10} {finding.fix}")
+                say(f"    {'':<10} {finding.fix}")
     tell(form, {"checks": findings})
     ctx.exit(0 if all(finding.ok for finding in findings) else 2)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from corpus_tools.format_option import FORMAT, PLAIN, tell
+from corpus_tools.terminal import note, say, visible
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
@@ -97,6 +98,10 @@ def follow(
     _check_options(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
     )
+    if text is not None:
+        from g3.lengths import check_length
+
+        check_length(text, where="TEXT")
     state = _start(scenario, context_name)
     grounder = _grounder(model)
     options = {"top": top, "parses": parses, "explain": explain, "form": form}
@@ -178,17 +183,17 @@ def _show(result: Result, options: dict[str, Any]) -> bool:
     if result.plan is None:
         if options["form"] != PLAIN:
             _report(None, result, options["form"], None)
-        click.echo(f"ct: {result.note}", err=True)
+        note(f"ct: {result.note}")
     elif options["form"] == PLAIN:
         from corpus_tools.plan_words import explained
 
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
-            click.echo(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
+            say(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
             if options["explain"]:
-                click.echo("\n".join(f"  {line}" for line in explained(plan, result.sdcs)))
+                say(*(f"  {line}" for line in explained(plan, result.sdcs)))
         if result.question is not None:
-            click.echo(f"? {result.question.text}")
+            say(f"? {result.question.text}")
     return result.plan is not None
 
 
@@ -233,7 +238,7 @@ def _confirmed(result: Result, below: float) -> bool:
     plan = result.plan
     if plan is None or plan.probability >= below:
         return True
-    return click.confirm(f"{_sentence(plan)}: do it?", err=True)
+    return click.confirm(visible(f"{_sentence(plan)}: do it?"), err=True)
 
 
 def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
@@ -275,7 +280,7 @@ def _report(done: Execution | None, result: Result, form: str, video: Path | Non
         files = [] if video is None else [video, video.with_suffix(".mcap")]
         execution = {"failure": done.failure, "seconds": round(seconds, 3), "files": files}
         if done.failure is not None:
-            click.echo(f"ct: the plan failed: {done.failure}", err=True)
+            note(f"ct: the plan failed: {done.failure}")
         else:
             lines.append(f"done in {seconds:.0f} s of the world's time")
         if files:
@@ -312,9 +317,9 @@ def _loop(
 def _asked(grounder: Grounder, state: State, result: Result, options: dict[str, Any]) -> Result:
     question = result.question
     assert question is not None  # noqa: S101 - the caller has looked
-    click.echo(question.text, err=True)
+    note(question.text)
     for number, (_, words) in enumerate(question.options, start=1):
-        click.echo(f"  {number}. {words}", err=True)
+        note(f"  {number}. {words}")
     chosen = click.prompt("which", type=click.IntRange(1, len(question.options)), err=True)
     return grounder.follow(
         result.sdcs,

@@ -15,6 +15,8 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from corpus_tools.terminal import say
+
 PLAIN = "text"
 """The format for people, which is the default everywhere."""
 _SHORT = f"{__name__}.json"
@@ -71,10 +73,9 @@ def tell(form: str, record: object, *lines: str) -> None:
         Built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
     """
     if form != "json":
-        for line in lines:
-            click.echo(line)
+        say(*lines)
         return
-    click.echo(as_json(record))
+    say(as_json(record))
 
 
 def as_json(record: object) -> str:

@@ -12,6 +12,7 @@ import click
 from corpus_tools.format_option import FORMAT, format_option, tell
 from corpus_tools.model_options import NEGATIVES_SEED, training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.terminal import say
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def graph(
     }
     drawing = formats[form](grounding_graph(sdcs)).rstrip("\n")
     if out is None:
-        click.echo(drawing)
+        say(drawing)
     else:
         write_bytes(out, f"{drawing}\n".encode(errors="backslashreplace"))
 

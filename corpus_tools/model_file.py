@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import io
-import zipfile
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,15 +13,20 @@ import numpy.typing as npt
 
 from corpus_tools import __version__
 from corpus_tools.atomic_file import write_bytes
+from corpus_tools.only_writer import only_writer
+from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import ModelError
 from g3.features.matrix import FeatureSpace
 from g3.features.registry import CATALOGUE_VERSION, catalogue
 from g3.groundings import FloatArray
 from g3.model import Model
 
-SCHEMA_VERSION = 1
-ARRAYS = (("keys", np.dtype(np.int64)), ("weights", np.dtype(np.float64)))
+SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
+"""Models of the second can be read; the first adds a digest of the card itself."""
+FIELDS = {"keys": Field("<i8"), "weights": Field("<f8", finite=True)}
 RETRAIN = "train the model again"
+RESTORE = f"restore both files of the model, or {RETRAIN}"
+logger = logging.getLogger(__name__)
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -54,6 +58,9 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         (:func:`corpus_tools.labelled.scenario_ids`).
     training
         What else is known of the training, for people.
+    digest
+        ``sha256:`` and the digest of all other fields, and so of both files. Models of
+        version 1 have none.
     """
 
     schema_version: int
@@ -69,6 +76,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     data: dict[str, str] = {}
     scenarios: tuple[str, ...] = ()
     training: dict[str, object] = {}
+    digest: str = ""
 
 
 def model_files(path: Path | str) -> tuple[Path, Path]:
@@ -97,10 +105,14 @@ def save_model(
         What it was trained on.
     training
         What to record of the training, in types that JSON has.
+
+    Raises
+    ------
+    FormatError
+        If another program is writing this model.
     """
     arrays_path, card_path = model_files(path)
-    out = io.BytesIO()
-    np.savez_compressed(out, keys=model.space.keys, weights=model.weights)
+    arrays = write_arrays({"keys": model.space.keys, "weights": model.weights})
     card = ModelCard(
         schema_version=SCHEMA_VERSION,
         program=__version__,
@@ -108,7 +120,7 @@ def save_model(
         corpus_hash=model.corpus_hash,
         l2=model.l2,
         features=len(model.space),
-        arrays=_digest(out.getvalue()),
+        arrays=_digest(arrays),
         sets=model.space.sets,
         bases=model.space.bases,
         words=model.space.words,
@@ -116,8 +128,11 @@ def save_model(
         scenarios=scenarios,
         training=dict(training or {}),
     )
-    write_bytes(arrays_path, out.getvalue())
-    write_bytes(card_path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+    card = msgspec.structs.replace(card, digest=card_digest(card))
+    content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
+    with only_writer(arrays_path):  # or the card of one would stand by the arrays of another
+        write_bytes(arrays_path, arrays)
+        write_bytes(card_path, content)
 
 
 def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
@@ -138,6 +153,13 @@ def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
     """
     arrays_path, card_path = model_files(path)
     card = read_card(path)
+    if not card.digest:
+        logger.warning(
+            "%s: an older version of ct wrote this file without a digest, so changes in it "
+            "aren't found; %s to add one",
+            card_path,
+            RETRAIN,
+        )
     if corpus_hash is not None and card.corpus_hash != corpus_hash:
         raise ModelError(
             f"it was trained on another corpus ({card.corpus_hash or 'unnamed'})",
@@ -166,10 +188,10 @@ def read_card(path: Path | str) -> ModelCard:
     content = _read(card_path)
     try:
         version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
-        if version is None or bytes(version) != b"%d" % SCHEMA_VERSION:
+        if version is None or bytes(version) not in (b"1", b"2"):
             found = "none" if version is None else bytes(version).decode(errors="replace")
             raise ModelError(
-                f"the file's version is {found}, this program reads {SCHEMA_VERSION}",
+                f"the file's version is {found}, this program reads 1 and 2",
                 where=f"{card_path}: schema_version",
                 fix=f"{RETRAIN}, or use the program's version that wrote it",
             )
@@ -178,6 +200,7 @@ def read_card(path: Path | str) -> ModelCard:
         raise ModelError(
             f"the file is damaged: {error}", where=str(card_path), fix=RETRAIN
         ) from error
+    _check_digest(card, card_path)
     if card.catalogue_version != CATALOGUE_VERSION:
         raise ModelError(
             f"it needs version {card.catalogue_version} of the features, "
@@ -194,6 +217,18 @@ def read_card(path: Path | str) -> ModelCard:
         )
     _check_data(card, card_path)
     return card
+
+
+def card_digest(card: ModelCard) -> str:
+    """The digest of all of a card but its digest, however the file is indented."""
+    rest = msgspec.structs.replace(card, digest="")
+    return _digest(msgspec.json.encode(rest, order="sorted"))
+
+
+def _check_digest(card: ModelCard, path: Path) -> None:
+    expected = "" if card.schema_version == UNSEALED_VERSION else card_digest(card)
+    if card.digest != expected:
+        raise _damaged(path, "the content is not what was written: its digest differs", "digest")
 
 
 def _check_data(card: ModelCard, path: Path) -> None:
@@ -222,25 +257,16 @@ def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], Fl
     content = _read(path)
     if _digest(content) != card.arrays:
         raise _damaged(path, "the content is not what was written with the JSON file")
-    arrays = {}
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            for name, dtype in ARRAYS:
-                arrays[name] = file[name]
-                if arrays[name].dtype != dtype or arrays[name].shape != (card.features,):
-                    raise _damaged(
-                        path,
-                        f"{name} has type {arrays[name].dtype} and shape {arrays[name].shape}, "
-                        f"expected {dtype} and ({card.features},)",
-                    )
-    except (ValueError, KeyError, EOFError, OSError, zipfile.BadZipFile) as error:
-        raise _damaged(path, f"the arrays can't be read: {error}") from error
+    arrays = read_arrays(content, FIELDS, where=str(path), fix=RESTORE, error=ModelError)
     keys, weights = arrays["keys"], arrays["weights"]
+    for name, array in arrays.items():
+        if array.shape != (card.features,):
+            raise _damaged(
+                path, f"the array has the shape {array.shape}, expected ({card.features},)", name
+            )
     products = len(card.bases) * len(card.words)
     if np.any(keys[1:] <= keys[:-1]) or np.any((keys < 0) | (keys >= products)):
-        raise _damaged(path, "keys are not ascending products of the bases and words")
-    if not np.isfinite(weights).all():
-        raise _damaged(path, "a weight is not finite")
+        raise _damaged(path, "they are not ascending products of the bases and words", "keys")
     return keys, weights
 
 
@@ -259,5 +285,5 @@ def _digest(content: bytes) -> str:
     return f"sha256:{hashlib.sha256(content).hexdigest()}"
 
 
-def _damaged(path: Path, what: str) -> ModelError:
-    return ModelError(what, where=str(path), fix=f"restore both files of the model, or {RETRAIN}")
+def _damaged(path: Path, what: str, field: str = "") -> ModelError:
+    return ModelError(what, where=f"{path}: {field}" if field else str(path), fix=RESTORE)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.format_option import format_option
+from corpus_tools.terminal import note, say
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def parse(
     written = _write(commands, form, n_best, _extractor(model))
     content = "\n".join(written)
     if out is None:
-        click.echo(content.encode(errors="backslashreplace").decode())
+        say(content.encode(errors="backslashreplace").decode())
     else:
         write_bytes(out, f"{content}\n".encode(errors="backslashreplace"))
 
@@ -84,7 +85,10 @@ def parse(
 def _commands(text: str | None, source: Path | None) -> list[str]:
     if (text is None) == (source is None):
         raise click.UsageError('Give either TEXT ("-" for the standard input) or --file.')
+    from g3.lengths import check_length
+
     if text is not None and text != "-":
+        check_length(text, where="TEXT")
         return [text]
     where = str(source) if source else "standard input"
     try:
@@ -96,6 +100,8 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
         raise FormatError(
             f"byte {error.start + 1} is not UTF-8", where=where, fix="save the commands as UTF-8"
         ) from None
+    for number, line in enumerate(lines, start=1):
+        check_length(line, where=f"{where}: line {number}")
     commands = [line for line in lines if line.strip()]
     if not commands:
         raise FormatError("there are no commands", where=where, fix="write one a line")
@@ -138,7 +144,7 @@ def _write(commands: list[str], form: str, n_best: int, extractor: Extractor) ->
     for number, parsed in enumerate(parses, 1):
         if parsed.note:
             which = f"command {number}: " if len(commands) > 1 else ""
-            click.echo(f"ct: {which}{parsed.note}", err=True)
+            note(f"ct: {which}{parsed.note}")
     return texts
 
 

@@ -21,6 +21,8 @@ def progress_bar(first_step: str) -> Iterator[OnProgress | None]:
     from rich.console import Console  # noqa: PLC0415 - `ct --help` does without
     from rich.progress import Progress  # noqa: PLC0415
 
+    from corpus_tools.terminal import visible  # noqa: PLC0415
+
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None
@@ -28,5 +30,5 @@ def progress_bar(first_step: str) -> Iterator[OnProgress | None]:
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task(first_step, total=None)
         yield lambda step, done, total: progress.update(
-            task, description=step, completed=done, total=total
+            task, description=visible(step), completed=done, total=total
         )

@@ -9,6 +9,7 @@ import click
 
 from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.terminal import note
 
 if TYPE_CHECKING:
     from corpus_tools.parallel import Workers
@@ -181,7 +182,7 @@ def _report(outcomes: list[Outcome], out: Path, form: str) -> int:
     """Tell what became of the items; return the exit status."""
     failed = [outcome for outcome in outcomes if outcome.problem]
     for outcome in failed:
-        click.echo(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}", err=True)
+        note(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}")
     names = {
         "skipped": [o.name for o in outcomes if not o.made and not o.problem],
         "rendered": [o.name for o in outcomes if o.made],

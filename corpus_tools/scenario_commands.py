@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.terminal import note
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -234,7 +235,7 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     count = _count(len(wanted) - len(failures), "log")
     tell(form, record, f"{count} written to {folder / 'logs'}")
     for failure in failures.values():
-        click.echo(f"ct: {failure}", err=True)
+        note(f"ct: {failure}")
     if failures:
         click.get_current_context().exit(2)
 

@@ -10,6 +10,7 @@ import click
 from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.model_options import NEGATIVES_SEED, selection_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.terminal import note
 
 
 @click.command()
@@ -75,6 +76,6 @@ def shards(
         f"wrote {len(manifest.shards)} shards into {out}",
     )
     for failure in failures:
-        click.echo(f"ct: {failure}", err=True)
+        note(f"ct: {failure}")
     if failures:
         click.get_current_context().exit(2)

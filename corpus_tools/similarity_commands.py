@@ -8,6 +8,7 @@ import click
 
 from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.progress import progress_bar
+from corpus_tools.terminal import note
 
 
 @click.group()
@@ -81,7 +82,7 @@ def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
         try:
             values = measure(words, labels)
         except ModelError as error:
-            click.echo(f"note: {name} is off: {error}", err=True)
+            note(f"note: {name} is off: {error}")
             continue
         records += [
             {"measure": name, "word": word, "label": label, "similarity": round(float(value), 4)}

@@ -8,6 +8,7 @@ import click
 
 from corpus_tools.format_option import FORMAT, tell
 from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.terminal import note
 
 SEED = click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of all chance."
@@ -98,7 +99,7 @@ def describe(
     }
     tell(form, record, f"simulated {done * commands} commands for {done} scenarios in {out}")
     for failure in failures:
-        click.echo(f"ct: {failure}", err=True)
+        note(f"ct: {failure}")
     if failures:
         click.get_current_context().exit(2)
 

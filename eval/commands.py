@@ -11,6 +11,7 @@ import click
 from corpus_tools.format_option import format_option
 from corpus_tools.model_options import training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.terminal import say
 from eval.command_checks import check_together, read_mode
 
 
@@ -233,6 +234,6 @@ def _write(text: str, out: Path | None) -> None:
     from corpus_tools.atomic_file import write_bytes
 
     if out is None:
-        click.echo(text)
+        say(text, styled=True)
     else:
         write_bytes(out, f"{text}\n".encode())

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from corpus_tools.terminal import note, say
+
 if TYPE_CHECKING:
     from eval.demo import Step
 
@@ -36,28 +38,24 @@ def demo(*, out: Path) -> None:
     out.mkdir(exist_ok=True)
     plan, start = steps(out), monotonic()
     for number, step in enumerate(plan, start=1):
-        click.secho(f"[{number}/{len(plan)}] {step.title}", bold=True)
+        say(click.style(f"[{number}/{len(plan)}] {step.title}", bold=True), styled=True)
         _take(step)
-    click.echo(f"\nAll done in {(monotonic() - start) / 60:.1f} minutes. Now:")
-    click.echo(
-        f"  open {out / 'report' / 'report.html'} in a browser, and watch {out / 'follow.mp4'}"
-    )
-    click.echo(
-        f"  {out / 'table-1.txt'} is Table 1, {out / 'table-3.json'} Table 3 of six commands"
-    )
-    click.echo("  ct annotate    to have people describe, annotate and rate the videos")
+    say(f"\nAll done in {(monotonic() - start) / 60:.1f} minutes. Now:")
+    say(f"  open {out / 'report' / 'report.html'} in a browser, and watch {out / 'follow.mp4'}")
+    say(f"  {out / 'table-1.txt'} is Table 1, {out / 'table-3.json'} Table 3 of six commands")
+    say("  ct annotate    to have people describe, annotate and rate the videos")
 
 
 def _take(step: Step) -> None:
     if step.made.exists():
-        click.echo(f"      it is there: {step.made}")
+        say(f"      it is there: {step.made}")
         return
-    click.echo(f"      $ {step.line}")
+    say(f"      $ {step.line}")
     try:
         step.run()
     except SystemExit as ended:
         # What a command can't do is told by itself; the steps after it go on all the same.
         if ended.code not in (0, None):
-            click.echo(f"      that ended with status {ended.code}", err=True)
+            note(f"      that ended with status {ended.code}")
     if step.made.exists():
-        click.echo(f"      made {step.made}")
+        say(f"      made {step.made}")

@@ -16,7 +16,8 @@ from corpus_tools.bundled import cache_folder, forget_old
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.parallel import Team, WorkerDiedError, work_in_order
 from corpus_tools.progress import OnProgress
-from g3.errors import CorpusError
+from g3.array_file import Field, read_arrays, write_arrays
+from g3.errors import CorpusError, FormatError
 from g3.features.matrix import FeatureSpace
 from g3.features.registry import select
 from g3.inference.costs import Scorer
@@ -24,6 +25,16 @@ from g3.inference.training import Data, train_rows, training_data
 
 Item = TypeVar("Item")
 _PREFIX = ".examples-"
+_FIELDS = {
+    "sets": Field("U"),
+    "bases": Field("U"),
+    "words": Field("U"),
+    "keys": Field("<i8"),
+    "indices": Field("<i8"),
+    "indptr": Field("<i8"),
+    "correct": Field("|b1"),
+    "scenario": Field("U"),
+}
 
 
 def learner(data: Data, *, l2: float = 1.0) -> Callable[[str], Scorer]:
@@ -92,17 +103,17 @@ def written(data: Data) -> Iterator[Path]:
     try:
         folder = _new_folder()
         file = Path(folder.name) / "examples.npz"
-        np.savez(
-            file,
-            sets=np.array(data.space.sets, dtype=np.str_),
-            bases=np.array(data.space.bases, dtype=np.str_),
-            words=np.array(data.space.words, dtype=np.str_),
-            keys=data.space.keys,
-            indices=data.matrix.indices,
-            indptr=data.matrix.indptr,
-            correct=data.correct,
-            scenario=data.scenario,
-        )
+        arrays = {
+            "sets": np.array(data.space.sets, dtype=np.str_),
+            "bases": np.array(data.space.bases, dtype=np.str_),
+            "words": np.array(data.space.words, dtype=np.str_),
+            "keys": data.space.keys,
+            "indices": data.matrix.indices.astype(np.int64),
+            "indptr": data.matrix.indptr.astype(np.int64),
+            "correct": data.correct,
+            "scenario": np.asarray(data.scenario, dtype=np.str_),
+        }
+        file.write_bytes(write_arrays(arrays, compressed=False))
     except OSError as error:
         raise CorpusError(
             f"examples to learn from can't be written in the cache: {error.strerror}",
@@ -121,10 +132,12 @@ def _new_folder() -> tempfile.TemporaryDirectory[str]:
 
 def read(file: Path) -> Data:
     """Read what another process has written."""
-    with np.load(file, allow_pickle=False) as found:
-        sets, bases, words = (tuple(found[name].tolist()) for name in ("sets", "bases", "words"))
-        space = FeatureSpace(sets, bases, words, found["keys"])
-        indices, indptr = found["indices"], found["indptr"]
-        shape = (len(indptr) - 1, len(space))
-        matrix = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=shape)
-        return Data(space, matrix, found["correct"], found["scenario"])
+    found = read_arrays(
+        file.read_bytes(), _FIELDS, where=str(file), fix="start again", error=FormatError
+    )
+    sets, bases, words = (tuple(found[name].tolist()) for name in ("sets", "bases", "words"))
+    space = FeatureSpace(sets, bases, words, found["keys"])
+    indices, indptr = found["indices"], found["indptr"]
+    shape = (len(indptr) - 1, len(space))
+    matrix = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=shape)
+    return Data(space, matrix, found["correct"], found["scenario"])

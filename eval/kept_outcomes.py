@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,12 +17,20 @@ from eval.end_to_end import Outcome
 SUFFIX = ".part"
 """Of the file, beside the one that the table will be written to."""
 
+logger = logging.getLogger(__name__)
+
 Outcomes = dict[str, list[Outcome]]
 
 
 class _File(msgspec.Struct, frozen=True):
     settings: dict[str, Any]
     scenarios: dict[str, Outcomes]
+    digest: str = ""
+
+
+def _digest(content: _File) -> str:
+    rest = msgspec.structs.replace(content, digest="")
+    return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +55,14 @@ class Kept:
         """Add a scenario that is done."""
         self.scenarios[scenario] = {name: list(own) for name, own in outcomes.items()}
         content = _File(dict(self.settings), self.scenarios)
-        write_bytes(self.path, msgspec.json.encode(content))
+        sealed = msgspec.structs.replace(content, digest=_digest(content))
+        write_bytes(self.path, msgspec.json.encode(sealed))
 
 
 def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
     """What an earlier run has kept that was to write the same table; nothing if it was another.
+
+    Nothing, either, of a file that is damaged: its scenarios are done again.
 
     Parameters
     ----------
@@ -61,7 +74,13 @@ def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
     path = out.with_name(f"{out.name}{SUFFIX}")
     try:
         known = msgspec.json.decode(path.read_bytes(), type=_File)
-    except (OSError, msgspec.MsgspecError):
+        damaged = known.digest != _digest(known)
+    except FileNotFoundError:
+        return Kept(path, settings)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        damaged = True
+    if damaged:
+        logger.warning("%s: the file is damaged; what it kept is done again", path)
         return Kept(path, settings)
     same = known.settings == settings
     return Kept(path, settings, known.scenarios if same else {})

@@ -16,6 +16,7 @@ import click
 
 from corpus_tools.format_option import tell
 from corpus_tools.progress import progress_bar
+from corpus_tools.terminal import note
 
 if TYPE_CHECKING:
     from corpus_tools.parallel import Team
@@ -100,7 +101,7 @@ def table_3(given: Given, *, terminal: bool) -> str | None:
     }
     kept = kept_beside(out, settings) if out else None
     if kept and kept.scenarios:
-        click.echo(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}", err=True)
+        note(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}")
     with progress_bar("reading corpora") as on_progress:
         result = run(
             train,
@@ -164,10 +165,9 @@ def sdc(given: Given, *, terminal: bool) -> str:
     with progress_bar("analysing commands") as on_progress:
         trials, metadata = run(choices, on_progress)
     if metadata.get("seen_scenarios"):
-        click.echo(
+        note(
             "ct: the model was trained on scenarios that are tested; "
-            "--corpus with --cv scenario holds them out",
-            err=True,
+            "--corpus with --cv scenario holds them out"
         )
     return render(trials, _read_or_json(given), metadata, top=given["top"], terminal=terminal)
 
@@ -260,7 +260,7 @@ def _offer(file: Path, given: Given) -> None:
     endpoint = os.environ.get("CT_CROWD_ENDPOINT")
     crowd = Crowd(given["crowd"], given["url"], given["items"], given["sandbox"], endpoint)
     for line in offer(file, crowd):
-        click.echo(line, err=True)
+        note(line)
 
 
 def table(given: Given, *, terminal: bool) -> str | None:

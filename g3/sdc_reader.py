@@ -12,10 +12,12 @@ from __future__ import annotations
 
 import json
 import re
+from bisect import bisect_right
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from g3.errors import SDCError
+from g3.lengths import MAX_NOTATION, check_length
 from g3.sdc import Field, SDCType
 from g3.word_alignment import FieldWord
 
@@ -89,8 +91,10 @@ def read_clauses(notation: str) -> list[Draft]:
     Raises
     ------
     SDCError
-        Where the notation leaves the grammar, with line, column and what was expected.
+        If it is longer than :data:`g3.lengths.MAX_NOTATION`; where it leaves the grammar, with
+        line, column and what was expected.
     """
+    check_length(notation, MAX_NOTATION, error=SDCError)
     reader = _Reader(notation)
     drafts: list[Draft] = []
     while True:
@@ -122,6 +126,8 @@ def _tokens(notation: str) -> Iterator[_Token]:
         if kind != "space" and not broken_line:
             yield _Token(kind, text, offset)
         offset += len(text)
+        if kind == "bad":  # which no clause has: the reader goes no further
+            break
     yield _Token("end", "", offset)
 
 
@@ -129,7 +135,7 @@ class _Reader:
     """Recursive descent; its state is how far it has come in the tokens."""
 
     def __init__(self, notation: str) -> None:
-        self._notation = notation
+        self._line_starts = [0, *(i + 1 for i, c in enumerate(notation) if c == "\n")]
         self._tokens = list(_tokens(notation))
         self._index = 0
 
@@ -151,8 +157,8 @@ class _Reader:
         return found
 
     def _where(self, offset: int) -> str:
-        line = self._notation.count("\n", 0, offset) + 1
-        column = offset - self._notation.rfind("\n", 0, offset)
+        line = bisect_right(self._line_starts, offset)
+        column = offset - self._line_starts[line - 1] + 1
         return f"line {line}, column {column}" if line > 1 else f"column {column}"
 
     def unexpected(self, expected: str, fix: str = "") -> SDCError:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from g3.errors import SDCError
+from g3.lengths import check_length
 from g3.sdc import Span
 
 
@@ -65,8 +66,10 @@ def align_words(
     Raises
     ------
     SDCError
-        If the command doesn't hold a field's words in their order.
+        If the command doesn't hold a field's words in their order, or is longer than
+        :data:`g3.lengths.MAX_CHARACTERS`.
     """
+    check_length(command, where="the command", error=SDCError)
     fields = [tuple(words) for words in fields]
     taken: set[int] = set()
     for word in (w for words in fields for w in words):
@@ -107,29 +110,40 @@ def _extend(
 ) -> list[_Placement]:
     """Place one more word: the best placement for each of its occurrences.
 
-    ``length`` is that of the last word placed.
+    ``length`` is that of the last word placed. Of the placements that end before an occurrence
+    it is the least or, because it leaves no gap, the one that ends where the white space before
+    the occurrence begins.
     """
     occurrences = _occurrences(word.text, command) if word.start is None else [word.start]
+    ends = [before.starts[-1] + length if before.starts else 0 for before in placements]
+    at_end = dict(zip(ends, placements, strict=True))
     extended = []
+    least: _Placement | None = None
+    seen = 0
     for start in occurrences:
+        while seen < len(ends) and ends[seen] <= start:
+            least = placements[seen] if least is None else min(least, placements[seen])
+            seen += 1
+        if least is None:
+            continue
         stop = start + len(word.text)
         overlaps = word.start is None and not taken.isdisjoint(range(start, stop))
         inside = _joins(command, start) or _joins(command, stop)
-        options = []
-        for before in placements:
-            end = before.starts[-1] + length if before.starts else 0
-            if end > start:
-                continue
-            gap = bool(before.starts) and not command[end:start].isspace() and end != start
-            options.append(
+        adjacent = at_end.get(_end_before(start, command))
+        options = [(least, bool(least.starts))]
+        if adjacent is not None:
+            options.append((adjacent, False))
+        extended.append(
+            min(
                 _Placement(
                     before.overlaps + overlaps,
                     before.inside_words + inside,
                     before.gaps + gap,
                     (*before.starts, start),
                 )
+                for before, gap in options
             )
-        extended += [min(options)] if options else []
+        )
     if not extended:
         problem = (
             f"the word {word.text!r} doesn't stand after the words before it in the field"
@@ -138,6 +152,13 @@ def _extend(
         )
         raise SDCError(problem, where=word.where, fix=f"the command is {command!r}")
     return extended
+
+
+def _end_before(offset: int, command: str) -> int:
+    """Where the white space before an offset begins."""
+    while offset and command[offset - 1].isspace():
+        offset -= 1
+    return offset
 
 
 def _occurrences(text: str, command: str) -> list[int]:

@@ -1,13 +1,22 @@
-"""Writing a folder so that it is there as a whole or not at all."""
+"""Writing a folder so that it is there as a whole or not at all.
+
+A folder that is replaced exchanges its name with the new one in one step. Where the system or the
+file system can't do that, it is renamed away first (``.NAME.old-…``); a program that is killed
+before the second renaming leaves the name empty, and the next to read or write the folder restores
+it.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from corpus_tools.corpus.exchange import exchange
+from corpus_tools.only_writer import only_writer
 from g3.errors import FormatError
 
 
@@ -21,6 +30,7 @@ def check_target(folder: Path, *, force: bool, marker: str) -> None:
     """
     if not folder.parent.is_dir():
         raise FormatError("there is no such folder", where=str(folder.parent), fix="make it first")
+    recover(folder)
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise FormatError("this is not a folder", where=str(folder), fix="choose another name")
     if not folder.exists() or not any(folder.iterdir()):
@@ -44,26 +54,76 @@ def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool, marke
 
     The files are written to a temporary folder beside it and flushed to the disk before
     that takes the name; whatever happens, the name holds the old or the new content.
+
+    Raises
+    ------
+    FormatError
+        As :func:`check_target`, or if another program is writing this folder.
     """
-    folder = Path(os.path.abspath(folder))  # noqa: PTH100 (resolve() would follow a symlink)
+    folder = _absolute(folder)
     check_target(folder, force=force, marker=marker)
-    suffix = secrets.token_hex(4)
-    new = folder.with_name(f".{folder.name}.new-{suffix}")
-    old = folder.with_name(f".{folder.name}.old-{suffix}")
+    with only_writer(folder):
+        _tidy(folder)
+        check_target(folder, force=force, marker=marker)  # what another has written meanwhile
+        new = folder.with_name(f".{folder.name}.new-{secrets.token_hex(4)}")
+        try:
+            new.mkdir()
+            for name, content in files.items():
+                _write_file(new / name, content)
+            _flush_folder(new)
+            _put(new, folder)
+            _flush_folder(folder.parent)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+
+
+def _absolute(folder: Path) -> Path:
+    return Path(os.path.abspath(folder))  # noqa: PTH100 (resolve() would follow a symlink)
+
+
+def _put(new: Path, folder: Path) -> None:
+    """Give a folder its name; what had the name is removed."""
+    if folder.exists() and exchange(new, folder):
+        return  # `new` is the old one now
+    old = folder.with_name(new.name.replace(".new-", ".old-"))
     try:
-        new.mkdir()
-        for name, content in files.items():
-            _write_file(new / name, content)
-        _flush_folder(new)
         if folder.exists():
             folder.rename(old)
         new.rename(folder)
-        _flush_folder(folder.parent)
     finally:
         if old.exists() and not folder.exists():
             old.rename(folder)
-        shutil.rmtree(new, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def recover(folder: Path) -> None:
+    """Give a folder back that a program was replacing when it was killed, if there is one.
+
+    Raises
+    ------
+    FormatError
+        If another program is replacing it right now.
+    """
+    folder = _absolute(folder)
+    if not folder.exists() and _left(folder, "old"):
+        with only_writer(folder):
+            _tidy(folder)
+
+
+def _tidy(folder: Path) -> None:
+    """Put away what killed programs have left; nobody else is at it."""
+    old = _left(folder, "old")
+    if old and not folder.exists():
+        max(old, key=lambda path: path.stat().st_mtime).rename(folder)
+    for path in (*_left(folder, "old"), *_left(folder, "new")):
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def _left(folder: Path, kind: str) -> list[Path]:
+    form = re.compile(rf"\.{re.escape(folder.name)}\.{kind}-[0-9a-f]{{8}}")
+    if not folder.parent.is_dir():
+        return []
+    return [path for path in folder.parent.iterdir() if form.fullmatch(path.name) and path.is_dir()]
 
 
 def _write_file(path: Path, content: bytes) -> None:

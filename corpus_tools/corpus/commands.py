@@ -88,3 +88,26 @@ def validate(ctx: click.Context, path: Path, form: str) -> None:
     tell(form, {"problems": rows}, *map(str, problems), f"{path}: {count}")
     if problems:
         ctx.exit(2)
+
+
+@corpus.command()
+@CORPUS
+@FORMAT
+def seal(path: Path, form: str) -> None:
+    """Accept changes that you made to a corpus's files by hand.
+
+    A changed corpus is refused, because its digests tell that it isn't what was written. This
+    checks its records and writes their digests, hash and counts into corpus.json. Models that
+    were trained on the corpus know it by its hash; train them again where it has changed.
+
+    \b
+    Examples:
+      ct corpus seal aaai11
+      ct corpus seal aaai11 --json
+    """
+    from corpus_tools.corpus import sealing
+
+    before, after = sealing.seal(path)
+    record = {"corpus": path, "hash": after.hash, "hash_before": before.hash}
+    changed = f"its hash was {before.hash}" if before.hash != after.hash else "its hash is the same"
+    tell(form, record, f"sealed {path}: {after.hash}", changed)

@@ -10,7 +10,8 @@ from typing import Generic, NoReturn, TypeVar
 
 import msgspec
 
-from corpus_tools.corpus import decoding
+from corpus_tools.corpus import decoding, digests
+from corpus_tools.corpus.atomic import recover
 from corpus_tools.corpus.encoding import Tables, content_hash
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.records import (
@@ -19,7 +20,6 @@ from corpus_tools.corpus.records import (
     CONTEXTS,
     JUDGMENTS,
     MANIFEST,
-    SCHEMA_VERSION,
     TRAJECTORIES,
     AnnotationRecord,
     CommandRecord,
@@ -78,6 +78,7 @@ def read_manifest(folder: Path) -> Manifest:
         If the folder isn't a corpus, or one of a version that can't be read.
     """
     fix = "give the folder of a corpus; `ct import --help` tells how to make one"
+    recover(folder)
     if not folder.exists():
         raise FormatError("there is no such folder", where=str(folder), fix=fix)
     path = folder / MANIFEST
@@ -85,10 +86,10 @@ def read_manifest(folder: Path) -> Manifest:
         raise FormatError(f"this is not a corpus: it has no {MANIFEST}", where=str(folder), fix=fix)
     content = path.read_bytes()
     version = _decode(content, dict[str, msgspec.Raw], str(path)).get("schema_version")
-    if version is None or bytes(version) != b"%d" % SCHEMA_VERSION:
+    if version is None or bytes(version) not in (b"1", b"2"):
         found = "none" if version is None else bytes(version).decode(errors="replace")
         raise FormatError(
-            f"the format's version is {found}, this program reads {SCHEMA_VERSION}",
+            f"the format's version is {found}, this program reads 1 and 2",
             where=f"{path}: schema_version",
             fix="import the corpus again, or use the program's version that wrote it",
         )
@@ -101,6 +102,14 @@ def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
     What can't be read at all (no corpus, a missing file) is raised as FormatError.
     """
     manifest = read_manifest(folder)
+    corpus, tables = read_content(folder, manifest, on_problem)
+    for problem in digests.problems(manifest, tables, str(folder)):
+        on_problem(problem)
+    return corpus
+
+
+def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tuple[Corpus, Tables]:
+    """Read what a corpus holds, whether or not that is what its manifest says."""
     arrays = read_arrays(folder / TRAJECTORIES)
     trajectory = _trajectory_reader(arrays)
 
@@ -138,9 +147,7 @@ def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
         judgments=[line.record for line in judgment_lines],
         trajectories=arrays,
     )
-    digest = content_hash(tables)
-    _check_manifest(folder, manifest, tables, digest, on_problem)
-    return Corpus(
+    corpus = Corpus(
         name=manifest.name,
         contexts=contexts,
         commands=commands,
@@ -148,32 +155,9 @@ def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
         judgments=judgments,
         source=manifest.source,
         licence=manifest.licence,
-        hash=digest,
+        hash=content_hash(tables),
     )
-
-
-def _check_manifest(
-    folder: Path, manifest: Manifest, tables: Tables, digest: str, on_problem: OnProblem
-) -> None:
-    where = folder / MANIFEST
-    counted = msgspec.structs.asdict(tables.counts())
-    for name, promised in msgspec.structs.asdict(manifest.counts).items():
-        if counted[name] != promised:
-            on_problem(
-                FormatError(
-                    f"{promised} {name} are promised, {counted[name]} are there",
-                    where=f"{where}: counts.{name}",
-                    fix="restore the file, or correct the count if the change was meant",
-                )
-            )
-    if digest != manifest.hash:
-        on_problem(
-            FormatError(
-                "the content is not what was written: its hash differs",
-                where=f"{where}: hash",
-                fix=f'restore the files, or set "{digest}" if the change was meant',
-            )
-        )
+    return corpus, tables
 
 
 def _trajectory_reader(arrays: Arrays) -> decoding.GetTrajectory:

@@ -14,7 +14,8 @@ import msgspec
 from g3.annotation import Rating, Source
 from g3.sdc import SDCType
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
+"""Corpora of the second can be read; the first adds the digests."""
 
 MANIFEST = "corpus.json"
 CONTEXTS = "contexts.jsonl"
@@ -174,6 +175,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The file corpus.json: what the corpus is and how much it holds.
 
     ``hash`` covers the content without the subjects, so it doesn't depend on the salt.
+    ``digests`` cover everything, file by file; corpora of version 1 have none.
     """
 
     schema_version: int
@@ -182,6 +184,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     licence: str
     hash: str
     counts: Counts
+    digests: dict[str, str] = {}
 
 
 LINE_RECORDS: dict[str, type[msgspec.Struct]] = {

@@ -6,8 +6,6 @@ from ``offsets[i]`` up to ``offsets[i + 1]``.
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,11 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.corpus.records import TRAJECTORIES
+from g3 import array_file
+from g3.array_file import Field
 from g3.errors import FormatError
 from g3.groundings import Trajectory
 
 Arrays = dict[str, npt.NDArray[Any]]
-_TYPES = {"offsets": "<i8", "t": "<f8", "xyz": "<f8", "yaw": "<f8"}
+_FIELDS = {
+    "offsets": Field("<i8"),
+    "t": Field("<f8"),
+    "xyz": Field("<f8", dimensions=2),
+    "yaw": Field("<f8"),
+}
 
 
 def pack(trajectories: Sequence[Trajectory]) -> Arrays:
@@ -36,9 +41,7 @@ def pack(trajectories: Sequence[Trajectory]) -> Arrays:
 
 def to_bytes(arrays: Arrays) -> bytes:
     """The file's bytes, the same for the same arrays."""
-    buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **{name: arrays[name] for name in _TYPES})
-    return buffer.getvalue()
+    return array_file.write_arrays({name: arrays[name] for name in _FIELDS}, compressed=False)
 
 
 def read_arrays(path: Path) -> Arrays:
@@ -51,19 +54,19 @@ def read_arrays(path: Path) -> Arrays:
     """
     fix = "restore the file, or import the corpus again"
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            arrays: Arrays = {name: file[name] for name in _TYPES}
+        content = path.read_bytes()
     except FileNotFoundError:
         raise FormatError("the file is missing", where=str(path), fix=fix) from None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise FormatError(f"the file can't be read: {error}", where=str(path), fix=fix) from error
-    offsets, t, xyz, yaw = (arrays[name] for name in _TYPES)
-    n = len(t) if t.ndim == 1 else -1
-    shapes_fit = offsets.ndim == 1 and len(offsets) and xyz.shape == (n, 3) and yaw.shape == (n,)
-    if not shapes_fit or any(arrays[name].dtype != dtype for name, dtype in _TYPES.items()):
+    except OSError as error:
+        what = f"the file can't be read: {error.strerror}"
+        raise FormatError(what, where=str(path), fix=fix) from error
+    arrays = array_file.read_arrays(content, _FIELDS, where=str(path), fix=fix, error=FormatError)
+    offsets, t, xyz, yaw = (arrays[name] for name in _FIELDS)
+    n = len(t)
+    if not len(offsets) or xyz.shape != (n, 3) or yaw.shape != (n,):
         raise FormatError(
-            "the arrays' types or shapes don't fit: offsets (k,) int64, t (n,), xyz (n, 3) and "
-            "yaw (n,) float64 are expected",
+            "the arrays' shapes don't fit: offsets (k,), t (n,), xyz (n, 3) and yaw (n,) "
+            "are expected",
             where=str(path),
             fix=fix,
         )

@@ -8,7 +8,8 @@ from pathlib import Path
 import msgspec
 
 from corpus_tools.corpus.atomic import check_target, write_folder
-from corpus_tools.corpus.encoding import content_hash, encode
+from corpus_tools.corpus.digests import sealed
+from corpus_tools.corpus.encoding import encode
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.records import (
     ANNOTATIONS,
@@ -66,15 +67,20 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
         name=corpus.name,
         source=corpus.source,
         licence=corpus.licence,
-        hash=content_hash(tables),
+        hash="",
         counts=tables.counts(),
     )
     encoder = msgspec.json.Encoder()
     return {
-        MANIFEST: msgspec.json.format(encoder.encode(manifest), indent=2) + b"\n",
+        MANIFEST: manifest_to_bytes(sealed(manifest, tables)),
         CONTEXTS: encoder.encode_lines(tables.contexts),
         COMMANDS: encoder.encode_lines(tables.commands),
         ANNOTATIONS: encoder.encode_lines(tables.annotations),
         JUDGMENTS: encoder.encode_lines(tables.judgments),
         TRAJECTORIES: to_bytes(tables.trajectories),
     }
+
+
+def manifest_to_bytes(manifest: Manifest) -> bytes:
+    """The content of corpus.json."""
+    return msgspec.json.format(msgspec.json.encode(manifest), indent=2) + b"\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +17,14 @@ from g3.errors import CorpusError, FormatError
 from g3.features.registry import CATALOGUE_VERSION
 
 MANIFEST = "shards.json"
-FORMAT_VERSION = 1
+FORMAT_VERSION, UNSEALED_VERSION = 2, 1
+"""Folders of the second can be read; the first adds digests."""
 NAMES = b"g3"
 ORIGIN = b"g3.origin"
-"""Keys of a file's metadata, whose values are `_Names` and an `Origin` as JSON."""
+DIGEST = b"g3.digest"
+"""Keys of a file's metadata, whose values are `_Names` and an `Origin` as JSON, and the digest of
+these and of all arrays."""
+AGAIN = "make the shards again with: ct shards"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +85,12 @@ class Origin(msgspec.Struct, frozen=True):
 
 
 class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A file of the folder, with how many examples and different rows it has."""
+    """A file of the folder: how many examples and different rows it has, and its digest."""
 
     file: str
     examples: int
     rows: int
+    digest: str = ""
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -110,6 +116,8 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         :func:`corpus_tools.labelled.scenario_ids`.
     shards
         The files, in their order.
+    digest
+        Of all other fields.
     """
 
     format_version: int
@@ -123,6 +131,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sources: dict[str, int]
     scenarios: tuple[str, ...]
     shards: tuple[ShardRecord, ...]
+    digest: str = ""
 
     @property
     def examples(self) -> int:
@@ -149,8 +158,8 @@ def pyarrow() -> Any:
     return pa
 
 
-def write_shard(path: Path, shard: Shard, origin: Origin) -> None:
-    """Write a shard; the same one gives the same bytes."""
+def write_shard(path: Path, shard: Shard, origin: Origin) -> str:
+    """Write a shard, and return its digest; the same one gives the same bytes."""
     pa = pyarrow()
     names = _Names(shard.bases, shard.words, shard.keys.tolist())
     table = pa.table(
@@ -164,37 +173,64 @@ def write_shard(path: Path, shard: Shard, origin: Origin) -> None:
     settings = {"compression": "zstd", "store_schema": False}
     with pa.parquet.ParquetWriter(content, table.schema, **settings) as writer:
         writer.write_table(table)
-        about = {NAMES: names, ORIGIN: origin}
-        writer.add_key_value_metadata({k: msgspec.json.encode(v) for k, v in about.items()})
+        digest = _digest(shard, origin)
+        about = {NAMES: msgspec.json.encode(names), ORIGIN: msgspec.json.encode(origin)}
+        writer.add_key_value_metadata(about | {DIGEST: digest.encode()})
     write_bytes(path, content.getvalue())
+    return digest
 
 
-def known_rows(path: Path, origin: Origin) -> int | None:
-    """How many rows the shard of an origin has, None if it isn't there."""
-    pa = pyarrow()
+def _digest(shard: Shard, origin: Origin) -> str:
+    digest = hashlib.sha256(msgspec.json.encode((shard.bases, shard.words, origin)))
+    for array in (shard.keys, shard.features, shard.offsets, shard.right, shard.wrong):
+        digest.update(f"{array.shape}".encode())
+        digest.update(array.tobytes())
+    return f"sha256:{digest.hexdigest()}"
+
+
+def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
+    """Rows and digest of the shard of an origin; None if it isn't there or is damaged."""
     try:
-        metadata = pa.parquet.read_metadata(path)
-        found = msgspec.json.decode(metadata.metadata[ORIGIN], type=Origin)
-    except (OSError, pa.ArrowException, KeyError, TypeError, msgspec.MsgspecError):
+        shard, found, digest = _read(path)
+    except FormatError:
         return None
-    return int(metadata.num_rows) if found == origin else None
+    return (len(shard.right), digest) if found == origin and digest else None
 
 
-def read_shard(path: Path) -> Shard:
+def read_shard(path: Path, digest: str = "") -> Shard:
     """Read a shard.
+
+    Parameters
+    ----------
+    digest
+        The one that it must have, if that is known.
 
     Raises
     ------
     FormatError
-        If it isn't there or isn't one.
+        If it isn't there, isn't one, is damaged or is another one.
     """
+    shard, _, found = _read(path)
+    if digest and found != digest:
+        raise FormatError(
+            f"this is not the shard that {MANIFEST} names: its digest differs",
+            where=str(path),
+            fix=AGAIN,
+        )
+    return shard
+
+
+def _read(path: Path) -> tuple[Shard, Origin, str]:
+    """A shard, where it comes from, and its digest, which is checked; older ones have none."""
     pa = pyarrow()
     try:
-        with pa.parquet.ParquetFile(path) as file:
-            names = msgspec.json.decode(file.metadata.metadata[NAMES], type=_Names)
+        with pa.parquet.ParquetFile(io.BytesIO(path.read_bytes())) as file:
+            about = file.metadata.metadata
+            names = msgspec.json.decode(about[NAMES], type=_Names)
+            origin = msgspec.json.decode(about[ORIGIN], type=Origin)
             table = file.read()
         features = table["features"].combine_chunks()
-        return Shard(
+        shard = Shard(
             names.bases,
             names.words,
             np.array(names.keys, dtype=np.int64),
@@ -203,18 +239,21 @@ def read_shard(path: Path) -> Shard:
             table["right"].to_numpy(),
             table["wrong"].to_numpy(),
         )
-    except (OSError, pa.ArrowException, KeyError, TypeError, msgspec.MsgspecError) as error:
-        raise FormatError(
-            f"this shard can't be read: {' '.join(str(error).split())}",
-            where=str(path),
-            fix="make the shards again with: ct shards",
-        ) from error
+        digest = about.get(DIGEST, b"").decode()
+        what = "its digest differs" if digest and digest != _digest(shard, origin) else ""
+    except Exception as error:  # a damaged file can raise anything
+        what = " ".join(str(error).split()) or type(error).__name__
+    if what:
+        raise FormatError(f"this shard can't be read: {what}", where=str(path), fix=AGAIN)
+    return shard, origin, digest
 
 
-def write_manifest(folder: Path, manifest: Manifest) -> None:
-    """Write what a folder holds; it's complete when this is there."""
-    content = msgspec.json.format(msgspec.json.encode(manifest), indent=1)
+def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
+    """Write what a folder holds, with its digest; it's complete when this is there."""
+    sealed = msgspec.structs.replace(manifest, digest=_manifest_digest(manifest))
+    content = msgspec.json.format(msgspec.json.encode(sealed), indent=1)
     write_bytes(folder / MANIFEST, content + b"\n")
+    return sealed
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -226,16 +265,29 @@ def read_manifest(folder: Path) -> Manifest:
         If it isn't one, or was made by another version of the program.
     """
     path = folder / MANIFEST
-    again = "make the shards again with: ct shards"
     try:
         manifest = msgspec.json.decode(path.read_bytes(), type=Manifest)
     except OSError as error:
         raise FormatError(
-            "there are no shards, or they aren't complete", where=str(path), fix=again
+            "there are no shards, or they aren't complete", where=str(path), fix=AGAIN
         ) from error
-    except msgspec.MsgspecError as error:
-        raise FormatError(str(error), where=str(path), fix=again) from error
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(str(error), where=str(path), fix=AGAIN) from error
     versions = (manifest.format_version, manifest.catalogue_version)
-    if versions != (FORMAT_VERSION, CATALOGUE_VERSION):
-        raise FormatError("another version of ct made them", where=str(path), fix=again)
+    if versions not in [(v, CATALOGUE_VERSION) for v in (FORMAT_VERSION, UNSEALED_VERSION)]:
+        raise FormatError("another version of ct made them", where=str(path), fix=AGAIN)
+    expected = ""
+    if manifest.format_version == FORMAT_VERSION:
+        expected = _manifest_digest(manifest)
+    if manifest.digest != expected:
+        raise FormatError(
+            "the content is not what was written: its digest differs",
+            where=f"{path}: digest",
+            fix=AGAIN,
+        )
     return manifest
+
+
+def _manifest_digest(manifest: Manifest) -> str:
+    rest = msgspec.structs.replace(manifest, digest="")
+    return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"

@@ -14,6 +14,7 @@ import numpy as np
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Negatives, Options, labelled_examples, scenario_ids
+from corpus_tools.only_writer import only_writer
 from corpus_tools.parallel import Workers, work
 from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import (
@@ -22,7 +23,7 @@ from corpus_tools.shards.files import (
     Origin,
     Shard,
     ShardRecord,
-    known_rows,
+    known_shard,
     pyarrow,
     write_manifest,
     write_shard,
@@ -88,11 +89,27 @@ def write_shards(
     Raises
     ------
     CorpusError
-        If nothing could be read, or the folder has other things in it.
+        If nothing could be read, the folder has other things in it, or another program is
+        writing to it.
     """
     pyarrow()
-    sets = select(without=options.ablated, plus=options.added)
     out.mkdir(parents=True, exist_ok=True)
+    with only_writer(out.absolute()):
+        return _write_shards(
+            corpora, out, options, workers=workers, size=size, on_progress=on_progress
+        )
+
+
+def _write_shards(
+    corpora: Sequence[str],
+    out: Path,
+    options: Options,
+    *,
+    workers: Workers,
+    size: int,
+    on_progress: OnProgress | None,
+) -> tuple[Manifest, list[str]]:
+    sets = select(without=options.ablated, plus=options.added)
     if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
         raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
     wanted = PORTIONS if workers.scheduler else workers.jobs
@@ -126,8 +143,7 @@ def write_shards(
     )
     for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
         path.unlink()
-    write_manifest(out, manifest)
-    return manifest, [_line(name, error) for name, error in failures.items()]
+    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
 
 
 def _line(corpus: str, error: Exception) -> str:
@@ -147,12 +163,11 @@ def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) 
         file = f"{portion.order:05}-{first // size:05}.parquet"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
         origin = Origin(digest, first, len(part), *features)
-        rows = known_rows(out / file, origin)
-        if rows is None:
+        known = known_shard(out / file, origin)
+        if known is None:
             shard = to_shard(part, options)
-            write_shard(out / file, shard, origin)
-            rows = len(shard.right)
-        made.shards.append(ShardRecord(file, len(part), rows))
+            known = len(shard.right), write_shard(out / file, shard, origin)
+        made.shards.append(ShardRecord(file, len(part), *known))
     return made
 
 

@@ -21,6 +21,8 @@ from corpus_tools.parallel import Team, Workers, work_in_order
 from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import Manifest, Shard, read_shard
 from g3 import crf
+from g3.array_file import Field, read_arrays, write_arrays
+from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale
 from g3.features.registry import CATALOGUE_VERSION
 from g3.groundings import FloatArray
@@ -32,8 +34,16 @@ PARTS = 16
 TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
 """Of the gradient of the mean over examples, and how few they are taken for at least."""
 
+File = tuple[Path, str]
+"""A shard and the digest that it must have."""
 Signatures = npt.NDArray[np.uint64]
 _COLUMNS = "columns.npz"
+_COLUMN_FIELDS = {
+    "bases": Field("U"),
+    "words": Field("U"),
+    "keys": Field("<i8"),
+    "column": Field("<i4"),
+}
 
 
 def train_on_shards(
@@ -70,7 +80,7 @@ def train_on_shards(
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
-    files = [folder.absolute() / shard.file for shard in manifest.shards]
+    files = [(folder.absolute() / shard.file, shard.digest) for shard in manifest.shards]
     with (
         tempfile.TemporaryDirectory(prefix=".training-", dir=folder.absolute()) as scratch,
         Team(workers) as team,
@@ -124,14 +134,14 @@ class _Survey:
     signatures: Signatures
 
 
-def _survey(numbered: tuple[int, Path]) -> _Survey:
+def _survey(numbered: tuple[int, File]) -> _Survey:
     """Give each row two random numbers; a column's signature is the sum over its rows.
 
     Sums of numbers of 64 bits wrap around. Different columns have the same two with a
     probability of 2^-128, and the sums of all shards are those of the whole columns.
     """
-    number, path = numbered
-    shard = read_shard(path)
+    number, file = numbered
+    shard = read_shard(*file)
     rng = np.random.default_rng(number)
     rows = rng.integers(0, 2**64, size=(len(shard.right), 2), dtype=np.uint64)
     ones = np.ones(len(shard.features), dtype=np.uint64)
@@ -177,37 +187,39 @@ def _distinct(
 def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp]) -> None:
     column = np.full(len(space), -1, dtype=np.int32)
     column[first] = np.arange(len(first))
-    np.savez(
-        path,
-        bases=np.array(space.bases),
-        words=np.array(space.words),
-        keys=space.keys,
-        column=column,
-    )
+    arrays = {
+        "bases": np.array(space.bases, dtype=np.str_),
+        "words": np.array(space.words, dtype=np.str_),
+        "keys": space.keys,
+        "column": column,
+    }
+    path.write_bytes(write_arrays(arrays, compressed=False))
 
 
 @lru_cache(maxsize=1)
 def _read_columns(
     path: Path,
 ) -> tuple[list[str], list[str], npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    with np.load(path) as file:
-        return file["bases"].tolist(), file["words"].tolist(), file["keys"], file["column"]
+    found = read_arrays(
+        path.read_bytes(), _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError
+    )
+    return found["bases"].tolist(), found["words"].tolist(), found["keys"], found["column"]
 
 
-def _pack(path: Path, *, scratch: Path) -> Path:
+def _pack(file: File, *, scratch: Path) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
-    shard = read_shard(path)
+    shard = read_shard(*file)
     own = column[np.searchsorted(keys, _translated(shard, bases, words))]
     column_of = own[shard.features]
     kept = column_of >= 0
     before = np.concatenate(([0], np.cumsum(kept)))
-    packed = scratch / f"{path.stem}.npy"
-    with packed.open("wb") as file:
+    packed = scratch / f"{file[0].stem}.npy"
+    with packed.open("wb") as out:
         for array in (column_of[kept], before[shard.offsets].astype(np.int32)):
-            np.save(file, array)
+            np.save(out, array)
         for array in (shard.right, shard.wrong):
-            np.save(file, array.astype(np.float64))
+            np.save(out, array.astype(np.float64))
     return packed
 
 

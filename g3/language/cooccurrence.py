@@ -6,8 +6,6 @@ length: it is read as a stream, twice, in memory that doesn't grow with it.
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -17,12 +15,21 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from g3.array_file import Array, Field, read_arrays, write_arrays
+from g3.errors import ModelError
 from g3.groundings import FloatArray
 from g3.language.words import normalise
 
 MAX_TAGS_PER_IMAGE = 100
 """More are not a description; the pairs of a line grow with the square of it."""
 
+_FIELDS = {
+    "tags": Field("|u1"),
+    "first": Field("<u4"),
+    "second": Field("<u4"),
+    "count": Field("<u4"),
+    "images": Field("<i8"),
+}
 _LINES_AT_ONCE = 50_000
 _BUCKET = 1_000_000
 
@@ -163,34 +170,37 @@ def count_list(lines: Sequence[str]) -> TagTable:
 def table_to_bytes(table: TagTable) -> bytes:
     """A tag table as the content of an .npz file; the same table gives the same bytes."""
     upper = sparse.coo_array(sparse.triu(table.together))
-    out = io.BytesIO()
-    np.savez_compressed(
-        out,
-        tags=np.frombuffer("\n".join(table.tags).encode(), dtype=np.uint8),
-        first=upper.row.astype(np.uint32),
-        second=upper.col.astype(np.uint32),
-        count=upper.data.astype(np.uint32),
-        images=np.array([table.images]),
-    )
-    return out.getvalue()
+    arrays: dict[str, Array] = {
+        "tags": np.frombuffer("\n".join(table.tags).encode(), dtype=np.uint8),
+        "first": upper.row.astype(np.uint32),
+        "second": upper.col.astype(np.uint32),
+        "count": upper.data.astype(np.uint32),
+        "images": np.array([table.images], dtype=np.int64),
+    }
+    return write_arrays(arrays, sealed=True)
 
 
-def table_from_bytes(content: bytes) -> TagTable:
+def table_from_bytes(content: bytes, *, where: str = "", fix: str = "") -> TagTable:
     """Read what :func:`table_to_bytes` gives.
+
+    Parameters
+    ----------
+    where, fix
+        What to call it in an error, and what to do about it.
 
     Raises
     ------
-    ValueError
-        If it is something else.
+    ModelError
+        If it is something else, or damaged.
     """
+    arrays = read_arrays(content, _FIELDS, where=where, fix=fix, error=ModelError)
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            tags = tuple(file["tags"].tobytes().decode().splitlines())
-            first, second, count = file["first"], file["second"], file["count"]
-            images = int(file["images"][0])
-        upper = sparse.coo_array((count, (first, second)), shape=(len(tags), len(tags)))
-    except (KeyError, IndexError, EOFError, OSError, zipfile.BadZipFile) as error:
-        raise ValueError(f"it is no tag table ({error})") from error
+        tags = tuple(arrays["tags"].tobytes().decode().splitlines())
+        (images,) = arrays["images"].tolist()
+        pairs = (arrays["first"], arrays["second"])
+        upper = sparse.coo_array((arrays["count"], pairs), shape=(len(tags), len(tags)))
+    except ValueError as error:
+        raise ModelError(f"it is no tag table: {error}", where=where, fix=fix) from error
     lower = sparse.tril(upper.T, -1)
     return TagTable(tags, sparse.csr_array(upper + lower), images)
 

@@ -139,8 +139,10 @@ def _parse(
 
 def _noted(command: Analysis, trees: tuple[Tree, ...]) -> Parse:
     note = command.note
-    if not trees:
-        note = "no clause was found in the text" if command.spans else "the text has no words"
+    if not command.spans:
+        note = command.note or "the text has no words"
+    elif not trees:
+        note = "no clause was found in the text"
     return Parse(command.text, trees, note)
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from functools import lru_cache
 from importlib import resources
 
 import numpy as np
 import numpy.typing as npt
 
+from g3.array_file import DIGEST, Array, Field, read_arrays, write_arrays
 from g3.errors import ModelError
 from g3.language.attachment import AttachmentModel
 from g3.language.extractor import Extractor
@@ -19,9 +18,21 @@ from g3.language.role_model import TABLE_BITS, RoleModel, Weights, weigh
 from g3.language.roles import ROLES
 from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES
 
-VERSION = 2
+VERSION, UNSEALED_VERSION = 3, 2
+"""Files of the second can be read; the first adds a digest of everything."""
 DEFAULT = "english.npz"
 RETRAIN = "train it again with 'ct train sdc'"
+_FIELDS = {
+    "form": Field("|u1"),
+    "card": Field("|u1"),
+    "role_keys": Field("<i4"),
+    "role_weights": Field("<f2", dimensions=2, finite=True),
+    "move_keys": Field("<i4"),
+    "move_weights": Field("<f2", dimensions=3, finite=True),
+    "vector_weights": Field("<f2", dimensions=2, finite=True),
+    "attachment_keys": Field("<i4"),
+    "attachment_weights": Field("<f2", finite=True),
+}
 SMALL = 1e-3
 """Weights below are left out."""
 
@@ -39,23 +50,21 @@ def to_bytes(extractor: Extractor) -> bytes:
         "templates": [" ".join(template) for template in TEMPLATES],
         "move_templates": [" ".join(template) for template in MOVE_TEMPLATES],
     }
-    out = io.BytesIO()
     role_keys, role_weights = _arrays(extractor.roles.roles)
     move_keys, move_weights = _arrays(extractor.roles.moves)
     values = [extractor.attachments.weights[bucket] for bucket in buckets]
-    np.savez_compressed(
-        out,
-        form=_text(form),
-        card=_text(dict(extractor.card)),
-        role_keys=role_keys,
-        role_weights=role_weights,
-        move_keys=move_keys,
-        move_weights=move_weights,
-        vector_weights=extractor.roles.vectors.astype(np.float16),
-        attachment_keys=np.array(buckets, dtype=np.int32),
-        attachment_weights=np.array(values, dtype=np.float16),
-    )
-    return out.getvalue()
+    arrays: dict[str, Array] = {
+        "form": _text(form),
+        "card": _text(dict(extractor.card)),
+        "role_keys": role_keys,
+        "role_weights": role_weights,
+        "move_keys": move_keys,
+        "move_weights": move_weights,
+        "vector_weights": extractor.roles.vectors.astype(np.float16),
+        "attachment_keys": np.array(buckets, dtype=np.int32),
+        "attachment_weights": np.array(values, dtype=np.float16),
+    }
+    return write_arrays(arrays, sealed=True)
 
 
 def _text(value: object) -> npt.NDArray[np.uint8]:
@@ -83,12 +92,11 @@ def from_bytes(content: bytes, *, where: str = "") -> Extractor:
     ModelError
         If it is damaged, or was written for other roles or features than there are.
     """
+    arrays = read_arrays(content, _FIELDS, where=where, fix=RETRAIN, error=ModelError)
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
         form = json.loads(arrays["form"].tobytes())
         if (
-            form["version"] != VERSION
+            form["version"] != (VERSION if DIGEST in arrays else UNSEALED_VERSION)
             or form["roles"] != list(ROLES)
             or form["templates"] != [" ".join(template) for template in TEMPLATES]
             or form["move_templates"] != [" ".join(template) for template in MOVE_TEMPLATES]
@@ -107,7 +115,7 @@ def from_bytes(content: bytes, *, where: str = "") -> Extractor:
             _attachments(arrays),
             json.loads(arrays["card"].tobytes()),
         )
-    except (KeyError, TypeError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise ModelError(
             f"the extractor can't be read: {error}", where=where, fix=RETRAIN
         ) from error
@@ -118,8 +126,8 @@ def _weights(
 ) -> Weights:
     keys = arrays[f"{name}_keys"].astype(np.intp)
     values = arrays[f"{name}_weights"].astype(float)
-    if values.shape != (len(keys), *shape) or not np.isfinite(values).all():
-        raise ValueError(f"{name}_weights has the shape {values.shape} or isn't finite")
+    if values.shape != (len(keys), *shape):
+        raise ValueError(f"{name}_weights has the shape {values.shape}")
     if len(keys) and not (keys.min() >= 0 and keys.max() < 1 << TABLE_BITS):
         raise ValueError(f"{name}_keys has keys out of range")
     return weigh(keys, values)
@@ -128,15 +136,15 @@ def _weights(
 def _attachments(arrays: dict[str, npt.NDArray[np.generic]]) -> AttachmentModel:
     keys = arrays["attachment_keys"].astype(int)
     values = arrays["attachment_weights"].astype(float)
-    if values.shape != keys.shape or keys.ndim != 1 or not np.isfinite(values).all():
-        raise ValueError("attachment_weights has another shape or isn't finite")
+    if values.shape != keys.shape:
+        raise ValueError("attachment_weights has another shape")
     return AttachmentModel(dict(zip(keys.tolist(), values.tolist(), strict=True)))
 
 
 def _vectors(weights: npt.NDArray[np.generic]) -> npt.NDArray[np.float32]:
     values = weights.astype(np.float32)
-    if values.shape != (VECTOR, len(ROLES)) or not np.isfinite(values).all():
-        raise ValueError(f"vector_weights has the shape {values.shape} or isn't finite")
+    if values.shape != (VECTOR, len(ROLES)):
+        raise ValueError(f"vector_weights has the shape {values.shape}")
     return values
 
 

@@ -21,6 +21,7 @@ import numpy.typing as npt
 from g3.errors import ModelError
 from g3.language.mending import mend
 from g3.language.spacy_import import import_spacy
+from g3.lengths import too_long
 from g3.sdc import Span
 
 if TYPE_CHECKING:
@@ -40,9 +41,10 @@ VECTOR = 96
 """How many numbers the small English models have for a word in its context."""
 MAX_WORDS = 400
 """A command is not longer; the rest of a text is left out."""
-MAX_CHARACTERS = 20_000
+LONGEST_CHUNK = 100
+"""What has no white space for longer is cut: spaCy's time grows with the square of it."""
 _SURROGATES = re.compile("[\ud800-\udfff]")
-_CHUNKS = re.compile(r"\S+")
+_CHUNKS = re.compile(rf"\S{{1,{LONGEST_CHUNK}}}")
 LONGEST_KEPT = 40
 """Longer pieces of text are cut each time anew."""
 _COLUMNS: list[int | str] = ["ORTH", "TAG", "DEP", "HEAD"]
@@ -152,7 +154,8 @@ def analyse(texts: Iterable[str], *, batch_size: int = 256) -> Iterator[Analysis
     Parameters
     ----------
     texts
-        Commands. Of a longer one only the first `MAX_WORDS` words are looked at.
+        Commands. Of a longer one only the first `MAX_WORDS` words are looked at, and nothing
+        of one with more characters than :data:`g3.lengths.MAX_CHARACTERS`.
     batch_size
         How many spaCy takes at once.
     """
@@ -172,11 +175,11 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
     words: list[str] = []
     spans: list[Span] = []
     kept: list[int] = []
-    first, note = True, ""
-    readable = _SURROGATES.sub("\ufffd", text[:MAX_CHARACTERS])
+    first, note = True, too_long(text)
+    readable = "" if note else _SURROGATES.sub("\ufffd", text)
     for start, end, lower in _tokens(readable):
         if len(kept) == MAX_WORDS:
-            note = f"only the first {MAX_WORDS} words were parsed"
+            note = f"only the first {MAX_WORDS} words were parsed, which is the limit"
             break
         if first and lower not in NOT_IMPERATIVE and lower.isalpha():
             words += PREFIX

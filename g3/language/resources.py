@@ -166,7 +166,7 @@ def _read_tag_table(file: Path) -> TagTable:
     content = _tag_content(file)
     try:
         if content.startswith(b"PK"):
-            return table_from_bytes(content)
+            return table_from_bytes(content, where=str(file), fix=_MEND_TAGS)
         return count_list(content.decode().splitlines())
     except ValueError as error:
         raise ModelError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import stat
 from dataclasses import replace
@@ -12,7 +13,7 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.config import open_instance
-from annotation_app.database import reading, transaction
+from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
 from annotation_app.models import Media, Person, Secret
 from annotation_app.people import (
@@ -39,6 +40,19 @@ def test_the_key_is_its_owners_alone(tmp_path: Path) -> None:
     assert stat.S_IMODE(key.parent.stat().st_mode) == 0o700
     assert open_instance(tmp_path / "new").secret_key == config.secret_key
     assert config.secret_key.decode() not in repr(config)
+
+
+def test_a_database_is_its_owners_alone_in_a_folder_that_all_may_read(tmp_path: Path) -> None:
+    tmp_path.chmod(0o755)
+    previous = os.umask(0)
+    try:
+        with opened(tmp_path / "a.sqlite") as engine, transaction(engine) as session:
+            session.connection().exec_driver_sql("CREATE TABLE salts (salt TEXT)")
+            modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
+    finally:
+        os.umask(previous)
+    beside = ("", "-wal", "-shm", "-turn")
+    assert modes == {f"a.sqlite{suffix}": 0o600 for suffix in beside}
 
 
 def test_headers(app: Flask) -> None:

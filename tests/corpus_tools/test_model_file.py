@@ -1,16 +1,25 @@
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import json
 
+import msgspec
 import numpy as np
 import pytest
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import scenario_ids
-from corpus_tools.model_file import load_model, model_files, read_card, save_model
+from corpus_tools.model_file import (
+    ModelCard,
+    card_digest,
+    load_model,
+    model_files,
+    read_card,
+    save_model,
+)
 from g3.errors import ModelError
 from g3.examples import examples
 from g3.features.registry import CATALOGUE_VERSION, select
@@ -39,9 +48,13 @@ def digest(content):
 
 
 def edit_card(path, **changes):
+    """Change fields of a card; its digest is right after that, if it can be read at all."""
     card_path = model_files(path)[1]
     card = json.loads(card_path.read_text()) | changes
-    card_path.write_text(json.dumps({k: v for k, v in card.items() if v is not None}))
+    card = {k: v for k, v in card.items() if v is not None}
+    with contextlib.suppress(msgspec.MsgspecError):
+        card["digest"] = card_digest(msgspec.convert(card, ModelCard, strict=False))
+    card_path.write_text(json.dumps(card | changes if "digest" in changes else card))
 
 
 def replace_arrays(path, **arrays):
@@ -93,21 +106,58 @@ def test_a_missing_file_is_refused(path, suffix):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"schema_version": 99}, "schema_version: the file's version is 99, this program reads 1"),
+        (
+            {"schema_version": 99},
+            "schema_version: the file's version is 99, this program reads 1 and",
+        ),
         ({"schema_version": None}, "the file's version is none"),
         ({"catalogue_version": CATALOGUE_VERSION + 1}, "catalogue_version: it needs version"),
         ({"sets": ["labels", "smell"]}, "sets: there is no feature set 'smell'"),
         ({"weights": [1]}, "g3.json: the file is damaged: .*unknown field `weights`"),
         ({"l2": "much"}, r"g3.json: the file is damaged: Expected `float`.*\$\.l2"),
         ({"arrays": "sha256:0"}, "g3.npz: the content is not what was written"),
-        ({"features": 3}, r"g3.npz: keys has type int64 and shape \(\d+,\), expected int64 and"),
-        ({"words": [""], "bases": ["OBJECT/bias"]}, "g3.npz: keys are not ascending products"),
+        ({"features": 3}, r"g3.npz: keys: the array has the shape \(\d+,\), expected \(3,\)"),
+        (
+            {"words": [""], "bases": ["OBJECT/bias"]},
+            "g3.npz: keys: they are not ascending products",
+        ),
     ],
 )
 def test_a_card_that_does_not_fit_is_refused(path, changes, message):
     edit_card(path, **changes)
     with pytest.raises(ModelError, match=message):
         load_model(path)
+
+
+def test_every_value_of_a_card_is_under_its_digest(path):
+    """Whatever a card says differently, by itself or with another's arrays, it is refused."""
+    card_path = model_files(path)[1]
+    original = card_path.read_text()
+    card = json.loads(original)
+    words = card["words"]
+    others = {
+        "program": "0",
+        "corpus_hash": "sha256:2",
+        "l2": 2.0,
+        "words": [words[1], words[0], *words[2:]],
+        "data": {"word-tags": "sha256:0"},
+        "scenarios": [],
+        "training": {"seed": 4},
+        "digest": "",
+        "schema_version": 1,
+    }
+    for name, value in others.items():
+        card_path.write_text(json.dumps(card | {name: value}))
+        with pytest.raises(ModelError, match=r"g3.json: digest: the content is not what was writ"):
+            load_model(path)
+    card_path.write_text(json.dumps(card, sort_keys=True))  # the same, written differently
+    load_model(path)
+
+
+def test_a_model_of_the_first_version_is_read_with_a_warning(path, model, caplog):
+    edit_card(path, schema_version=1, digest="")
+    assert load_model(path).weights.tobytes() == model.weights.tobytes()
+    assert "g3.json: an older version of ct wrote this file" in caplog.text
 
 
 @pytest.mark.parametrize("content", [b"", b"[]", b"{", b"null", b"\xff"])
@@ -131,13 +181,13 @@ def test_a_truncated_array_file_is_refused(path, keep):
 def test_arrays_that_do_not_fit_are_refused(path, model):
     keys, weights = model.space.keys, model.weights
     for arrays, message in [
-        ({"keys": keys}, "the arrays can't be read"),
-        ({"keys": keys[::-1], "weights": weights}, "keys are not ascending"),
-        ({"keys": keys - keys[0] - 1, "weights": weights}, "keys are not ascending"),
-        ({"keys": keys, "weights": weights.astype(np.float32)}, "weights has type float32"),
-        ({"keys": keys, "weights": weights[:-1]}, "weights has type float64 and shape"),
-        ({"keys": keys, "weights": weights * np.inf}, "a weight is not finite"),
-        ({"keys": keys, "weights": weights.astype(object)}, "the arrays can't be read"),
+        ({"keys": keys}, "weights: the array is missing"),
+        ({"keys": keys[::-1], "weights": weights}, "keys: they are not ascending"),
+        ({"keys": keys - keys[0] - 1, "weights": weights}, "keys: they are not ascending"),
+        ({"keys": keys, "weights": weights.astype(np.float32)}, "weights: .* has the type <f4"),
+        ({"keys": keys, "weights": weights[:-1]}, "weights: the array has the shape"),
+        ({"keys": keys, "weights": weights * np.inf}, "weights: a number is not finite"),
+        ({"keys": keys, "weights": weights.astype(object)}, "weights: the array can't be read"),
     ]:
         replace_arrays(path, **arrays)
         with pytest.raises(ModelError, match=message):

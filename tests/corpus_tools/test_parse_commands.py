@@ -151,7 +151,20 @@ def test_a_model_that_is_none_is_refused(ct, folder):
     (folder / "bad.npz").write_bytes(b"nothing")
     status, _, err = ct("parse", "go", "--model", "bad.npz")
     assert status == 2
-    assert "bad.npz: the extractor can't be read" in err
+    assert "bad.npz: the arrays can't be read" in err
+
+
+@pytest.mark.parametrize("piece", ["(", "😀", "lift it "])
+def test_a_command_that_is_too_long_is_refused_before_anything_is_read(ct, folder, piece):
+    text = piece * (100_000 // len(piece))
+    (folder / "long.txt").write_text(f"go\n{text}\n", encoding="utf-8")
+    said = "the text has 100000 characters, the limit is 4000 (shorten it, or give it in parts)"
+    nothing = ["--model", "missing.npz"]  # which would be the error, if it were read first
+    assert ct("parse", text, *nothing) == (2, "", f"ct: error: TEXT: {said}\n")
+    result = ct("parse", "--file", "long.txt", *nothing)
+    assert result == (2, "", f"ct: error: long.txt: line 2: {said}\n")
+    result = ct("follow", text, "--scenario", "missing")
+    assert result == (2, "", f"ct: error: TEXT: {said}\n")
 
 
 def test_training_gives_the_same_model_each_time(ct, folder):

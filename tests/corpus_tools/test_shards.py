@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import astuple
 
+import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
@@ -21,6 +24,7 @@ from g3.errors import FormatError
 from g3.examples import labels, to_batch
 from g3.features.matrix import fit_space, prior_scale
 from g3.features.registry import select
+from tests.damage import damaged
 from tests.tiny_corpus import tiny_corpus
 
 pytest.importorskip("pyarrow")
@@ -148,12 +152,74 @@ def test_damaged_files(shards, tmp_path, capsys):
     with pytest.raises(FormatError, match="can't be read"):
         train_on_shards(copy, manifest, workers=Workers())
     text = (copy / MANIFEST).read_text()
-    (copy / MANIFEST).write_text(text.replace('"format_version": 1', '"format_version": 0'))
+    (copy / MANIFEST).write_text(text.replace('"format_version": 2', '"format_version": 0'))
     with pytest.raises(FormatError, match="another version"):
         read_manifest(copy)
     assert run(["shards", "x", "--out", str(copy)]) == 2
     assert "isn't empty" in capsys.readouterr().err
     assert read_shard(folder / manifest.shards[0].file).right.sum() > 0
+
+
+def test_damage_to_any_file_is_found(shards, tmp_path):
+    """Words and sums of a shard, fields of the manifest, one shard in place of another."""
+    folder, manifest = shards
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    record = manifest.shards[0]
+    path = copy / record.file
+    expected = read_shard(path)
+    for _, content in damaged(path.read_bytes(), 200, seed=1):
+        path.write_bytes(content)
+        try:
+            found = read_shard(path, record.digest)
+        except FormatError as error:
+            assert record.file in str(error)  # noqa: PT017 - most raise, not all
+        else:
+            for one, other in zip(astuple(found), astuple(expected), strict=True):
+                assert np.array_equal(one, other)
+    shutil.copy(folder / manifest.shards[1].file, path)
+    with pytest.raises(FormatError, match=r"not the shard that shards\.json names"):
+        train_on_shards(copy, manifest, workers=Workers())
+    path = copy / MANIFEST
+    for _, content in damaged(path.read_bytes(), 200, seed=2):
+        path.write_bytes(content)
+        try:
+            assert read_manifest(copy) == manifest
+        except FormatError as error:
+            assert MANIFEST in str(error)  # noqa: PT017 - as above
+
+
+def test_shards_of_the_first_version_are_read(shards, tmp_path):
+    folder, manifest = shards
+    old = replace(
+        manifest,
+        format_version=1,
+        digest="",
+        shards=tuple(replace(shard, digest="") for shard in manifest.shards),
+    )
+    shutil.copytree(folder, tmp_path / "old")
+    (tmp_path / "old" / MANIFEST).write_bytes(msgspec.json.encode(old))
+    assert read_manifest(tmp_path / "old") == old
+    settings = {"workers": Workers(), "tolerance": 2.0}
+    one, other = (
+        train_on_shards(path, read_manifest(path), **settings)
+        for path in (folder, tmp_path / "old")
+    )
+    assert one.weights.tobytes() == other.weights.tobytes()
+
+
+def test_a_damaged_shard_is_made_again(shards, corpora, tmp_path):
+    folder, manifest = shards
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    (copy / MANIFEST).unlink()
+    path = copy / manifest.shards[0].file
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    again, _ = write_shards(corpora, copy, Options(), workers=Workers(), size=20)
+    assert again == manifest
+    assert path.read_bytes() == (folder / path.name).read_bytes()
 
 
 def test_what_was_stopped_goes_on(shards, corpora, tmp_path):

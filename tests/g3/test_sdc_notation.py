@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 
 import pytest
@@ -184,7 +185,7 @@ def test_any_json_is_read_or_refused_properly(value):
         ("OBJ(f = a@b)", "column 10: expected ',' or ')', but found '@' (a position is '@' and"),
         ("OBJ(f = a@1 b)", "column 13: the word 'b' has no position though others have one"),
         ("OBJ(l = [OBJ()", "column 15: expected ',' or ']', but the notation ends"),
-        ("OBJ(f=" * 20_000, "column 385: clauses nest deeper than 64 levels"),
+        ("OBJ(f=" * 10_000, "column 385: clauses nest deeper than 64 levels"),
     ],
 )
 def test_errors_say_where_and_what_was_expected(notation, message):
@@ -248,3 +249,13 @@ def test_errors_in_json_say_where(value, message):
     with pytest.raises(SDCError) as caught:
         from_json(value)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "piece", ["(", "[", '"', '"\\', "@", "😀", "OBJ(f = ", "OBJ(f = a)\n", "x ", "\n", ";"]
+)
+def test_a_notation_of_any_length_is_refused_at_once(piece):
+    with pytest.raises(SDCError, match="the text has 100001 characters, the limit is 100000"):
+        parse_brackets((piece * 100_001)[:100_001])
+    with contextlib.suppress(SDCError):  # within the limit, it is read in time that grows with it
+        parse_brackets((piece * 100_000)[:100_000])

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -59,6 +61,51 @@ def test_words_that_do_not_fit_are_named(fields, message):
     with pytest.raises(SDCError) as caught:
         align_words(fields, "the pallet")
     assert str(caught.value).startswith(message)
+
+
+def by_trying_all(words: list[str], command: str) -> list[int] | None:
+    """The best placement of a field by the docstring's rules, among all."""
+    places = [[i for i in range(len(command)) if command.startswith(w, i)] for w in words]
+    found = []
+    for chosen in product(*places):
+        ends = [start + len(word) for start, word in zip(chosen, words, strict=True)]
+        between = [command[end:start] for end, start in pairwise_gaps(chosen, ends)]
+        if any(end > start for end, start in pairwise_gaps(chosen, ends)):
+            continue
+        cut = sum(
+            any(0 < i < len(command) and command[i - 1 : i + 1].isalnum() for i in (start, end))
+            for start, end in zip(chosen, ends, strict=True)
+        )
+        found.append((cut, sum(bool(text.strip()) for text in between), list(chosen)))
+    return min(found)[-1] if found else None
+
+
+def pairwise_gaps(chosen: tuple[int, ...], ends: list[int]) -> list[tuple[int, int]]:
+    return list(zip(ends[:-1], chosen[1:], strict=True))
+
+
+@given(
+    st.lists(st.sampled_from(["a", "b", "ab", "aa", "-"]), min_size=1, max_size=3),
+    st.text("ab -", max_size=12),
+)
+def test_the_best_of_all_placements_is_found(words, command):
+    expected = by_trying_all(words, command)
+    if expected is None:
+        with pytest.raises(SDCError):
+            align_words([[FieldWord(word) for word in words]], command)
+    else:
+        assert starts(command, " ".join(words)) == [expected]
+
+
+def test_many_occurrences_take_bounded_time():
+    """Of 60 words that stand everywhere; all pairs of places would be half a billion."""
+    spans = starts("a" * 4000, " ".join("a" * 60))[0]
+    assert spans == list(range(60))
+
+
+def test_a_command_that_is_too_long_is_refused_at_once():
+    with pytest.raises(SDCError, match="the text has 100000 characters, the limit is 4000"):
+        align_words([[FieldWord("a")] * 1000], "a" * 100_000)
 
 
 @given(st.lists(st.text("abc", min_size=1), unique=True, min_size=1), st.data())

@@ -84,7 +84,13 @@ BROKEN = [
     ("commands.jsonl", set_value(0, "text", value=None), ["line 1", "text", "expected `str`"]),
     ("judgments.jsonl", set_value(1, "rating", value="maybe"), ["line 2", "rating"]),
     ("judgments.jsonl", lambda records: records[:1], ["corpus.json", "counts.judgments", "2"]),
-    ("commands.jsonl", set_value(1, "text", value="other"), ["corpus.json", "hash", "sha256:"]),
+    ("commands.jsonl", set_value(1, "text", value="other"), ["commands.jsonl: ", "digest"]),
+    ("commands.jsonl", set_value(1, "subject", value="x"), ["commands.jsonl: ", "digest differs"]),
+    (
+        "judgments.jsonl",
+        set_value(1, "subject", value="x"),
+        ["judgments.jsonl: ", "ct corpus"],
+    ),
 ]
 
 
@@ -147,7 +153,8 @@ def test_a_trajectory_that_is_not_a_number(corpus_path):
     [
         ({"t": np.zeros(2)}, "shapes"),
         ({"xyz": np.zeros((4, 2))}, "shapes"),
-        ({"yaw": np.zeros(4, np.float32)}, "types"),
+        ({"xyz": np.zeros(4)}, "xyz: .*expected <f8 with 2 dimensions"),
+        ({"yaw": np.zeros(4, np.float32)}, "yaw: .*type <f4"),
         ({"offsets": np.array([0, 9])}, "offsets"),
         ({"offsets": np.array([0, 3, 1, 4])}, "offsets"),
         ({"t": np.array([None, 1, 2, 3], dtype=object)}, "can't be read"),
@@ -172,7 +179,7 @@ def test_trajectories_that_are_cut_off(corpus_path):
         ("{", "malformed|truncated"),
         ("[]", "expected `object`"),
         ("{}", "version is none"),
-        ('{"schema_version": 99}', "version is 99, this program reads 1"),
+        ('{"schema_version": 99}', "version is 99, this program reads 1 and 2"),
         ('{"schema_version": 1}', "missing required field"),
     ],
 )

@@ -78,7 +78,7 @@ def test_validate_a_broken_corpus(corpus_path):
     path.write_text(path.read_text().replace('"SA"', '"sa"').replace('"D"', '"d"'))
     result = run("validate", corpus_path)
     assert result.exit_code == 2
-    assert "4 problems" in result.output  # two ratings, the count and the hash
+    assert "5 problems" in result.output  # two ratings, the count, the digest and the hash
     problems = json.loads(run("validate", corpus_path, "--format", "json").output)["problems"]
-    assert len(problems) == 4
+    assert len(problems) == 5
     assert all(problem["fix"] for problem in problems)

@@ -361,7 +361,12 @@ def test_without_a_salt_only_the_subjects_differ(tmp_path):
     for name in ("a", "b"):
         assert run(SMALL, "--out", tmp_path / name).exit_code == 0
     a, b = contents(tmp_path / "a"), contents(tmp_path / "b")
-    assert {name for name in a if a[name] != b[name]} == {"commands.jsonl", "judgments.jsonl"}
+    different = {"commands.jsonl", "judgments.jsonl"}
+    assert {name for name in a if a[name] != b[name]} == different | {"corpus.json"}
+    one, other = (json.loads(files["corpus.json"]) for files in (a, b))
+    digests, others = one.pop("digests"), other.pop("digests")
+    assert one == other
+    assert {name for name in digests if digests[name] != others[name]} == different
     assert load_corpus(tmp_path / "a").hash == load_corpus(tmp_path / "b").hash
 
 

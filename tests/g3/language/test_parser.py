@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import g3
 from g3.errors import CorpusError
 from g3.language.parser import parse, parse_many
-from g3.language.pipeline import MAX_WORDS
+from g3.language.pipeline import LONGEST_CHUNK, MAX_WORDS, language_model
 from g3.sdc import breadth_first
 from g3.sdc_notation import check_sdc, format_brackets, parse_brackets
 
@@ -207,7 +207,26 @@ def test_odd_texts(text):
 def test_what_is_left_out_is_said():
     assert parse("").note == "the text has no words"
     assert parse("!").trees == () or not parse("!").note
-    assert parse("lift it " * MAX_WORDS).note == f"only the first {MAX_WORDS} words were parsed"
+    parsed = parse("lift it " * MAX_WORDS)
+    assert parsed.note == f"only the first {MAX_WORDS} words were parsed, which is the limit"
+    assert parsed.trees
+
+
+@pytest.mark.parametrize(
+    "piece", ["(", "😀", "a", "a ", '"', "\u0301", "-", "'s", "lift it ", "\0"]
+)
+def test_a_text_of_any_length_is_looked_at_in_bounded_time(piece, monkeypatch):
+    """spaCy sees nothing of a text that is too long, and little at once of one that isn't."""
+    seen = []
+    nlp = language_model()
+    tokenizer = nlp.tokenizer
+    monkeypatch.setattr(nlp, "tokenizer", lambda text: seen.append(text) or tokenizer(text))
+    parsed = parse(piece * (100_000 // len(piece)))
+    assert parsed.trees == ()
+    assert parsed.note == "the text has 100000 characters, the limit is 4000"
+    assert seen == []
+    parse(piece * (4000 // len(piece)))
+    assert all(len(text) <= LONGEST_CHUNK for text in seen)
 
 
 def test_the_best_tree_does_not_depend_on_how_many_are_asked_for():

@@ -1,0 +1,94 @@
+"""The digests of corpus.json, by which damage to any file of a corpus is found.
+
+They are over the records, not over the bytes: other line ends or another indentation change
+nothing, and every other change is found.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+
+import msgspec
+
+from corpus_tools.corpus.encoding import Tables, content_hash
+from corpus_tools.corpus.records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    MANIFEST,
+    SCHEMA_VERSION,
+    TRAJECTORIES,
+    Manifest,
+)
+from g3.errors import FormatError
+
+
+def sealed(manifest: Manifest, tables: Tables) -> Manifest:
+    """A manifest with the hash, the counts and the digests of what is there."""
+    counted = msgspec.structs.replace(
+        manifest,
+        schema_version=SCHEMA_VERSION,
+        hash=content_hash(tables),
+        counts=tables.counts(),
+    )
+    return msgspec.structs.replace(counted, digests=_digests(counted, tables))
+
+
+def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[FormatError]:
+    """What of a corpus is not as its manifest says.
+
+    Parameters
+    ----------
+    folder
+        The corpus's folder, as errors shall call it.
+    """
+    accept = f"accept the change with: ct corpus seal {folder}"
+    counted = msgspec.structs.asdict(tables.counts())
+    for name, promised in msgspec.structs.asdict(manifest.counts).items():
+        if counted[name] != promised:
+            yield FormatError(
+                f"{promised} {name} are promised, {counted[name]} are there",
+                where=f"{folder}/{MANIFEST}: counts.{name}",
+                fix=f"restore the file, or {accept}",
+            )
+    expected = _digests(manifest, tables) if manifest.schema_version == SCHEMA_VERSION else {}
+    for name in sorted(expected.keys() | manifest.digests.keys()):
+        if manifest.digests.get(name) != expected.get(name):
+            yield FormatError(
+                f"the content is not what was written: its digest differs from {MANIFEST}'s",
+                where=f"{folder}/{name}",
+                fix=f"restore the file, or {accept}",
+            )
+    if manifest.hash != content_hash(tables):
+        yield FormatError(
+            "the content is not what was written: its hash differs",
+            where=f"{folder}/{MANIFEST}: hash",
+            fix=f"restore the files, or {accept}",
+        )
+
+
+def _digests(manifest: Manifest, tables: Tables) -> dict[str, str]:
+    encoder = msgspec.json.Encoder()
+    rest = msgspec.structs.replace(manifest, digests={})
+    contents = {
+        MANIFEST: [encoder.encode(rest)],
+        CONTEXTS: [encoder.encode_lines(tables.contexts)],
+        COMMANDS: [encoder.encode_lines(tables.commands)],
+        ANNOTATIONS: [encoder.encode_lines(tables.annotations)],
+        JUDGMENTS: [encoder.encode_lines(tables.judgments)],
+        TRAJECTORIES: [
+            part
+            for name, array in tables.trajectories.items()
+            for part in (f"{name} {array.shape}\n".encode(), array.tobytes())
+        ],
+    }
+    return {name: _digest(parts) for name, parts in contents.items()}
+
+
+def _digest(parts: list[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return f"sha256:{digest.hexdigest()}"

@@ -1,0 +1,36 @@
+"""Accepting changes that were made to a corpus by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from corpus_tools.atomic_file import write_bytes
+from corpus_tools.corpus.digests import sealed
+from corpus_tools.corpus.reading import read_content, read_manifest
+from corpus_tools.corpus.records import MANIFEST, Manifest
+from corpus_tools.corpus.writing import manifest_to_bytes
+from g3.errors import FormatError
+
+
+def seal(folder: Path) -> tuple[Manifest, Manifest]:
+    """Write the hash, counts and digests of what a corpus holds now into its corpus.json.
+
+    Returns
+    -------
+    tuple
+        The manifest as it was, and as it is now.
+
+    Raises
+    ------
+    FormatError
+        If anything else is wrong with the corpus; nothing is written then.
+    """
+    before = read_manifest(folder)
+    _, tables = read_content(folder, before, _raise)
+    after = sealed(before, tables)
+    write_bytes(folder / MANIFEST, manifest_to_bytes(after))
+    return before, after
+
+
+def _raise(problem: FormatError) -> None:
+    raise problem

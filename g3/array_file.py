@@ -1,0 +1,211 @@
+"""Named arrays as bytes (.npz), read so that whatever is damaged is an error that says where.
+
+:func:`numpy.load` believes what a file says of itself: a flipped bit can make it ask for a
+terabyte, or raise any of a dozen exceptions. Here nothing is believed that the file's size
+contradicts, and every error names the array.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Mapping
+from math import prod
+from typing import IO, Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import CorpusError
+
+Array: TypeAlias = npt.NDArray[Any]
+
+DIGEST = "digest"
+"""The array that holds the digest of all others, in files that have one."""
+INFLATION, ALLOWANCE = 100, 1 << 24
+"""An array may be this many times as large as it is stored, and so many bytes larger."""
+_ENCRYPTED = 0x1
+
+LONGEST_HEADER = 10_000
+_LENGTHS = {b"\x93NUMPY\x01\x00": 2, b"\x93NUMPY\x02\x00": 4}
+"""How an array begins, by its version, and how many bytes then tell the header's length."""
+_HEADER = re.compile(
+    rb"\{'descr': '([<|][a-zA-Z][0-9]{1,9})', 'fortran_order': (True|False), "
+    rb"'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
+)
+
+
+class Field(NamedTuple):
+    """What an array of a file must be.
+
+    Parameters
+    ----------
+    dtype
+        Its type, such as ``<f8``; one letter stands for all types of a kind (``U``: text).
+    dimensions
+        How many it has.
+    finite
+        Whether all its numbers must be finite.
+    """
+
+    dtype: str
+    dimensions: int = 1
+    finite: bool = False
+
+
+class _DamagedError(ValueError):
+    """What is wrong with one array."""
+
+
+def write_arrays(
+    arrays: Mapping[str, Array], *, compressed: bool = True, sealed: bool = False
+) -> bytes:
+    """Arrays as the bytes of an .npz file; the same ones give the same bytes.
+
+    Parameters
+    ----------
+    arrays
+        By name.
+    compressed
+        Whether to take time to make it small.
+    sealed
+        Whether to add a digest of all of them, which :func:`read_arrays` checks.
+    """
+    out = io.BytesIO()
+    seal = {DIGEST: _digest(arrays)} if sealed else {}
+    save = np.savez_compressed if compressed else np.savez
+    save(out, allow_pickle=False, **seal, **arrays)
+    return out.getvalue()
+
+
+def read_arrays(
+    content: bytes,
+    fields: Mapping[str, Field],
+    *,
+    where: str,
+    fix: str,
+    error: type[CorpusError],
+) -> dict[str, Array]:
+    """Read the arrays of a file; others that it holds are left alone.
+
+    Parameters
+    ----------
+    content
+        All bytes of the .npz file.
+    fields
+        The arrays to read, by name; all of them, if the file has a digest.
+    where, fix, error
+        What to call the file in an error, what to do about it, and which error to raise.
+
+    Returns
+    -------
+    dict
+        The arrays, which can be written to; and `DIGEST`, if the file has one.
+
+    Raises
+    ------
+    CorpusError
+        An `error` that names the file and the array, whatever is damaged.
+    """
+    name = ""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = _members(archive)
+            arrays = {}
+            for name, field in fields.items():
+                arrays[name] = _read(archive, members, name, field, len(content))
+            if DIGEST in members:
+                name = DIGEST
+                found = _read(archive, members, name, Field("|u1"), len(content))
+                if found.tobytes() != _digest(arrays).tobytes():
+                    raise _DamagedError("the arrays are not those that were written")
+                arrays[DIGEST] = found
+    except Exception as problem:  # a damaged file can raise anything
+        what = str(problem) if isinstance(problem, _DamagedError) else _told(problem)
+        raise error(what, where=f"{where}: {name}" if name else where, fix=fix) from problem
+    return arrays
+
+
+def _told(problem: Exception) -> str:
+    message = " ".join(str(problem).split()) or type(problem).__name__
+    return f"the arrays can't be read: {message}"
+
+
+def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
+    members: dict[str, zipfile.ZipInfo] = {}
+    for info in archive.infolist():
+        if info.filename in members:
+            raise _DamagedError(f"two arrays are called {info.filename.removesuffix('.npy')!r}")
+        members[info.filename] = info
+    return {name.removesuffix(".npy"): info for name, info in members.items()}
+
+
+def _read(
+    archive: zipfile.ZipFile,
+    members: Mapping[str, zipfile.ZipInfo],
+    name: str,
+    field: Field,
+    stored: int,
+) -> Array:
+    if name not in members:
+        raise _DamagedError("the array is missing")
+    info = members[name]
+    if info.flag_bits & _ENCRYPTED or info.compress_type not in (
+        zipfile.ZIP_STORED,
+        zipfile.ZIP_DEFLATED,
+    ):
+        raise _DamagedError("the array is encrypted or compressed in a way that is not supported")
+    if info.file_size > INFLATION * stored + ALLOWANCE:
+        raise _DamagedError(
+            f"the array can't be read: it promises {info.file_size} bytes, "
+            f"in a file of {stored} bytes"
+        )
+    with archive.open(info) as stream:
+        shape, by_column, dtype = _header(stream, field)
+        size = prod(shape) * dtype.itemsize
+        if stream.tell() + size != info.file_size:
+            raise _DamagedError(
+                f"the array can't be read: the shape {shape} doesn't fit its {info.file_size} bytes"
+            )
+        data = bytearray(stream.read(size))
+        if len(data) != size or stream.read(1):  # the end, where the checksum is compared
+            raise _DamagedError("the array is cut off")
+    array: Array = np.frombuffer(data, dtype=dtype).reshape(shape, order="F" if by_column else "C")
+    if field.finite and not np.isfinite(array).all():
+        raise _DamagedError("a number is not finite")
+    return array
+
+
+def _header(stream: IO[bytes], field: Field) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """The shape, whether it is stored by column, and the type, which are as `field` says.
+
+    NumPy evaluates the header as Python; here it has the one form that NumPy writes.
+    """
+    version, length = stream.read(8), 0
+    if version in _LENGTHS:
+        length = int.from_bytes(stream.read(_LENGTHS[version]), "little")
+    found = _HEADER.fullmatch(stream.read(length)) if 0 < length < LONGEST_HEADER else None
+    if found is None:
+        raise _DamagedError("the array can't be read: its header is damaged")
+    descr, order, sizes = (part.decode("ascii") for part in found.groups())
+    shape = tuple(int(size) for size in sizes.split(",") if size.strip())
+    letters = re.sub(r"[<>|=0-9]", "", descr)
+    wanted = np.dtype(field.dtype).str if len(field.dtype) > 1 else field.dtype
+    if (letters if len(wanted) == 1 else descr) != wanted or len(shape) != field.dimensions:
+        raise _DamagedError(
+            f"the array has the type {descr} and the shape {shape}, expected {wanted} "
+            f"with {field.dimensions} dimension{'' if field.dimensions == 1 else 's'}"
+        )
+    return shape, order == "True", np.dtype(descr)
+
+
+def _digest(arrays: Mapping[str, Array]) -> npt.NDArray[np.uint8]:
+    """SHA-256 over names, types, shapes and content, whatever the order."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+        digest.update(array.tobytes())
+    return np.frombuffer(digest.digest(), dtype=np.uint8)
