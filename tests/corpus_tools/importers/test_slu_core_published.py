@@ -19,7 +19,7 @@ from corpus_tools.world.script import ScriptStep
 from g3.groundings import PhysicalObject
 from g3.sdc import SDC, breadth_first
 from tests.corpus_tools.world.replayed import deviations
-from tests.physics_scenes import place
+from tests.worlds import place
 
 pytestmark = pytest.mark.slow
 

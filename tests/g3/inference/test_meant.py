@@ -15,8 +15,9 @@ from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_others, ground_thing
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import prism, robot, row, scene, thing
+from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
+from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
