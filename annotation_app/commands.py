@@ -35,7 +35,9 @@ class _Annotate(click.Group):
 
 @click.group("annotate", cls=_Annotate)
 def annotate() -> None:
-    """Run studies in which people type, annotate, ground, check and rate commands.
+    """Run studies: people type, annotate and rate commands.
+
+    They also ground the clauses of commands and check groundings.
 
     "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml", and "ct annotate"
     alone serves what is in this folder, else a demo on the bundled scenarios.
@@ -134,7 +136,7 @@ def serve(
     open_trying: bool,
     model: Path | None,
 ) -> None:
-    """Serve studies; new ones are set up first, known ones brought up to date.
+    """Serve studies. New ones are set up first, known ones brought up to date.
 
     Without STUDY.yaml it serves what is in the database, and the demo where there is none.
     Several processes may serve the same database at different ports. Ctrl-C ends it; what
@@ -302,7 +304,7 @@ def import_(
     database: str | None,
     form: str,
 ) -> None:
-    """Make a study of a corpus, to look at it, go on with it and edit it.
+    """Make a study of a corpus, to look at it and go on with it.
 
     \b
     Examples:

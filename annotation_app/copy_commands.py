@@ -16,7 +16,9 @@ from corpus_tools.format_option import FORMAT, tell
 @DATABASE
 @FORMAT
 def copy_media(*, target: str, instance: Path, database: str | None, form: str) -> None:
-    """Copy all videos and pictures to a folder or s3://bucket/prefix, for others to give out.
+    """Copy all videos and pictures to a folder or an object store.
+
+    TARGET may be s3://bucket/prefix; a web server or a CDN can then give them out.
 
     Their names tell nothing. Doing it again copies what is new. Then `ct annotate serve
     --media-url` sends browsers there.
@@ -46,7 +48,9 @@ def copy_media(*, target: str, instance: Path, database: str | None, form: str) 
 @DATABASE
 @FORMAT
 def backup(*, archive: Path, instance: Path, database: str | None, form: str) -> None:
-    """Write all that is in the database, and the secret key, to a file, while it is served.
+    """Write the database and the secret key to a file.
+
+    The studies may be served meanwhile.
 
     \b
     Example:
@@ -65,7 +69,7 @@ def backup(*, archive: Path, instance: Path, database: str | None, form: str) ->
 @DATABASE
 @FORMAT
 def restore(*, archive: Path, instance: Path, database: str | None, form: str) -> None:
-    """Fill an empty database with what a backup holds; any kind of database will do.
+    """Fill an empty database with what a backup holds. Any kind of database will do.
 
     \b
     Example:

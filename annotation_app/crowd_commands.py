@@ -66,7 +66,9 @@ def publish() -> None:
 
 @click.group()
 def collect() -> None:
-    """Fetch what workers sent in at a crowd platform; approve, reject and pay it.
+    """Fetch what workers sent in at a crowd platform, and pay.
+
+    Work is approved or rejected first.
 
     \b
     Example:

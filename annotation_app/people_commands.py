@@ -7,7 +7,7 @@ import click
 
 @click.group()
 def people() -> None:
-    """Add, invite, list, block and reset people who sign in; erase anybody's data.
+    """Manage the people who sign in, and erase anybody's data.
 
     \b
     Examples:

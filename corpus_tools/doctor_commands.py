@@ -13,7 +13,7 @@ from corpus_tools.terminal import say
 @FORMAT
 @click.pass_context
 def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
-    """Check what this machine has of what the toolkit needs; say how to get what is missing.
+    """Check this machine, and say how to get what is missing.
 
     All checks run, or those that are named. The exit status is 0 if all is well and 2 if
     something is missing.
@@ -44,7 +44,7 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
 )
 @click.argument("shell", type=click.Choice(["bash", "fish", "zsh"]))
 def completion(shell: str) -> None:
-    """Print a script that has a shell complete the commands and options of ct."""
+    """Print a script that has a shell complete ct's options."""
     from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
     from corpus_tools.cli import cli

@@ -90,7 +90,9 @@ def follow(
     confirm_below: float,
     form: str,
 ) -> None:
-    """Find what a command means in a scenario, and carry it out in physics (section 3.4).
+    """Find what a command means, and carry it out in physics.
+
+    A plan is inferred in a scenario as in section 3.4.
 
     The exit status is 0 when it is done, 2 where there is nothing to do or the input is bad, and 3
     where a step of the plan fails; which one is told.

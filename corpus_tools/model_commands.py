@@ -92,7 +92,7 @@ def _notation(notation: str | None, source: Path | None) -> str:
 
 @click.group()
 def features() -> None:
-    """Look at the features that the model is made of (section 3.3).
+    """Show the features that the model is made of (3.3).
 
     \b
     Example:
@@ -314,7 +314,7 @@ def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> 
 )
 @FORMAT
 def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> None:
-    """Train the extractor of SDCs from text on annotated trees (section 3.1).
+    """Train the extractor of SDC trees on annotated trees (section 3.1).
 
     \b
     Examples:

@@ -12,7 +12,7 @@ Command = Callable[..., Any]
 
 def training_options(command: Command) -> Command:
     """Add the options that say what a model is made of and trained on."""
-    return selection_options(_L2(command))
+    return selection_options(L2(command))
 
 
 def selection_options(command: Command) -> Command:
@@ -29,21 +29,22 @@ NEGATIVES_SEED = click.option(
     show_default=True,
     help="What hard negatives are drawn with.",
 )
+NEGATIVES = click.option(
+    "--negatives",
+    type=click.Choice(["random", "hard"]),
+    default="random",
+    show_default=True,
+    help="The corpus's own, or other plausible groundings in the same scene.",
+)
+L2 = click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+)
 _SELECTION = (
-    click.option(
-        "--negatives",
-        type=click.Choice(["random", "hard"]),
-        default="random",
-        show_default=True,
-        help="The corpus's own, or other plausible groundings in the same scene.",
-    ),
+    NEGATIVES,
     click.option(
         "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
     ),
     click.option(
         "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
     ),
-)
-_L2 = click.option(
-    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )

@@ -90,7 +90,7 @@ def render_videos(
     force: bool,
     form: str,
 ) -> None:
-    """Make videos of scenarios, with logs of everything that happens in them.
+    """Make videos and logs of what happens in scenarios.
 
     SCENARIOS are files, or names in the dataset; without any, all of it are rendered. Each
     gets a folder in OUT with video.mp4, poster.png, segmentation.png and segmentation.json

@@ -56,7 +56,7 @@ def list_(dataset: str, form: str) -> None:
 @scenarios.command()
 @FORMAT
 def kinds(form: str) -> None:
-    """List the kinds of objects and the actions that scenarios can name.
+    """List the kinds of objects and actions that scenarios can name.
 
     \b
     Examples:
@@ -89,7 +89,7 @@ def kinds(form: str) -> None:
 @FORMAT
 @click.pass_context
 def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
-    """Check scenario files, or all in folders, and list every problem with its line.
+    """Check scenario files or folders, and list every problem by line.
 
     The exit status is 0 if all are right and 2 if there are problems.
 
@@ -121,7 +121,7 @@ def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
 )
 @FORMAT
 def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
-    """Show what is in a scenario: a file, or one of a dataset's by its name.
+    """Show what is in a scenario, given by its file or its name.
 
     \b
     Examples:
@@ -196,7 +196,7 @@ def generate(
 @DATASET
 @FORMAT
 def log(names: tuple[str, ...], dataset: str, form: str) -> None:
-    """Execute a dataset's scenarios in physics and keep what happens in its logs.
+    """Execute a dataset's scenarios in physics and keep the logs.
 
     Without names, the scenarios whose logs are missing or show what they said before they
     were changed. Where the robot can't do what a scenario says, the others' logs are written all

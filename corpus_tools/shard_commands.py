@@ -39,7 +39,7 @@ def shards(
     scheduler: str,
     form: str,
 ) -> None:
-    """Compute the features of corpora and write them as Parquet files, to be trained on.
+    """Write corpora's features as Parquet, to be trained on.
 
     For more examples than fit into memory: each process holds one CORPUS at a time, and training
     no more than one shard. Examples with equal features are one row with their count, which

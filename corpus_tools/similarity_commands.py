@@ -13,7 +13,9 @@ from corpus_tools.terminal import note
 
 @click.group()
 def similarity() -> None:
-    """See how well words fit labels, and build tables of image tags (section 3.3).
+    """Show how well words fit labels; build tables of tags.
+
+    The tags are those of images (section 3.3).
 
     \b
     Examples:

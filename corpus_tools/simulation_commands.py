@@ -61,7 +61,9 @@ def describe(
     scheduler: str,
     form: str,
 ) -> None:
-    """Write a dataset of random scenarios, executed in physics, with commands, trees, groundings.
+    """Write a dataset of random scenarios with simulated commands.
+
+    The scenarios are executed in physics; the commands have trees and groundings.
 
     It can be named wherever a corpus is taken. The same options give the same files, more
     scenarios change none of the others, and an interrupted run goes on where it stopped. Scenarios
@@ -117,7 +119,9 @@ def describe(
 )
 @FORMAT
 def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form: str) -> None:
-    """Write a corpus with simulated judgments: each command with its own video and another one.
+    """Write a corpus with simulated judgments.
+
+    Each command is rated with its own video and with another one.
 
     The corpus's own judgments are not kept, so that simulated ones are never among people's.
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     help="Folder for the results.",
 )
 def demo(*, out: Path) -> None:
-    """Show everything once on the corpus that comes along, in a few minutes.
+    """Show everything once on the bundled corpus, in minutes.
 
     Videos, Table 1, a command followed in physics, Table 3 on a few commands by the automatic
     judge, and a report. Every step is another command of ct, which is told. What is there already

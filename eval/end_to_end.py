@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-import numpy as np
-
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.parallel import Done, Team, Workers
@@ -22,8 +20,7 @@ from eval.held_out_calibration import calibrated
 from eval.held_out_costs import data_of, learner, read, written
 from eval.held_out_trees import extractor_learner
 from eval.judge import judge
-from eval.studies.intervals import bootstrap
-from eval.studies.ratings import codes
+from eval.outcomes import JudgedRow, Outcome, judged_row
 from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.groundings import PhysicalObject
@@ -36,42 +33,8 @@ from g3.sdc import SDC
 
 TOP = 30
 """How many commands the paper's top rows have."""
-BINS = 10
-"""Bins of the reliability diagram."""
 
-Row = dict[str, str | float | int]
-OnScenario = Callable[[str, Mapping[str, Sequence["Outcome"]]], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of one command in one configuration.
-
-    Parameters
-    ----------
-    command, scenario, text
-        The command.
-    probability
-        Of its plan; 0 where there is none.
-    correct
-        The judge's verdict.
-    reason
-        Why it is wrong; empty if it isn't.
-    objects, objects_right
-        How many OBJECTs are annotated, and how many of them are grounded as annotated.
-    evidence
-        What the probability was calibrated from; empty where there is no plan.
-    """
-
-    command: str
-    scenario: str
-    text: str
-    probability: float
-    correct: bool
-    reason: str
-    objects: int = 0
-    objects_right: int = 0
-    evidence: tuple[float, ...] = ()
+OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,9 +231,9 @@ def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
     return right, total
 
 
-def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
+def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[JudgedRow]:
     """The rows of Table 3."""
-    rows: list[Row] = []
+    rows: list[JudgedRow] = []
     for name, of, top in (
         ("random", "random", 0),
         ("gold-top30", "gold", TOP),
@@ -286,55 +249,3 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
         scenarios = [o.scenario for o in outcomes]
         rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
     return rows
-
-
-def judged_row(
-    name: str, correct: Sequence[bool], scenarios: Sequence[str], *, draws: int, seed: int
-) -> Row:
-    """A configuration's share of right plans, resampling scenarios, whose commands share a log."""
-    share = bootstrap(
-        np.array(correct, dtype=np.bool_),
-        codes(scenarios),
-        rng=np.random.default_rng(seed),
-        draws=draws,
-    )
-    return {
-        "configuration": name,
-        "judge": "automatic",
-        "precision": share.value,
-        "low": share.low,
-        "high": share.high,
-        "n": len(correct),
-    }
-
-
-def grounding_accuracy(outcomes: Sequence[Outcome]) -> float:
-    """Share of the annotated OBJECTs that are grounded as annotated in the best plan."""
-    total = sum(o.objects for o in outcomes)
-    return sum(o.objects_right for o in outcomes) / max(total, 1)
-
-
-def reliability(outcomes: Sequence[Outcome]) -> tuple[float, list[Row]]:
-    """Expected calibration error of the plans' probabilities, and the reliability diagram."""
-    given = np.array([o.probability for o in outcomes])
-    correct = np.array([o.correct for o in outcomes], dtype=float)
-    place = np.minimum((given * BINS).astype(int), BINS - 1)
-    rows: list[Row] = []
-    error = 0.0
-    for i in np.unique(place):
-        own = place == i
-        stated, true = float(given[own].mean()), float(correct[own].mean())
-        error += float(own.mean()) * abs(stated - true)
-        rows.append({"stated": stated, "correct": true, "n": int(own.sum())})
-    return error, rows
-
-
-def risk_coverage(outcomes: Sequence[Outcome]) -> float:
-    """Area under the risk–coverage curve: the part of the k most probable that is wrong.
-
-    It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
-    is wrong.
-    """
-    order = sorted(outcomes, key=lambda o: (-o.probability, o.command))
-    wrong = np.array([not o.correct for o in order], dtype=float)
-    return float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean())

@@ -10,6 +10,7 @@ import io
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -19,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from eval.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
+from eval.latex import RULE, estimate, tabular
 from eval.statistics import FIGURES, Estimate
 
 if TYPE_CHECKING:
@@ -83,10 +85,10 @@ def render(
 def _figures(row: Row) -> dict[str, object]:
     record: dict[str, object] = {"type": row.type}
     estimates: dict[str, Estimate] = {name: getattr(row, name) for name in FIGURES}
-    record |= {name: estimate.value for name, estimate in estimates.items()}
+    record |= {name: one.value for name, one in estimates.items()}
     record |= {name: getattr(row, name) for name in COUNTS}
-    for name, estimate in estimates.items():
-        record |= {f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+    for name, one in estimates.items():
+        record |= {f"{name}_low": one.low, f"{name}_high": one.high}
     return record
 
 
@@ -116,6 +118,15 @@ def plain(value: object) -> object:
 def metadata_text(metadata: Mapping[str, object]) -> str:
     """Metadata as lines of ``key: value``."""
     return "\n".join(f"{_one_line(key)}: {_one_line(value)}" for key, value in metadata.items())
+
+
+def comments(metadata: Mapping[str, object]) -> list[str]:
+    """Metadata as lines for a file that is handed on: of whole paths it has the names only."""
+    shown = {
+        key: Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+        for key, value in metadata.items()
+    }
+    return metadata_text(shown).splitlines()
 
 
 def _one_line(value: object) -> str:
@@ -197,10 +208,11 @@ def _number(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
 
 
-def _interval(estimate: Estimate, between: str) -> str:
-    if math.isnan(estimate.low):
+def interval(low: float | None, high: float | None, form: str = "{:.2f} to {:.2f}") -> str:
+    """The bounds of an interval, or a dash where there is none."""
+    if low is None or high is None or math.isnan(low):
         return "-"
-    return f"{estimate.low:.2f}{between}{estimate.high:.2f}"
+    return form.format(low, high)
 
 
 def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: bool) -> str:
@@ -210,45 +222,33 @@ def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: boo
         table.add_column(heading, justify="right")
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
-        dash = "–" if terminal else "-"
+        between = "{:.2f}–{:.2f}" if terminal else "{:.2f}-{:.2f}"
         name = row.type.capitalize() if row.type == "overall" else row.type
         counts = (str(row.n), str(row.positives), str(row.commands))
         table.add_row(name, *(_number(e.value) for e in estimates), *counts, style="bold")
-        table.add_row("  95%", *(_interval(e, dash) for e in estimates))
+        table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
         paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
         table.add_row("  paper", *paper, style="dim", end_section=True)
     title = "Performance at predicting the correspondence variable"
     notes = (
         "95%: percentile interval of a bootstrap over clusters of examples",
+        "-: none, for all clusters say the same, or only one says anything",
         f"paper: {PAPER_SOURCE}, on its own corpus",
     )
     return table_text({title: table}, notes, metadata, terminal=terminal)
 
 
 def _latex(rows: Sequence[Row], metadata: Mapping[str, object]) -> str:
-    lines = [f"% {line}" for line in metadata_text(metadata).splitlines()]
-    lines += [
-        f"% Rows marked with a dagger: {PAPER_SOURCE}.",
-        r"\begin{tabular}{lrrrrr}",
-        r"\toprule",
-        " & ".join(("SDC type", *HEADINGS, "$n$")) + r" \\",
-        r"\midrule",
-    ]
+    cells: list[tuple[str, ...]] = []
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
-        if row.type == "overall":
-            lines.append(r"\midrule")
-        name = row.type.capitalize() if row.type == "overall" else row.type
-        values = [_latex_estimate(estimate) for estimate in estimates]
-        lines.append(" & ".join((name, *values, str(row.n))) + r" \\")
         paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
-        lines.append(" & ".join((r"\quad paper$^\dagger$", *paper, "")).rstrip() + r" \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
-
-
-def _latex_estimate(estimate: Estimate) -> str:
-    if math.isnan(estimate.value):
-        return "--"
-    if math.isnan(estimate.low):
-        return _number(estimate.value)
-    return rf"{_number(estimate.value)} {{\scriptsize [{_interval(estimate, ', ')}]}}"
+        if row.type == "overall":
+            cells.append(RULE)
+        name = row.type.capitalize() if row.type == "overall" else row.type
+        cells += [
+            (name, *(estimate(*one) for one in estimates), str(row.n)),
+            (r"\quad paper$^\dagger$", *paper, ""),
+        ]
+    about = [*comments(metadata), f"Rows marked with a dagger: {PAPER_SOURCE}."]
+    return tabular(("SDC type", *HEADINGS, "$n$"), cells, comments=about)

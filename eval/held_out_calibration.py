@@ -11,15 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit
 
+from eval.outcomes import Outcome
 from g3.inference.calibration import fit_curve
-
-if TYPE_CHECKING:
-    from eval.end_to_end import Outcome
 
 FEWEST = 3
 """With fewer scenarios the probabilities stay as they are."""

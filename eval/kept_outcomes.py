@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from corpus_tools.atomic_file import write_bytes
-from eval.end_to_end import Outcome
+from eval.outcomes import Outcome
 
 SUFFIX = ".part"
 """Of the file, beside the one that the table will be written to."""

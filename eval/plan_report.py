@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
-from eval.end_to_end import (
-    EndToEnd,
+from eval.end_to_end import EndToEnd, table
+from eval.formats import document, interval
+from eval.outcomes import (
+    JudgedRow,
     Outcome,
-    Row,
     grounding_accuracy,
     reliability,
     risk_coverage,
-    table,
 )
-from eval.formats import document
 from eval.studies.comparison import Comparison
 from eval.studies.comparison_report import NOTE, compare_commands, lines, records
 
@@ -55,7 +55,7 @@ def _compared(result: EndToEnd, *, draws: int, seed: int) -> list[Comparison]:
     return compare_commands(shares, scenarios, draws=draws, seed=seed)
 
 
-def _command(outcome: Outcome) -> Row:
+def _command(outcome: Outcome) -> dict[str, str | float]:
     return {
         "command": outcome.command,
         "text": outcome.text,
@@ -65,14 +65,14 @@ def _command(outcome: Outcome) -> Row:
     }
 
 
-def _lines(rows: list[Row]) -> list[str]:
+def _lines(rows: Sequence[JudgedRow]) -> list[str]:
     lines = [f"{'':12}{'precision':>10}{'95%':>16}{'n':>6}{'paper':>8}   (automatic judge)"]
     for row in rows:
-        paper = PAPER.get(str(row["configuration"]))
-        interval = f"[{row['low']:.2f}, {row['high']:.2f}]"
+        paper = PAPER.get(row["configuration"])
+        bounds = interval(row["low"], row["high"], "[{:.2f}, {:.2f}]")
         shown = "" if paper is None else f"{paper:.2f}"
         name, value = row["configuration"], row["precision"]
-        lines.append(f"{name:12}{value:10.2f}{interval:>16}{row['n']:6}{shown:>8}")
+        lines.append(f"{name:12}{value:10.2f}{bounds:>16}{row['n']:6}{shown:>8}")
     return lines
 
 

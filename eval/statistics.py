@@ -27,6 +27,8 @@ CELLS = ("tp", "fp", "fn", "tn")
 FIGURES = ("precision", "recall", "f", "accuracy")
 """Order of the last axis of :func:`figures`."""
 LEVEL = 0.95
+ALIKE = 1e-12
+"""Figures that differ by less are the same but for rounding."""
 
 
 class Estimate(NamedTuple):
@@ -120,9 +122,9 @@ def cluster_bootstrap(
 
     Draws in which a figure is undefined are left out of its interval. A figure that fewer
     than two clusters say anything about has no interval: its bounds are NaN, for
-    resampling one cluster can't show how clusters differ. With few clusters (under 30 or
-    so) percentile intervals are too narrow, and a figure of exactly 0 or 1 in all
-    clusters gets an interval of no width.
+    resampling one cluster can't show how clusters differ. Nor has a figure that is the same
+    in all clusters (:func:`percentile_bounds`). With few clusters (under 30 or so) percentile
+    intervals are too narrow.
 
     Parameters
     ----------
@@ -158,8 +160,26 @@ def cluster_bootstrap(
 
     values = statistic(resampled_sums(counts, rng=rng, draws=draws, team=team))
 
-    undefined = np.isnan(values).all(axis=0) | (informative < 2)
-    tails = ((1 - level) / 2, (1 + level) / 2)
-    bounds = np.nanquantile(np.where(undefined, 0.0, values), tails, axis=0)
-    low, high = np.where(undefined, np.nan, bounds)
-    return low, high
+    return percentile_bounds(np.where(informative < 2, np.nan, values), level)
+
+
+def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
+    """Bounds that leave a part of resampled figures inside.
+
+    Where all draws are the same there are none: clusters that don't differ are no evidence that
+    others won't, and an interval of no width would say that the figure is known exactly.
+
+    Parameters
+    ----------
+    drawn
+        Figures, one draw after the other, shape (draws, ...); NaN where a draw has none.
+
+    Returns
+    -------
+    low, high : ndarray
+        Shape (...); NaN where there are none.
+    """
+    known = np.where(np.isnan(drawn).all(axis=0), 0.0, drawn)
+    alike = np.nanmax(known, axis=0) - np.nanmin(known, axis=0) < ALIKE
+    low, high = np.nanquantile(known, ((1 - level) / 2, (1 + level) / 2), axis=0)
+    return np.where(alike, np.nan, low), np.where(alike, np.nan, high)

@@ -6,20 +6,11 @@ import numpy as np
 
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.driving import direction
-from g3.geometry import rotate
-from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
+from g3.groundings import Context, PhysicalObject, Prism
+from tests.worlds import place, rectangle, still
 
 TURNED = 0.4
 """Heading of what stands askew."""
-
-
-def rectangle(
-    xy: tuple[float, float], size: tuple[float, float], yaw: float, ahead_m: float = 0.0
-) -> FloatArray:
-    """Corners of a rectangle, shape (4, 2)."""
-    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(size) / 2
-    turned: FloatArray = np.array(xy) + rotate(corners + np.array([ahead_m, 0.0]), np.full(4, yaw))
-    return turned
 
 
 def thing(
@@ -29,19 +20,7 @@ def thing(
     looks = KINDS[kind]
     footprint = rectangle(xy, looks.size, yaw, looks.ahead_m)
     prism = Prism(footprint, z + looks.heights[0], z + looks.heights[1])
-    at = Trajectory(np.zeros(1), np.array([[*xy, z]]), np.array([yaw]))
-    return PhysicalObject(name, looks.labels or ("thing",), prism, at)
-
-
-def place(
-    name: str,
-    xy: tuple[float, float],
-    size: tuple[float, float] = (1.2, 1.2),
-    yaw: float = 0.0,
-    z: float = 0.0,
-) -> Place:
-    """A named place."""
-    return Place(Prism(rectangle(xy, size, yaw), z, z + 1.0), name)
+    return PhysicalObject(name, looks.labels or ("thing",), prism, still(*xy, z, yaw))
 
 
 def on_deck(carrier: PhysicalObject, along: float, across: float) -> tuple[float, float]:

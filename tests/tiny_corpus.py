@@ -12,6 +12,7 @@ from g3.annotation import Annotation, Command, Source
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc import all_words
 from g3.sdc_notation import parse_brackets
+from tests.worlds import line, log, prism, still
 
 SCENARIOS = ("to_pallet", "to_truck", "put_on_truck")
 
@@ -20,21 +21,12 @@ PUT = "EVENT(r = Put, l = OBJ(f = the {0}), l2 = PLACE(r = on, l = OBJ(f = the {
 
 
 def box(x: float, y: float, height: float = 1.0) -> Prism:
-    corners = np.array([[-1, -0.5], [1, -0.5], [1, 0.5], [-1, 0.5]])
-    return Prism(corners + np.array([x, y]), 0.0, height)
+    return prism(x, y, (2, 1), (0.0, height))
 
 
 def drive(start: tuple[float, float], end: tuple[float, float]) -> Trajectory:
-    steps = np.linspace(0, 1, 9)[:, None]
-    xy = np.array(start) * (1 - steps) + np.array(end) * steps
     heading = np.arctan2(end[1] - start[1], end[0] - start[0])
-    return Trajectory(
-        np.arange(9.0), np.column_stack([xy, np.zeros(9)]), np.full(9, float(heading))
-    )
-
-
-def still(x: float, y: float) -> Trajectory:
-    return Trajectory(np.zeros(1), np.array([[x, y, 0.0]]), np.zeros(1))
+    return log(line(start, end, 9), float(heading))
 
 
 def tiny_corpus(scenarios: Sequence[str] = SCENARIOS, *, shift: float = 0.0) -> Corpus:

@@ -13,7 +13,7 @@ CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path
 
 @click.group()
 def corpus() -> None:
-    """Look at corpora: what they hold, and whether they are sound.
+    """Show what corpora hold, and whether they are sound.
 
     \b
     Example:
@@ -50,7 +50,7 @@ def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argu
 @CORPUS
 @FORMAT
 def stats(path: Path, form: str) -> None:
-    """Count what is in a corpus, beside the figures of the paper's section 4.1.
+    """Count what is in a corpus, beside the paper's figures (4.1).
 
     \b
     Examples:

@@ -108,7 +108,7 @@ register(
 register(
     Importer(
         name="authored",
-        summary="A corpus whose scenarios and commands are written by hand in YAML.",
+        summary="A corpus whose scenarios and commands are authored in YAML.",
         description=(
             "PATH is a folder with dataset.yaml, scenarios, layouts and logs, such as "
             "datasets/warehouse. "

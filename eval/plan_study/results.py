@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.end_to_end import Row, judged_row
+from eval.outcomes import JudgedRow, judged_row
 from eval.plan_study.pairs import Pair
 from eval.plan_study.planning import CONFIGURATIONS, PlanRecord, top
 from eval.statistics import Estimate
@@ -112,9 +112,9 @@ def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
             )
 
 
-def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Row]:
+def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
     """The same rows by the automatic judge."""
-    rows: list[Row] = []
+    rows: list[JudgedRow] = []
     for name, (which, only_top) in ROWS.items():
         own = top(records, which) if only_top else [r for r in records if r.configuration == which]
         correct, scenarios = [r.correct for r in own], [r.scenario for r in own]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from math import isnan
 from pathlib import Path
 from typing import Literal
 
@@ -15,8 +14,8 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.progress import OnProgress
-from eval.end_to_end import Row
-from eval.formats import document, table_text
+from eval.formats import document, interval, table_text
+from eval.outcomes import JudgedRow
 from eval.plan_report import PAPER
 from eval.plan_study.filming import film_all
 from eval.plan_study.pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
@@ -29,7 +28,6 @@ from eval.plan_study.results import (
     compare_people,
 )
 from eval.plan_study.settings import Settings, check_settings
-from eval.statistics import Estimate
 from eval.studies.comparison import Comparison
 from eval.studies.comparison_report import NOTE, TITLE, comparison_table
 from eval.studies.comparison_report import records as comparison_records
@@ -59,7 +57,7 @@ class Study:
     pairs: Sequence[Pair]
     records: Sequence[PlanRecord]
     people: Sequence[RatedRow]
-    automatic: Sequence[Row]
+    automatic: Sequence[JudgedRow]
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()
@@ -205,8 +203,8 @@ def _people(rows: Sequence[RatedRow]) -> Table:
         table.add_row(
             row.configuration if row.configuration in PAPER else f"known {row.configuration}",
             f"{row.share.value:.2f}",
-            _interval(row.share),
-            _interval(row.two_way),
+            interval(row.share.low, row.share.high),
+            interval(row.two_way.low, row.two_way.high),
             f"{row.majority:.2f}",
             "" if paper is None else f"{paper:.2f}",
             str(row.judgments),
@@ -215,14 +213,14 @@ def _people(rows: Sequence[RatedRow]) -> Table:
     return table
 
 
-def _automatic(rows: Sequence[Row]) -> Table:
+def _automatic(rows: Sequence[JudgedRow]) -> Table:
     table = Table()
     table.add_column("Configuration")
     for heading in ("Right", "95%", "n"):
         table.add_column(heading, justify="right")
     for row in rows:
-        bounds = f"{row['low']:.2f} to {row['high']:.2f}"
-        table.add_row(str(row["configuration"]), f"{row['precision']:.2f}", bounds, str(row["n"]))
+        bounds = interval(row["low"], row["high"])
+        table.add_row(row["configuration"], f"{row['precision']:.2f}", bounds, str(row["n"]))
     return table
 
 
@@ -240,7 +238,3 @@ def _flat(row: RatedRow) -> dict[str, object]:
         "pairs": row.n,
         "paper": PAPER.get(row.configuration),
     }
-
-
-def _interval(estimate: Estimate) -> str:
-    return "-" if isnan(estimate.low) else f"{estimate.low:.2f} to {estimate.high:.2f}"

@@ -10,6 +10,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 
 from eval.correspondence import PAPER_TABLE_1, Row
+from eval.formats import interval
 from eval.plan_report import PAPER as PAPER_TABLE_3
 from eval.report.charts import Bar, differences, intervals, reliability
 from eval.report.contents import Contents
@@ -55,7 +56,14 @@ def page(contents: Contents) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"f2": _two, "f3": _three, "signed": _signed, "p": shown_p}
+    environment.filters |= {
+        "f2": _two,
+        "f3": _three,
+        "signed": _signed,
+        "to": _to,
+        "signed_to": _signed_to,
+        "p": shown_p,
+    }
     template = environment.from_string(
         files("eval.report").joinpath("page.html").read_text(encoding="utf-8")
     )
@@ -115,8 +123,7 @@ def _of_table_3(rows: Sequence[PlanRow]) -> list[Bar]:
         Bar(
             NAMES.get(row.configuration, row.configuration),
             row.precision,
-            math.nan if row.low is None else row.low,
-            math.nan if row.high is None else row.high,
+            *_bounds(row),
             PAPER_TABLE_3.get(row.configuration),
         )
         for row in rows
@@ -124,7 +131,13 @@ def _of_table_3(rows: Sequence[PlanRow]) -> list[Bar]:
 
 
 def _of_comparisons(compared: Sequence[Compared]) -> list[Bar]:
-    return [Bar(f"{c.one} − {c.other}", c.difference, c.low, c.high) for c in compared]
+    return [Bar(f"{c.one} − {c.other}", c.difference, *_bounds(c)) for c in compared]
+
+
+def _bounds(found: PlanRow | Compared) -> tuple[float, float]:
+    if found.low is None or found.high is None:
+        return math.nan, math.nan
+    return found.low, found.high
 
 
 def _confusions(validity: Validity | None) -> dict[str, dict[str, int]]:
@@ -146,6 +159,14 @@ def _two(value: float | None) -> str:
 
 def _signed(value: float) -> str:
     return f"{value:+.2f}".replace("-", "−")
+
+
+def _to(low: float | None, high: float | None, digits: int = 2) -> str:
+    return interval(low, high, f"{{:.{digits}f}}–{{:.{digits}f}}")
+
+
+def _signed_to(low: float | None, high: float | None) -> str:
+    return "–" if low is None or high is None else f"{_signed(low)} to {_signed(high)}"
 
 
 def _three(value: float | None) -> str:

@@ -45,8 +45,8 @@ class Compared(msgspec.Struct, frozen=True):
     other: str
     n: int
     difference: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     p: float
     adjusted_p: float
     effect: float

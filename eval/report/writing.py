@@ -12,6 +12,7 @@ import msgspec
 
 from corpus_tools.corpus.atomic import check_target, write_folder
 from eval.formats import delimited, document, render
+from eval.latex import estimate, tabular, text
 from eval.plan_report import PAPER
 from eval.report.contents import Contents
 from eval.report.page import check_installed, page
@@ -60,8 +61,9 @@ def _files(contents: Contents) -> dict[str, str]:
     if contents.table_2:
         ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
         for suffix, form in (("csv", "csv"), ("tex", "latex")):
-            text = rated.render(contents.table_2, "csv" if form == "csv" else "latex", ratings)
-            found[f"table-2.{suffix}"] = text
+            found[f"table-2.{suffix}"] = rated.render(
+                contents.table_2, "csv" if form == "csv" else "latex", ratings
+            )
     if contents.plans:
         found["table-3.csv"] = delimited(
             _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS
@@ -129,38 +131,22 @@ def _latex(plans: Plans) -> str:
 def _rows_latex(title: str, rows: Sequence[PlanRow]) -> str:
     cells = []
     for row in rows:
-        bounds = "" if row.low is None else rf" {{\scriptsize [{row.low:.2f}, {row.high:.2f}]}}"
         paper = PAPER.get(row.configuration)
         shown = "--" if paper is None else f"{paper:.2f}"
-        cells.append((row.configuration, f"{row.precision:.2f}{bounds}", shown, str(row.n)))
-    return _tabular(title, ("Configuration", "Right", "Paper", "$n$"), cells)
+        right = estimate(row.precision, row.low, row.high)
+        cells.append((text(row.configuration), right, shown, str(row.n)))
+    return tabular(("Configuration", "Right", "Paper", "$n$"), cells, comments=[title])
 
 
 def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
     cells = [
         (
-            f"{c.one} $-$ {c.other}",
-            rf"${c.difference:+.2f}$ {{\scriptsize [${c.low:+.2f}$, ${c.high:+.2f}$]}}",
+            f"{text(c.one)} $-$ {text(c.other)}",
+            estimate(c.difference, c.low, c.high, "${:+.2f}$"),
             f"${shown_p(c.adjusted_p)}$",
             f"${c.effect:+.2f}$",
             str(c.n),
         )
         for c in compared
     ]
-    return _tabular(title, ("", "Difference", "$p$, Holm", "$h$", "$n$"), cells)
-
-
-def _tabular(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [" & ".join(row) + r" \\" for row in (headings, *rows)]
-    return "\n".join(
-        [
-            f"% {title}",
-            rf"\begin{{tabular}}{{l{'r' * (len(headings) - 1)}}}",
-            r"\toprule",
-            lines[0],
-            r"\midrule",
-            *lines[1:],
-            r"\bottomrule",
-            r"\end{tabular}",
-        ]
-    )
+    return tabular(("", "Difference", "$p$, Holm", "$h$", "$n$"), cells, comments=[title])

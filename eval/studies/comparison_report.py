@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from rich.table import Table
 
-from eval.formats import table_text
+from eval.formats import interval, table_text
 from eval.statistics import FloatArray, IntArray
 from eval.studies.comparison import Comparison, compare_all
 from eval.studies.ratings import codes
@@ -73,7 +73,7 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
         table.add_row(
             f"{c.one} - {c.other}",
             f"{c.difference.value:+.2f}",
-            f"{c.difference.low:+.2f} to {c.difference.high:+.2f}",
+            interval(c.difference.low, c.difference.high, "{:+.2f} to {:+.2f}"),
             shown_p(c.adjusted_p),
             f"{c.effect:+.2f}",
             str(c.n),

@@ -7,38 +7,44 @@ many. The others respect that, and are wider.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from scipy import special
 
 from corpus_tools.parallel import Team
 from eval.resampling import resampled_sums
-from eval.statistics import LEVEL, BoolArray, Estimate, FloatArray, IntArray
+from eval.statistics import (
+    LEVEL,
+    BoolArray,
+    Estimate,
+    FloatArray,
+    IntArray,
+    percentile_bounds,
+)
 
 DRAWS = 10_000
 
 
 def wilson(agreeing: int, n: int, level: float = LEVEL) -> Estimate:
     """Wilson's score interval (J. Am. Stat. Assoc. 22, 1927), for independent judgments."""
-    if n == 0:
-        return Estimate(np.nan, np.nan, np.nan)
-    z = float(special.ndtri((1 + level) / 2))
-    share = agreeing / n
-    centre = (share + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
-    # Rounding must not keep the share itself out.
-    low = float(centre - half) if agreeing else 0.0
-    high = float(centre + half) if agreeing < n else 1.0
-    return Estimate(share, low, high)
+    return _independent(agreeing, n, level, "wilson")
 
 
 def clopper_pearson(agreeing: int, n: int, level: float = LEVEL) -> Estimate:
     """Clopper and Pearson's exact interval (Biometrika 26, 1934), for independent judgments."""
+    return _independent(agreeing, n, level, "exact")
+
+
+def _independent(
+    agreeing: int, n: int, level: float, method: Literal["wilson", "exact"]
+) -> Estimate:
+    from scipy.stats import binomtest  # noqa: PLC0415 - heavy
+
     if n == 0:
         return Estimate(np.nan, np.nan, np.nan)
-    tail = (1 - level) / 2
-    low = special.betaincinv(agreeing, n - agreeing + 1, tail) if agreeing else 0.0
-    high = special.betaincinv(agreeing + 1, n - agreeing, 1 - tail) if agreeing < n else 1.0
-    return Estimate(agreeing / n, float(low), float(high))
+    found = binomtest(agreeing, n).proportion_ci(level, method)
+    return Estimate(agreeing / n, float(found.low), float(found.high))
 
 
 def bootstrap(
@@ -153,8 +159,6 @@ def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> float:
 
 
 def percentiles(value: float, drawn: FloatArray, level: float = LEVEL) -> Estimate:
-    """A figure with the bounds of a percentile interval; NaN where no draw has the figure."""
-    if np.isnan(drawn).all():
-        return Estimate(value, np.nan, np.nan)
-    low, high = np.nanquantile(drawn, ((1 - level) / 2, (1 + level) / 2))
+    """A figure with the bounds of a percentile interval; NaN where it has none."""
+    low, high = percentile_bounds(drawn, level)
     return Estimate(value, float(low), float(high))

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from rich.table import Table
 
-from eval.formats import cell, document, table_text
+from eval.formats import cell, document, interval, table_text
 from eval.statistics import Estimate
 from eval.studies.judge_validity import JudgedPair, Validity, cohens_kappa, confusion
 
@@ -151,4 +151,4 @@ def _listed(pair: JudgedPair) -> dict[str, object]:
 
 
 def _interval(estimate: Estimate) -> str:
-    return f"{estimate.value:.2f} ({estimate.low:.2f} to {estimate.high:.2f})"
+    return f"{estimate.value:.2f} ({interval(estimate.low, estimate.high)})"

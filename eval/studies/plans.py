@@ -9,7 +9,8 @@ from math import ceil
 import numpy as np
 from rich.table import Table
 
-from eval.formats import Format, delimited, document, metadata_text, table_text
+from eval.formats import Format, comments, delimited, document, table_text
+from eval.latex import tabular
 from eval.studies.intervals import intraclass_correlation
 from eval.studies.power import (
     POWER,
@@ -96,10 +97,7 @@ def render(
         for record in records
     ]
     if form == "latex":
-        lines = [f"% {line}" for line in metadata_text(metadata).splitlines()]
-        lines += [r"\begin{tabular}{rrrrrrr}", r"\toprule", " & ".join(headings) + r" \\"]
-        lines += [r"\midrule", *(" & ".join(row) + r" \\" for row in cells)]
-        return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+        return tabular(headings, cells, comments=comments(metadata))
     table = Table()
     for heading in headings:
         table.add_column(heading, justify="right")

@@ -14,7 +14,8 @@ from rich.table import Table
 from corpus_tools.agreement import krippendorff_alpha
 from corpus_tools.parallel import Team
 from corpus_tools.simulation.raters import STUDY as SIMULATED
-from eval.formats import Format, delimited, document, metadata_text, table_text
+from eval.formats import Format, comments, delimited, document, interval, table_text
+from eval.latex import estimate, tabular
 from eval.statistics import BoolArray, Estimate
 from eval.studies.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
 from eval.studies.ordinal import CumulativeLink, cliffs_delta, cumulative_link
@@ -26,6 +27,7 @@ from g3.errors import CorpusError, FormatError
 Configuration = Literal["original", "random"]
 PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
 PAPER_SOURCE = "Tellex et al. (AAAI 2011), Table 2"
+BOUNDS = "{:.3f} to {:.3f}"
 COLUMNS = (
     "configuration", "precision", "low", "high", "n", "pairs", "videos", "raters", "majority",
     "weighed", "wilson_low", "wilson_high", "exact_low", "exact_high", "two_way_low",
@@ -333,7 +335,7 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
         table.add_row(
             row.configuration,
             f"{row.share.value:.3f}",
-            *(_interval(e) for e in (row.share, row.two_way, row.wilson)),
+            *(interval(*e[1:], BOUNDS) for e in (row.share, row.two_way, row.wilson)),
             f"{row.majority:.2f}",
             f"{row.weighed:.2f}",
             f"{PAPER[row.configuration]:.2f}",
@@ -345,20 +347,15 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
 
 
 def _latex(results: Results, metadata: Mapping[str, object]) -> str:
-    lines = [f"% {line}" for line in metadata_text(metadata).splitlines()]
-    lines += [f"% {line}" for line in notes(results)]
-    lines += [
-        r"\begin{tabular}{lrrrr}",
-        r"\toprule",
-        r"Video & Agree & Majority & Paper & $n$ \\",
-        r"\midrule",
+    cells = [
+        (
+            row.configuration,
+            estimate(*row.share, "{:.3f}"),
+            f"{row.majority:.2f}",
+            f"{PAPER[row.configuration]:.2f}",
+            str(row.n),
+        )
+        for row in results.rows
     ]
-    for row in results.rows:
-        agree = f"{row.share.value:.2f} {{\\scriptsize [{_interval(row.share, ', ')}]}}"
-        cells = (row.configuration, agree, f"{row.majority:.2f}", f"{PAPER[row.configuration]:.2f}")
-        lines.append(" & ".join((*cells, str(row.n))) + r" \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
-
-
-def _interval(estimate: Estimate, between: str = " to ") -> str:
-    return "-" if np.isnan(estimate.low) else f"{estimate.low:.3f}{between}{estimate.high:.3f}"
+    headings = ("Video", "Agree", "Majority", "Paper", "$n$")
+    return tabular(headings, cells, comments=[*comments(metadata), *notes(results)])

@@ -3,47 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from g3.features.bodies import IntArray
+from g3.features.bodies import IntArray, Singles
 from g3.geometry import centroid, corner_count, cross, following, length
 from g3.groundings import FloatArray
-
-Singles: TypeAlias = npt.NDArray[np.float32]
-
-SLOPE_PER_DEGREE = -0.006
-INTERCEPT = 1.007
-"""Acceptability falls linearly with the angular deviation; the values that [1]_ fitted."""
-
-ATTENTION_WIDTH = 1.0
-"""Lambda: how fast attention falls with distance, in units of the figure's distance."""
-
-CORNER_INSET = 0.01
-"""How far from a corner attention stays, as part of the landmark's width: right at the end of
-a side that runs along the direction, the noise of its corners would choose between the two."""
 
 THICKNESS, LEAST_M = 1e-3, 1e-6
 """How wide a landmark without an area is, as part of its length, and at least."""
 
 RECTANGLE = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Its corners, counter-clockwise: at which end and on which side."""
-
-NEAR = 0.03
-"""Nearer to the focus than this, in units of the figure's distance, attention is as at this
-distance: it is all but the same there, and single precision loses its differences."""
-
-_NODES, _SHARES = np.array(np.polynomial.legendre.leggauss(3), dtype=np.float32)
-PLACES, WEIGHTS = (_NODES + 1) / 2, _SHARES / 2
-"""Where on each edge of the landmark the sum is looked at, and what it counts there."""
-
-PRECISION_DEG = 0.01
-"""Directions are rounded to this."""
-
-BLOCK = 4096
-"""Directions that are looked at together: with more, what is looked at leaves the caches."""
 
 
 @dataclass(frozen=True, slots=True)

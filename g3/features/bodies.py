@@ -12,6 +12,7 @@ from g3.geometry import area, centroid, convex_hull, cross, hull_centre, rotate,
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 
 IntArray = npt.NDArray[np.intp]
+Singles = npt.NDArray[np.float32]
 
 SAMPLES = 25
 """Poses that every trajectory is resampled to, evenly along its length."""

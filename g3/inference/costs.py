@@ -1,4 +1,4 @@
-"""What a factor's groundings cost: learned, random as in the paper's baseline, or nothing."""
+"""What a factor's groundings cost: learned, or random as in the paper's baseline."""
 
 from __future__ import annotations
 
@@ -39,12 +39,4 @@ class RandomCost:
         return result
 
 
-class ConstantCost:
-    """The same for everything: what the search prefers by itself."""
-
-    def log_probability(self, batch: FactorBatch, *, true: bool = True) -> FloatArray:
-        """Logarithms of a half."""
-        return np.full(len(batch), np.log(0.5))
-
-
-__all__ = ["ConstantCost", "Cost", "RandomCost", "Scorer"]
+__all__ = ["Cost", "RandomCost", "Scorer"]

@@ -9,7 +9,8 @@ import numpy as np
 
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
-from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
+from g3.groundings import Context, PhysicalObject, Place, Prism
+from tests.worlds import prism, still
 
 VIDEOS = ("hall_fetch_tires", "yard_load_truck", "dock_drive_to_boxes")
 FPS = 4
@@ -19,12 +20,7 @@ WORDS = ("hall", "fetch", "tire", "yard", "load", "truck", "dock", "boxes", "pal
 
 
 def box(x: float, y: float, height: float = 1.0) -> Prism:
-    corners = np.array([[-1, -0.5], [1, -0.5], [1, 0.5], [-1, 0.5]])
-    return Prism(corners + np.array([x, y]), 0.0, height)
-
-
-def still(x: float, y: float) -> Trajectory:
-    return Trajectory(np.zeros(1), np.array([[x, y, 0.0]]), np.zeros(1))
+    return prism(x, y, (2, 1), (0.0, height))
 
 
 def context(name: str, number: int) -> Context:

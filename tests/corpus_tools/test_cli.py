@@ -130,6 +130,23 @@ def test_every_option_has_help(name, command):
             assert parameter.help, f"{name} {parameter.opts[0]} has no help"
 
 
+@pytest.mark.parametrize(
+    ("name", "group"),
+    [pytest.param(n, c, id=n) for n, c in commands() if isinstance(c, click.Group)],
+)
+def test_every_group_lists_its_commands_in_whole_lines_of_80_columns(name, group):
+    with click.Context(group, info_name=name, terminal_width=80) as ctx:
+        lines = group.get_help(ctx).splitlines()
+        subs = group.list_commands(ctx)
+        helps = {sub: group.get_command(ctx, sub).get_short_help_str(1000) for sub in subs}
+    for sub, summary in helps.items():
+        listed = [line for line in lines if line.startswith(f"  {sub} ")]
+        assert any(line.endswith(f"  {summary}") for line in listed), (
+            f"`{name} --help` cuts off what {sub} does: shorten its first sentence or short_help"
+        )
+    assert all(len(line) <= 80 for line in lines if line.startswith(tuple(f"  {s} " for s in subs)))
+
+
 @pytest.mark.parametrize("args", [("nonsense",), ("graph", "--nonsense"), ("graph",)])
 def test_wrong_usage_exits_2(args):
     result = ct(*args)

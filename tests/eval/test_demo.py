@@ -24,7 +24,10 @@ def test_each_step_is_a_command_with_options_that_it_has(tmp_path):
     lines = [shlex.split(step.line) for step in plan if step.line.startswith("ct ")]
     assert [line[1] for line in lines] == ["render-videos", "eval", "follow", "eval", "eval"]
     for line in lines:
-        COMMANDS[line[1]].make_context("ct", line[2:])
+        ctx = COMMANDS[line[1]].make_context("ct", line[2:])
+        if line[1] == "eval":
+            name, mode, rest = evaluate.resolve_command(ctx, [*ctx._protected_args, *ctx.args])
+            mode.make_context(name, rest, parent=ctx)
 
 
 def test_only_what_is_missing_is_made_of_scenarios_that_are_learned_from(tmp_path):

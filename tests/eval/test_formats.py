@@ -91,7 +91,7 @@ def test_metadata_cannot_style_or_break_lines():
 
 def test_latex_is_a_booktabs_tabular():
     lines = render(ROWS, "latex", {"note": "one\ntwo"}).splitlines()
-    assert lines[0] == "% note: one two"
+    assert lines[:2] == [r"% Needs \usepackage{booktabs}.", "% note: one two"]
     body = [line for line in lines if line.endswith(r"\\")]
     assert all(line.count("&") == 5 for line in body)
     assert len(body) == 1 + 2 * len(ROWS)
@@ -100,6 +100,14 @@ def test_latex_is_a_booktabs_tabular():
     assert "PATH & -- & -- & -- & -- & 0" in "\n".join(body)
     rules = [line for line in lines if line.endswith("rule")]
     assert rules == [r"\toprule", r"\midrule", r"\midrule", r"\bottomrule"]
+
+
+def test_latex_that_is_handed_on_tells_nothing_of_the_machine(tmp_path):
+    about = {"corpus": str(tmp_path / "my corpus"), "url": "https://lab.example.org/a"}
+    text = render(ROWS, "latex", about)
+    assert "% corpus: my corpus\n% url: https://lab.example.org/a\n" in text
+    assert str(tmp_path) not in text
+    assert str(tmp_path) in render(ROWS, "json", about)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eval.end_to_end import Outcome, reliability
 from eval.held_out_calibration import calibrated
+from eval.outcomes import Outcome, reliability
 
 
 def outcomes(scenarios, per_scenario=60, seed=0):

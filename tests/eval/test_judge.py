@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from eval.end_to_end import Outcome, judged_row, reliability, risk_coverage
 from eval.judge import judge
+from eval.outcomes import Outcome, judged_row, reliability, risk_coverage
 from g3.actions import recorded
 from g3.inference.actions import Action, move, result
 from g3.inference.candidates import spots_about

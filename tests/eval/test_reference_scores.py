@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from eval.reference_scores import ReferenceScores, reference_scores
 from g3.annotation import Annotation, Command
-from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.groundings import Context
 from g3.sdc import breadth_first
 from g3.sdc_notation import parse_brackets
+from tests.worlds import thing
 
 TEXT = "Lift the pallet off the truck and put it down"
 NOTATION = (
@@ -17,13 +16,9 @@ NOTATION = (
 )
 
 
-def thing(name, x):
-    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]) + x
-    still = Trajectory(np.zeros(1), np.array([[x, 0.0, 0.0]]), np.zeros(1))
-    return PhysicalObject(name, (name,), Prism(corners, 0.0, 1.0), still)
-
-
-PALLET, TRUCK, ROBOT = thing("pallet", 0.0), thing("truck", 3.0), thing("robot", 6.0)
+PALLET, TRUCK, ROBOT = (
+    thing(name, name, 3.0 * i, 0.0, (1, 1)) for i, name in enumerate(("pallet", "truck", "robot"))
+)
 CONTEXT = Context("yard", (PALLET, TRUCK, ROBOT), (), "robot")
 
 

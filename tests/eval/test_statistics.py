@@ -92,14 +92,23 @@ def test_intervals_are_ordered_proportions_or_missing(counts, seed):
     known = ~np.isnan(low)
     np.testing.assert_array_equal(known, ~np.isnan(high))
     assert (low[known] >= 0).all()
-    assert (low[known] <= high[known]).all()
+    assert (low[known] < high[known]).all()
     assert (high[known] <= 1).all()
 
 
-def test_identical_clusters_leave_no_doubt():
-    low, high = bootstrap(np.tile([[6, 2, 3, 9]], (10, 1)))
-    np.testing.assert_allclose(low, figures([6, 2, 3, 9]))
-    np.testing.assert_allclose(high, figures([6, 2, 3, 9]))
+@pytest.mark.parametrize("alike", [[6, 2, 3, 9], [5, 0, 0, 0], [0, 0, 3, 1]])
+@pytest.mark.parametrize("clusters", [2, 40])
+def test_clusters_that_say_the_same_give_no_interval(alike, clusters):
+    low, high = bootstrap(np.tile([alike], (clusters, 1)))
+    assert np.isnan(low).all()
+    assert np.isnan(high).all()
+
+
+def test_a_figure_that_is_always_the_same_has_no_interval_and_the_others_have():
+    counts = np.array([[3, 1, 0, 4], [2, 2, 0, 6], [5, 0, 0, 1]])
+    low, high = bootstrap(counts)
+    assert np.isnan([low[1], high[1]]).all()  # nothing true is missed in any
+    assert (low[[0, 2, 3]] < high[[0, 2, 3]]).all()
 
 
 def test_two_clusters_worked_by_hand():

@@ -30,6 +30,7 @@ from g3.driving import TURNING_RADIUS_M, route, straight
 from g3.geometry import convex_hull, point_gap, rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
 from tests.strategies import metres, prisms
+from tests.worlds import log, prism
 
 
 def box(
@@ -40,10 +41,8 @@ def box(
     z: tuple[float, float] = (0.0, 0.7),
 ) -> PhysicalObject:
     x, y, yaw = pose
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(size) / 2
-    xy = rotate(corners, np.full(4, yaw)) + np.array([x, y])
-    pose_log = np.array([100.0]), np.array([[x, y, sum(z) / 2]]), np.array([yaw])
-    return PhysicalObject(id, tuple(labels.split()), Prism(xy, *z), Trajectory(*pose_log))
+    way = log([(x, y)], yaw, sum(z) / 2, [100.0])
+    return PhysicalObject(id, tuple(labels.split()), prism(x, y, size, z, yaw), way)
 
 
 def forklift(pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> PhysicalObject:

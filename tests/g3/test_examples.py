@@ -12,8 +12,8 @@ from g3.examples import Example, examples, factor_words, labels, to_batch
 from g3.groundings import Context, Grounding, Path, Place
 from g3.sdc import SDC, SDC_TYPES, breadth_first
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import line, log, prism, robot, scene, thing
 from tests.strategies import annotations
+from tests.worlds import line, log, prism, robot, scene, thing
 
 PALLET = thing("pallet", "tire pallet", 5, 0)
 OTHER = thing("other", "tire pallet", 5, 5)

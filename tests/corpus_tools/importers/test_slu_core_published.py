@@ -19,7 +19,7 @@ from corpus_tools.world.state.robot_script import ScriptStep
 from g3.groundings import PhysicalObject
 from g3.sdc import SDC, breadth_first
 from tests.corpus_tools.world.state.replayed import deviations
-from tests.physics_scenes import place
+from tests.worlds import place
 
 pytestmark = pytest.mark.slow
 

@@ -17,7 +17,8 @@ from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.video.encode import encode
 from eval.commands import evaluate
 from eval.correspondence import Predictions
-from eval.end_to_end import EndToEnd, Outcome
+from eval.end_to_end import EndToEnd
+from eval.outcomes import Outcome
 from eval.plan_report import render
 from eval.report.charts import Bar, differences, intervals
 from eval.report.gallery import failures

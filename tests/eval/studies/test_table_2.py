@@ -184,7 +184,7 @@ def test_planning(corpus: str):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--table", "2"], "needs a --corpus"),
+        (["--table", "2"], "Missing option '--corpus'"),
         (["--table", "2", "--corpus", "x", "--cv", "scenario"], "doesn't go with --table 2"),
         (["--table", "2", "--corpus", "x", "--half-width", "0.1"], "doesn't go with --table 2"),
         (["--power", "--draws", "5"], "doesn't go with --power"),

@@ -19,65 +19,13 @@ from g3.groundings import (
     Path,
     PhysicalObject,
     Place,
-    Prism,
     Trajectory,
 )
 from g3.language.words import normalise
 from g3.sdc import SDC, SDCType
+from tests.worlds import line, log, prism, robot, scene, thing
 
 Groundings = tuple[Grounding, ...]
-
-
-def prism(
-    x: float, y: float, size: tuple[float, float] = (2, 2), z: tuple[float, float] = (0, 1)
-) -> Prism:
-    """An upright box around (x, y)."""
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(size) / 2
-    return Prism(corners + np.array([x, y]), *z)
-
-
-def log(
-    xy: Sequence[Sequence[float]] | FloatArray,
-    yaw: float | Sequence[float] | FloatArray = 0.0,
-    z: float | Sequence[float] | FloatArray = 0.0,
-    t: Sequence[float] | FloatArray | None = None,
-) -> Trajectory:
-    """Poses one second apart, unless told otherwise."""
-    xy = np.array(xy, dtype=float)
-    n = len(xy)
-    height, heading = np.broadcast_to(z, n), np.broadcast_to(yaw, n)
-    return Trajectory(np.arange(n) if t is None else t, np.column_stack((xy, height)), heading)
-
-
-def line(start: Sequence[float], end: Sequence[float], n: int = 11) -> FloatArray:
-    """Points evenly along a line, shape (n, 2)."""
-    return np.linspace(start, end, n).astype(float)
-
-
-def thing(
-    id: str,
-    labels: str,
-    x: float,
-    y: float,
-    size: tuple[float, float] = (2, 2),
-    z: tuple[float, float] = (0, 1),
-    trajectory: Trajectory | None = None,
-) -> PhysicalObject:
-    """A box that stands still, unless told otherwise."""
-    still = log([(x, y)], z=z[0])
-    return PhysicalObject(id, tuple(labels.split()), prism(x, y, size, z), trajectory or still)
-
-
-def robot(trajectory: Trajectory | None = None) -> PhysicalObject:
-    """A forklift, at the origin facing +x unless told otherwise."""
-    trajectory = trajectory or log([(0, 0)])
-    x, y = trajectory.xyz[0, :2]
-    return thing("robot", "forklift", x, y, (1.5, 1.5), (0, 2), trajectory)
-
-
-def scene(*objects: PhysicalObject, agent: PhysicalObject | None = None) -> Context:
-    """A context with some objects and a robot."""
-    return Context("scene", (*objects, agent or robot()), (), "robot")
 
 
 def row(

@@ -8,7 +8,8 @@ import pytest
 from g3.examples import Example, to_batch
 from g3.features.registry import catalogue, select
 from g3.groundings import FloatArray, Path, PhysicalObject
-from tests.g3.features.scenes import line, log, one, robot, row, scene, table, thing
+from tests.g3.features.scenes import one, row, table
+from tests.worlds import line, log, robot, scene, thing
 
 ARTEFACTS = {"start-pose", "scene-motion", "landmark-words", "robot-pose", "avs-log", "shape"}
 

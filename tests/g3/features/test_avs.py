@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from g3.features.avs import avs_directions, footprints
 from g3.geometry import rotate
 from g3.groundings import FloatArray
-from tests.g3.features.scenes import prism
+from tests.worlds import prism
 
 SQUARE = prism(0, 0).xy
 FRONT, LEFT, BACK, RIGHT = range(4)

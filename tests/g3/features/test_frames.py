@@ -10,7 +10,8 @@ from g3.features.frames import (
     intrinsic_yaw,
     speaker_yaw,
 )
-from tests.g3.features.scenes import log, one, prism, robot, row, scene, thing
+from tests.g3.features.scenes import one, row
+from tests.worlds import log, prism, robot, scene, thing
 
 
 def test_frames_of_start_and_speaker() -> None:

@@ -25,7 +25,8 @@ from g3.features.matrix import (
 )
 from g3.features.registry import Column, FeatureSet, catalogue, scale_of, select
 from g3.groundings import FloatArray
-from tests.g3.features.scenes import random_rows, row, scene, thing, yard
+from tests.g3.features.scenes import random_rows, row, yard
+from tests.worlds import scene, thing
 
 BINS = (Column("a", "m", 0, 10, 5),)
 

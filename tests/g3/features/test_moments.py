@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from g3.groundings import Path, Place, Trajectory
-from tests.g3.features.scenes import line, log, one, prism, robot, row, scene, thing
+from tests.g3.features.scenes import one, row
+from tests.worlds import line, log, prism, robot, scene, thing
 
 # A square of 2 m; the robot is a square of 1.5 m, so the mean size is 1.75 m.
 TARGET = thing("target", "pallet", 10, 0)

@@ -8,7 +8,8 @@ from g3.examples import to_batch
 from g3.features.named import named, satisfied
 from g3.groundings import Path, PhysicalObject
 from g3.language.concepts import CONCEPTS
-from tests.g3.features.scenes import line, log, one, row, scene, thing
+from tests.g3.features.scenes import one, row
+from tests.worlds import line, log, scene, thing
 
 PALLET = thing("pallet", "tire pallet", 10, 0)
 TRAILER = thing("trailer", "trailer", 20, 0, (6, 3))

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from g3.examples import to_batch
 from g3.features.order import rivals
 from g3.groundings import PhysicalObject
-from tests.g3.features.scenes import one, row, scene, table, thing
+from tests.g3.features.scenes import one, row, table
+from tests.worlds import scene, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 LEFT = thing("left", "tire pallet", 8, 6)

@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from g3.groundings import Path, PhysicalObject, Place
-from tests.g3.features.scenes import line, log, one, prism, row, scene, thing
+from tests.g3.features.scenes import one, row
+from tests.worlds import line, log, prism, scene, thing
 
 TRAILER = thing("trailer", "trailer", 10, 0, (6, 3), (0, 1))
 LOAD = thing("load", "tire pallet", 10, 0, (2, 2), (1, 2))

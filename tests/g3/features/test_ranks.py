@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from g3.groundings import PhysicalObject, Place
-from tests.g3.features.scenes import line, log, one, prism, robot, row, scene, thing
+from tests.g3.features.scenes import one, row
+from tests.worlds import line, log, prism, robot, scene, thing
 
 LEFT, MIDDLE, RIGHT = (
     thing(name, "tire pallet", x, y)

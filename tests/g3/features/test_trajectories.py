@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 from g3.features.trajectories import Tracks, path_length
 from g3.groundings import FloatArray, Path, PhysicalObject, Place, Trajectory
-from tests.g3.features.scenes import Groundings, line, log, one, prism, robot, row, scene, thing
+from tests.g3.features.scenes import Groundings, one, row
+from tests.worlds import line, log, prism, robot, scene, thing
 
 
 def shape(trajectory: Trajectory) -> dict[str, float]:

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from g3.examples import to_batch
-from tests.g3.features.scenes import one, row, scene, table, thing
+from tests.g3.features.scenes import one, row, table
+from tests.worlds import scene, thing
 
 TIRES = thing("tires", "tire pallet", 5, 0)
 BOXES = thing("boxes", "box pallet", 9, 0)

@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.groundings import Context
 from g3.inference.actions import Action
 from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end
 from g3.inference.search import Hypothesis
 from g3.inference.state import State, moved_to, with_moved
+from tests import worlds
 
 
 def thing(name, x, y, size=1.0, height=1.0, bottom=0.0):
-    corners = size / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) + np.array([x, y])
-    pose = Trajectory(np.zeros(1), np.array([[x, y, bottom]]), np.zeros(1))
-    return PhysicalObject(name, (name,), Prism(corners, bottom, bottom + height), pose)
+    return worlds.thing(name, name, x, y, (size, size), (bottom, bottom + height))
 
 
 START = State(

@@ -13,7 +13,7 @@ from g3.inference.state import start_state
 from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import robot, thing
+from tests.worlds import robot, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))

@@ -3,12 +3,12 @@
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from g3.inference.costs import ConstantCost
 from g3.inference.grounder import Grounder
 from g3.inference.loaded import load_in_the_way
 from g3.inference.state import start_state
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
+from tests.g3.inference.constant_cost import ConstantCost
 
 
 @pytest.fixture(scope="module")

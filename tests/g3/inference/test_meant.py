@@ -5,7 +5,6 @@ import pytest
 from g3.examples import to_batch
 from g3.groundings import Context, Place
 from g3.inference.candidates import object_groups
-from g3.inference.costs import ConstantCost
 from g3.inference.meant import UNLIKELY, barred, on_scores
 from g3.inference.phrases import named_places
 from g3.inference.salience import superlative_scores
@@ -16,7 +15,9 @@ from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_others, ground_thing
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import prism, robot, row, scene, thing
+from tests.g3.features.scenes import row
+from tests.g3.inference.constant_cost import ConstantCost
+from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))

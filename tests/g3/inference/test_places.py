@@ -7,7 +7,6 @@ from g3.examples import to_batch
 from g3.groundings import Context, Place
 from g3.inference.arguments import arguments
 from g3.inference.candidates import object_groups, square
-from g3.inference.costs import ConstantCost
 from g3.inference.meant import UNLIKELY, barred
 from g3.inference.phrases import is_area, is_measure, is_there, told
 from g3.inference.places import (
@@ -27,7 +26,9 @@ from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_place, ground_places, landmarks_of
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import robot, row, scene, thing
+from tests.g3.features.scenes import row
+from tests.g3.inference.constant_cost import ConstantCost
+from tests.worlds import robot, scene, thing
 
 # The robot stands at the origin and looks along +x; a row of pallets is to its right.
 ROW = [thing(name, "pallet", 3, -y) for name, y in (("a", 4), ("b", 7), ("c", 10))]

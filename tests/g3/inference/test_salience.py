@@ -6,7 +6,8 @@ from g3.examples import to_batch
 from g3.inference.phrases import is_bare
 from g3.inference.salience import FARTHER, alone_scores, is_alone, near_scores, side_told_scores
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import robot, row, scene, thing
+from tests.g3.features.scenes import row
+from tests.worlds import robot, scene, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = thing("ahead", "pallet", 10, 1)

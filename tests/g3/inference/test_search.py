@@ -9,14 +9,15 @@ from g3.actions import centre
 from g3.groundings import Prism
 from g3.inference.actions import Action, Focus, move, possible_actions, result
 from g3.inference.candidates import object_groups, square
-from g3.inference.costs import ConstantCost, RandomCost, Scorer
-from g3.inference.exact import best_groundings
+from g3.inference.costs import RandomCost, Scorer
 from g3.inference.scene import scene_of
 from g3.inference.state import centres, start_state
 from g3.inference.surroundings import Candidate, Surroundings
 from g3.inference.things import ground_thing, likely
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
+from tests.g3.inference.constant_cost import ConstantCost
+from tests.g3.inference.exact import best_groundings
 
 
 def surroundings(context, cost, **options):

@@ -6,7 +6,8 @@ import pytest
 from g3.examples import to_batch
 from g3.inference.facing import facing
 from g3.inference.sides import MISPLACED, side_scores
-from tests.g3.features.scenes import robot, row, scene, thing
+from tests.g3.features.scenes import row
+from tests.worlds import robot, scene, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = [thing("a", "pallet", 8, 6), thing("b", "pallet", 8, 0), thing("c", "pallet", 8, -6)]

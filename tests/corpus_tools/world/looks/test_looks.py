@@ -22,7 +22,8 @@ from corpus_tools.world.state.dimensions import CAB_TOP, HEEL_X, LOW
 from corpus_tools.world.state.forklift_parts import FORKS, add_forklift
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import KINDS, kind_of
-from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
+from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism
+from tests import worlds
 from tests.strategies import contexts
 
 TOLERANCE_M = 0.02
@@ -134,11 +135,8 @@ def spec_without_weight(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 def thing(kind: str, name: str, x: float) -> PhysicalObject:
     known = KINDS[kind]
-    half = np.array(known.size) / 2
-    signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-    prism = Prism(signs * half + (x, 0.0), *known.heights)
-    return PhysicalObject(
-        name, known.labels, prism, Trajectory(np.zeros(1), np.array([(x, 0.0, 0.0)]), np.zeros(1))
+    return worlds.thing(
+        name, " ".join(known.labels), x, 0.0, known.size, known.heights, worlds.still(x, 0)
     )
 
 

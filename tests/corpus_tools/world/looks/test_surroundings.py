@@ -13,14 +13,14 @@ from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
 from corpus_tools.world.looks.parts import join
 from g3.geometry import rotate
-from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
+from g3.groundings import Context, PhysicalObject, Place, Prism
 from tests.strategies import contexts
+from tests.worlds import prism, still
 
 
 def robot(yaw: float = 0.0) -> PhysicalObject:
-    corners = rotate(np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)]), np.full(4, yaw))
-    pose = Trajectory(np.zeros(1), np.zeros((1, 3)), np.array([yaw]))
-    return PhysicalObject("robot", ("forklift",), Prism(corners, 0.0, 2.0), pose)
+    pose = still(0, 0, yaw=yaw)
+    return PhysicalObject("robot", ("forklift",), prism(0, 0, (2, 2), (0.0, 2.0), yaw), pose)
 
 
 def world(*places: Place, yaw: float = 0.0) -> Context:

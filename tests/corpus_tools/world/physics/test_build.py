@@ -8,19 +8,17 @@ import pytest
 
 from corpus_tools.world.physics.build import body_name, build_world, set_state
 from corpus_tools.world.state.recording import Recording, upright
-from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.groundings import Context
+from tests.worlds import thing
 
-SQUARE = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
-
-def thing(name, labels, x):
-    prism = Prism(SQUARE + np.array([x, 0]), 0.0, 0.7)
-    return PhysicalObject(name, labels, prism, Trajectory([0.0], [[x, 0.0, 0.0]], [0.0]))
+def box(name, labels, x):
+    return thing(name, labels, x, 0, (1, 1), (0.0, 0.7))
 
 
 @pytest.mark.parametrize("name", ["forks", "world", "floor", "drive-x", "object forks", "sun", ""])
 def test_objects_may_have_the_names_of_what_the_world_has(name):
-    objects = (thing("robot", ("forklift",), 0), thing(name, ("box", "pallet"), 4))
+    objects = (box("robot", "forklift", 0), box(name, "box pallet", 4))
     start = Context("yard", objects, (), "robot")
     world = build_world(start)
     position = np.array([[[0.0, 0, 0], [4.0, 1, 2]]])

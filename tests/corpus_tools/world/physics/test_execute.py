@@ -17,7 +17,8 @@ from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import CorpusError
 from g3.geometry import rotate, wrap
 from g3.groundings import Context, Place
-from tests.physics_scenes import TURNED, on_deck, place, thing, yard
+from tests.physics_scenes import TURNED, on_deck, thing, yard
+from tests.worlds import place
 
 
 def run(context: Context, *steps: tuple[str, str | float]) -> Execution:

@@ -12,26 +12,26 @@ from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.state.recording import NS_PER_S, heading
 from corpus_tools.world.state.replay import FORK_SPEED_M_S, replay
-from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.groundings import Context
+from tests import worlds
 from tests.corpus_tools.world.state.replayed import deviations
 from tests.strategies import contexts
+from tests.worlds import log
 
 
 def thing(name, labels, t, xyz, yaw=None):
     """A pallet or robot, 1 m long and wide, its poses on its bottom."""
-    xyz = np.array(xyz, dtype=float)
-    yaw = np.zeros(len(t)) if yaw is None else np.array(yaw)
-    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) + xyz[0, :2]
-    prism = Prism(square, xyz[0, 2], xyz[0, 2] + 0.7)
-    return PhysicalObject(name, labels, prism, Trajectory(t, xyz, yaw))
+    x, y, z = np.array(xyz, dtype=float).T
+    way = log(np.column_stack((x, y)), 0.0 if yaw is None else yaw, z, t)
+    return worlds.thing(name, labels, x[0], y[0], (1, 1), (z[0], z[0] + 0.7), way)
 
 
 def robot(t, xyz, yaw=None):
-    return thing("robot", ("forklift",), t, xyz, yaw)
+    return thing("robot", "forklift", t, xyz, yaw)
 
 
 def pallet(t, xyz, yaw=None):
-    return thing("pallet", ("tire", "pallet"), t, xyz, yaw)
+    return thing("pallet", "tire pallet", t, xyz, yaw)
 
 
 def world(*objects):
@@ -136,7 +136,7 @@ def test_driving_past_a_raised_load_leaves_the_forks_low():
 
 
 def test_what_has_one_pose_stands_still(picking_up):
-    stone = thing("stone", ("crate",), [0], [[1, 2, 3]], [0.5])
+    stone = thing("stone", "crate", [0], [[1, 2, 3]], [0.5])
     recording = replay(world(*picking_up.objects, stone), 10.0)
     assert (recording.position[:, 2] == [1, 2, 3]).all()
     assert [len(item.trajectory) for item in recording.start.objects] == [1, 1, 1]

@@ -1,0 +1,90 @@
+"""Options that several modes of ``ct eval`` have, and where their results go."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from corpus_tools.terminal import say
+
+Command = Callable[..., Any]
+
+TRAIN_AND_TEST = (
+    click.option("--train", metavar="CORPUS,...", required=True, help="Learn from these corpora."),
+    click.option("--test", metavar="CORPUS", required=True, help="Follow its commands."),
+)
+SEED = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="What splits, hard negatives, resamples and orders are drawn with.",
+)
+THRESHOLD = click.option(
+    "--threshold",
+    type=click.FloatRange(0, 1),
+    default=0.5,
+    show_default=True,
+    help="Probability from which a correspondence is predicted.",
+)
+RATED = click.option("--corpus", metavar="CORPUS", required=True, help="The corpus with ratings.")
+STUDY = click.option(
+    "--study", default="", help="Count these ratings [default: the largest study]."
+)
+HELD_OUT = click.option(
+    "--cv",
+    type=click.Choice(["scenario"]),
+    expose_value=False,
+    help="Hold out each scenario in turn, which is always done here.",
+)
+
+
+def draws_option(default: int = 2000) -> Callable[[Command], Command]:
+    """Add ``--draws``, the number of resamples for intervals."""
+    return click.option(
+        "--draws",
+        type=click.IntRange(min=1),
+        default=default,
+        show_default=True,
+        help="Resamples for the intervals.",
+    )
+
+
+def train_and_test(command: Command) -> Command:
+    """Add the options that say which commands are followed, and after learning from what."""
+    for option in reversed(TRAIN_AND_TEST):
+        command = option(command)
+    return command
+
+
+def _in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> Path | None:
+    if out is not None and not out.parent.is_dir():
+        raise click.UsageError(f"{option.opts[0]}: there is no folder {out.parent}; make it first.")
+    return out
+
+
+OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    callback=_in_a_folder,
+    help="Write to a file instead of the standard output.",
+)
+
+
+def is_terminal(out: Path | None) -> bool:
+    """Whether a result is shown on a terminal, which has colours."""
+    return out is None and sys.stdout.isatty()
+
+
+def write(text: str, out: Path | None) -> None:
+    """Write a result to a file, or to the standard output."""
+    from corpus_tools.atomic_file import write_bytes  # noqa: PLC0415 - `ct --help` does without
+
+    if out is None:
+        say(text, styled=True)
+    else:
+        write_bytes(out, f"{text}\n".encode())

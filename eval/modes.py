@@ -1,0 +1,133 @@
+"""A command with several modes, such as ``--table 1`` and ``--sdc``, each a command of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import islice
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+
+class Modes(click.Group):
+    """A group whose commands are chosen by an option, wherever it stands among the arguments.
+
+    The name of a command is what chooses it: a flag (``--errors``), an option with a value
+    (``--table 1``), or an option that the command has itself (``--report``, which takes a folder).
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The modes in the order in which they were added."""
+        return list(self.commands)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """The options that choose a mode, for shells to complete; the help lists the modes."""
+        return [*self._choosing().values(), *super().get_params(ctx)]
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Find the mode and leave the other arguments to it."""
+        helping = [word for word in args if word in ctx.help_option_names][:1]
+        chosen, used, rest = self._sorted([word for word in args if word not in helping])
+        if not chosen and (helping or ctx.resilient_parsing):
+            return super().parse_args(ctx, helping)
+        if len(chosen) != 1:
+            raise click.UsageError(f"Give one of {all_of(chosen or self.commands)}.", ctx)
+        (name,) = chosen
+        if name in self.commands:
+            self._check_options(ctx, name, used)
+        elif not ctx.resilient_parsing:
+            option = name.partition(" ")[0]
+            known = any_of(one for one in self.commands if one.startswith(f"{option} "))
+            raise click.UsageError(f"There is no {name}; give {known}.", ctx)
+        # What comes after two dashes isn't read as the group's own options.
+        return super().parse_args(ctx, ["--", name, *(helping or rest)])
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the modes, each with what its option takes."""
+        shown = {self._shown(name): mode for name, mode in self.commands.items()}
+        limit = formatter.width - 6 - max(map(len, shown))
+        with formatter.section("Modes"):
+            formatter.write_dl([(n, mode.get_short_help_str(limit)) for n, mode in shown.items()])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete the options that choose a mode."""
+        return [
+            CompletionItem(name, help=option.help)
+            for name, option in self._choosing().items()
+            if name.startswith(incomplete)
+        ]
+
+    def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+        """The modes that are chosen, all options that are given, and the arguments for a mode."""
+        known = {n: option for mode in self.commands.values() for n, option in _options(mode)}
+        choosing = self._choosing()
+        chosen: list[str] = []
+        used: list[str] = []
+        rest: list[str] = []
+        words = iter(args)
+        for word in words:
+            name, equals, value = word.partition("=")
+            option = choosing.get(name) or known.get(name)
+            given = [word]
+            if option and not option.is_flag and not equals:
+                given += islice(words, 1)
+                value = "".join(given[1:])
+            if name in choosing:
+                chosen.append(name if name in self.commands else f"{name} {value}".strip())
+            if name in known or name not in choosing:
+                used.append(name)
+                rest += given
+        return list(dict.fromkeys(chosen)), used, rest
+
+    def _check_options(self, ctx: click.Context, name: str, used: Iterable[str]) -> None:
+        """Refuse options that only other modes have, and say which do."""
+        own = dict(_options(self.commands[name]))
+        for option in used:
+            having = [n for n, mode in self.commands.items() if option in dict(_options(mode))]
+            if having and option not in own:
+                where = click.Context(self.commands[name], parent=ctx, info_name=name)
+                raise click.UsageError(
+                    f"{option} doesn't go with {name}; it is for {all_of(having)}.", where
+                )
+
+    def _choosing(self) -> dict[str, click.Option]:
+        """The options that choose a mode, by name."""
+        found: dict[str, click.Option] = {}
+        for name, mode in self.commands.items():
+            option, _, value = name.partition(" ")
+            own = dict(_options(mode)).get(option)
+            about = mode.get_short_help_str(100)
+            takes: click.ParamType[Any] | None = own.type if own else None
+            if value:
+                values = [n.partition(" ")[2] for n in self.commands if n.startswith(f"{option} ")]
+                about, takes = f"Choose {any_of(values)}.", click.Choice(values)
+            found[option] = click.Option(
+                [option], type=takes, is_flag=not takes, help=about, hidden=True, expose_value=False
+            )
+        return found
+
+    def _shown(self, name: str) -> str:
+        own = dict(_options(self.commands[name])).get(name)
+        return f"{name} {own.metavar}" if own else name
+
+
+def any_of(names: Iterable[str]) -> str:
+    """Names of which one is wanted, for a sentence."""
+    return _joined(list(names), "or")
+
+
+def all_of(names: Iterable[str]) -> str:
+    """Names in a sentence."""
+    return _joined(list(names), "and")
+
+
+def _joined(names: Sequence[str], word: str) -> str:
+    *others, last = names
+    if len(others) < 2:
+        return f" {word} ".join(names)
+    return f"{', '.join(others)}, {word} {last}"
+
+
+def _options(command: click.Command) -> list[tuple[str, click.Option]]:
+    return [(n, p) for p in command.params if isinstance(p, click.Option) for n in p.opts]
