@@ -127,6 +127,7 @@ def withdraw(session: Session, digest: str, *, actor: str) -> None:
     if link is None or link.purpose != "invite":
         raise Refusal(404, "This invitation has been used or has run out.")
     session.delete(link)
+    session.flush()
     note(session, actor, "invitation withdrawn", role=link.role or "")
 
 
