@@ -68,12 +68,12 @@ def read_link(session: Session, token: str) -> tuple[AccountLink, Person | None]
     """
     link = session.get(AccountLink, _digest(token))
     if link is None or link.expires_at <= now():
-        raise _gone()
+        raise _gone(session)
     person = None if link.person_id is None else session.get(Person, link.person_id)
     if link.purpose == "reset" and (person is None or person.login is None):
-        raise _gone()
+        raise _gone(session)
     if link.purpose == "first admin" and has_admin(session):
-        raise _gone()
+        raise _gone(session)
     return link, person
 
 
@@ -142,10 +142,13 @@ def _made(session: Session, link: AccountLink, holds_s: float) -> str:
     return token
 
 
-def _gone() -> Refusal:
-    return Refusal(
-        404, "This link has been used, has run out, or isn't complete. Ask for a new one."
+def _gone(session: Session) -> Refusal:
+    new = (
+        "Ask for a new one."
+        if has_admin(session)
+        else "A new one is made on the server with: ct annotate people invite --role admin."
     )
+    return Refusal(404, f"This link has been used, has run out, or isn't complete. {new}")
 
 
 def _digest(token: str) -> str:

@@ -150,8 +150,8 @@ def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
     address, engine = flask.request.remote_addr or "", installation().engine
     with transaction(engine) as session:
         wait_s = failed_sign_ins.begin(session, login, address, now=now())
-    if wait_s > 0:
-        raise TooMany(wait_s)
+        if wait_s > 0:  # and nothing is kept: rows of made-up logins would fill the table
+            raise TooMany(wait_s)
     with reading(engine) as session:
         known = accounts.find(session, login)
         person = accounts.matching(session, login, password)

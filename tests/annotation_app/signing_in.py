@@ -13,7 +13,7 @@ from annotation_app.database import transaction
 from annotation_app.models import Person, Role
 from tests.annotation_app.browser import engine_of
 
-PASSWORD = "correct horse battery"  # noqa: S105 - of nobody
+PASSWORD = "correct horse battery"
 LINK = re.compile(r"https?://[^/\s]+(/setup/[\w-]+)")
 
 

@@ -189,7 +189,9 @@ def test_links_run_out_and_can_be_withdrawn(app: Flask) -> None:
         with pytest.raises(Refusal):
             account_links.withdraw(session, link.digest, actor="ann")
     assert app.test_client().get(account_links.path_of(old)).status_code == 404
-    assert app.test_client().get("/setup/guess").status_code == 404
+    guess = app.test_client().get("/setup/guess")
+    assert guess.status_code == 404
+    assert "made on the server with: ct annotate people invite --role admin" in guess.text
 
 
 def test_a_reset_password_stops_working_until_a_new_one_is_set(app: Flask) -> None:
@@ -211,9 +213,7 @@ def test_a_reset_password_stops_working_until_a_new_one_is_set(app: Flask) -> No
     assert Member(app, "eve").sign_in(new).status_code == 422
 
 
-def test_links_to_the_first_admin_of_several_processes_all_work(
-    app: Flask, config: Config
-) -> None:
+def test_links_to_the_first_admin_of_several_processes_all_work(app: Flask, config: Config) -> None:
     found = [dict(addresses(config, "https://lab.example.org")) for _ in range(3)]
     what = "make the first admin, once, within a day"
     paths = [one[what].removeprefix("https://lab.example.org") for one in found]

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from flask import Flask
-from sqlalchemy import select
+from sqlalchemy import delete, select
 
 from annotation_app import accounts, failed_sign_ins
 from annotation_app.database import reading, transaction
@@ -131,6 +131,13 @@ def test_people_are_told_when_to_try_again_and_processes_count_together(app: Fla
         assert waiting.status_code == 429
         assert 1 <= int(waiting.headers["Retry-After"]) <= 2
         assert "too many wrong passwords. Try again in" in waiting.text
+    for number in range(failed_sign_ins.FREE_BY_ADDRESS):
+        Member(app, f"made-up-{number}").sign_in("wrong password")
+    with reading(engine_of(app)) as session:
+        before = session.scalars(select(FailedSignIn.whose)).all()
+        assert Member(app, "one-more").sign_in("wrong password").status_code == 429
+        assert session.scalars(select(FailedSignIn.whose)).all() == before
     with app.app_context(), transaction(engine_of(app)) as session:
+        session.execute(delete(FailedSignIn).where(FailedSignIn.count >= 10))  # the address's
         accounts.unblock(session, accounts.required_login(session, "ann"), actor="tests")
     assert Member(app, "ann").sign_in().status_code == 303

@@ -86,7 +86,10 @@ def test_changes_on_the_machine_hold_at_once(app: Flask, people: People) -> None
     blocked = member.sign_in()
     assert blocked.status_code == 403
     assert "has been blocked" in blocked.text
-    assert json.loads(people("unblock", "ann", "--json")[1]) == {"login": "ann", "done": "unblocked"}
+    assert json.loads(people("unblock", "ann", "--json")[1]) == {
+        "login": "ann",
+        "done": "unblocked",
+    }
     assert member.sign_in().status_code == 303
     assert people("remove", "ann", "--yes") == (0, "ann: removed\n")
     assert member.role is None
@@ -226,3 +229,13 @@ def test_what_is_imported_or_named_needs_no_task_before(app: Flask) -> None:
     Browser(app)
     with reading(engine_of(app)) as session:
         assert obstacles(session, of_installation=False) == []
+
+
+def test_the_environments_admin_needs_a_password_that_can_be_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ANNOTATE_ADMIN_PASSWORD", "short")
+    people = People(str(tmp_path / "new"), capsys)
+    status, told = people("serve", group="")
+    assert status == 2
+    assert "ANNOTATE_ADMIN_PASSWORD and ANNOTATE_ADMIN_LOGIN: a password has 10 to 200" in told

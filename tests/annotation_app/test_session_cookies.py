@@ -7,7 +7,12 @@ from typing import Any
 
 import pytest
 from flask import Flask
+from sqlalchemy import select, text
 
+from annotation_app.config import Config
+from annotation_app.database import opened, reading, transaction
+from annotation_app.models import Person
+from annotation_app.schema import migrate
 from tests.annotation_app.browser import Browser
 from tests.annotation_app.signing_in import Member, signed_in
 
@@ -83,9 +88,7 @@ def test_quick_requests_of_scripts_bring_no_cookie(app: Flask, later: Any) -> No
 
 
 @pytest.mark.parametrize("back_s", [5.0, DAY_S, 400 * DAY_S])
-def test_a_clock_that_is_set_back_signs_nobody_out(
-    app: Flask, later: Any, back_s: float
-) -> None:
+def test_a_clock_that_is_set_back_signs_nobody_out(app: Flask, later: Any, back_s: float) -> None:
     person, member = worker(app), signed_in(app, "ann", "admin")
     item = person.take("describe")["item"]
     later(-back_s)
@@ -99,3 +102,21 @@ def test_a_cookie_of_before_sessions_were_numbered_holds_for_workers(app: Flask)
         assert set(cookie) == {"person", "csrf_token"}  # as older programs made them
     assert person.lease("describe").status_code == 200
     assert Member(app, "nobody").role is None
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_an_upgrade_signs_out_those_with_a_login_and_no_worker(config: Config) -> None:
+    """Older cookies tell neither their number, which counts as 1, nor who has a login."""
+    add = text(
+        "INSERT INTO person (id, role, provider, external_hash, login, profile, created_at) "
+        "VALUES (:id, :role, 'test', :id, :login, '{}', 0)"
+    )
+    with opened(config.database) as engine:
+        migrate(engine, "0001")
+        with transaction(engine) as session:
+            session.execute(add, {"id": "w", "role": "worker", "login": None})
+            session.execute(add, {"id": "a", "role": "admin", "login": "ann"})
+        migrate(engine)
+        with reading(engine) as session:
+            numbers = dict(session.execute(select(Person.id, Person.session_number)).all())
+    assert numbers == {"w": 1, "a": 2}

@@ -57,9 +57,7 @@ def test_inviting_and_adding(app: Flask, admin: Member) -> None:
         ("../invitations/withdraw", {"invitation": "x"}, 404, "has been used or has run out"),
     ],
 )
-def test_mistakes(
-    admin: Member, path: str, form: dict[str, str], status: int, told: str
-) -> None:
+def test_mistakes(admin: Member, path: str, form: dict[str, str], status: int, told: str) -> None:
     path = "/admin/invitations/withdraw" if path.startswith("..") else f"{LOGINS}/{path}"
     response = admin.post(path, **form)
     assert response.status_code == status
@@ -145,7 +143,9 @@ def test_blocking_a_worker_is_noted(app: Flask, admin: Member) -> None:
 def test_the_audit_trail_is_paged_and_filtered(app: Flask, admin: Member) -> None:
     with transaction(engine_of(app)) as session:
         for number in range(120):
-            note(session, "ann" if number % 2 else "bob", "exported", f"study-{number}", format="<i>")
+            note(
+                session, "ann" if number % 2 else "bob", "exported", f"study-{number}", format="<i>"
+            )
     first = admin.client.get("/admin/audit").text
     assert "study-119" in first
     assert "study-69" not in first
