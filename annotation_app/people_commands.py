@@ -141,8 +141,9 @@ def list_(*, instance: Path, database: str | None, form: str) -> None:
     """List everybody with a login, and invitations that nobody has used yet.
 
     \b
-    Example:
+    Examples:
       ct annotate people list
+      ct annotate people list --json
     """
     from annotation_app import account_links, accounts
 
