@@ -159,7 +159,8 @@ def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
         if person is None or person.blocked_at is not None:
             # What was typed as a login may be a password: only those that there are are noted.
             who = "somebody" if known is None else name_of(known)
-            note(session, who, "sign-in refused", blocked=person is not None)
+            reason = "wrong password" if person is None else "blocked"
+            note(session, who, "sign-in refused", reason=reason)
         else:
             failed_sign_ins.succeeded(session, login, address)
             if signs_in:

@@ -292,14 +292,14 @@ def test_what_the_audit_trail_tells(app: Flask) -> None:
     assert entries[::-1][3:] == [
         ("bob", "signed in", "", {}),
         ("ann", "role changed", "bob", {"role": "adjudicator", "before": "annotator"}),
-        ("bob", "sign-in refused", "", {"blocked": False}),
-        ("bob", "sign-in refused", "", {"blocked": False}),
-        ("somebody", "sign-in refused", "", {"blocked": False}),
+        ("bob", "sign-in refused", "", {"reason": "wrong password"}),
+        ("bob", "sign-in refused", "", {"reason": "wrong password"}),
+        ("somebody", "sign-in refused", "", {"reason": "wrong password"}),
         ("bob", "signed in", "", {}),
         ("bob", "exported", "tests", {"format": "csv"}),
         ("bob", "signed out", "", {}),
         ("ann", "blocked", "bob", {}),
-        ("bob", "sign-in refused", "", {"blocked": True}),
+        ("bob", "sign-in refused", "", {"reason": "blocked"}),
     ]
 
 
