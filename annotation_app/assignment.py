@@ -39,6 +39,7 @@ ANSWER, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
 _STUDY: BindParameter[str] = bindparam("of_study")
 _TASK: BindParameter[str] = bindparam("of_task")
 _WHO: BindParameter[str] = bindparam("who")
+_NUMBER: BindParameter[int] = bindparam("number")
 _ITEM_ID: BindParameter[str] = bindparam("item")
 _NOW: BindParameter[float] = bindparam("at_present")
 _UNTIL: BindParameter[float] = bindparam("until")
@@ -132,9 +133,9 @@ def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: flo
     return bool(run(session, _EXTEND, about))
 
 
-def handed_out(session: Session, item_id: str, who: str) -> Work | None:
-    """An item, if it is or was a person's."""
-    about = {"item": item_id, "who": who}
+def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | None:
+    """An item, if it is or was a person's, whose session of that number hasn't ended."""
+    about = {"item": item_id, "who": who, "number": number}
     found = run(session, _HANDED_OUT, about)
     if not found:
         return None
@@ -256,7 +257,12 @@ _HANDED_OUT = (
     .select_from(HANDOUT)
     .join(ITEM, ITEM.c.id == HANDOUT.c.item_id)
     .join(STUDY, STUDY.c.id == ITEM.c.study_id)
-    .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
+    .join(PERSON, PERSON.c.id == HANDOUT.c.person_id)
+    .where(
+        HANDOUT.c.item_id == _ITEM_ID,
+        HANDOUT.c.person_id == _WHO,
+        PERSON.c.session_number == _NUMBER,
+    )
 )
 
 

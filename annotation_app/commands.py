@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from annotation_app.audit_commands import audit
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.copy_commands import backup, copy_media, restore
 from annotation_app.crowd_commands import reconcile
 from annotation_app.people_commands import people
+from annotation_app.study_commands import check, init, slug
 from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.terminal import note, say
 
@@ -96,6 +98,13 @@ def annotate() -> None:
     help="A site that may show it in a frame and gets its forms, such as https://www.mturk.com.",
 )
 @click.option(
+    "--idle-hours",
+    type=click.FloatRange(0.1, 24 * 60),
+    default=12.0,
+    show_default=True,
+    help="After how long people with a login who do nothing must sign in again.",
+)
+@click.option(
     "--limits-storage",
     default="process://",
     show_default=True,
@@ -131,6 +140,7 @@ def serve(
     https: bool,
     proxies: int,
     frame_ancestors: tuple[str, ...],
+    idle_hours: float,
     limits_storage: str,
     media_url: str,
     open_trying: bool,
@@ -162,12 +172,14 @@ def serve(
         proxies=proxies,
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
+        idle_hours=idle_hours,
         limits_storage=limits_storage,
         media_url=media_url,
         open_trying=open_trying or demo,
         model=model,
     )
     serving.prepare(config)
+    serving.make_first_admin(config)
     if demo:
         _demo(config, videos)
     for file in study_files:
@@ -176,6 +188,8 @@ def serve(
     base = f"{'https' if https else 'http'}://{name}" + ("" if https else f":{port}")
     for what, address in serving.addresses(config, base):
         say(f"{what}: {address}")
+    for obstacle in serving.obstacles(config):
+        note(f"note: {obstacle}")
     say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
     if host not in serving.LOOPBACK and not https:
         note("note: without --https passwords and answers can be read on the way")
@@ -183,26 +197,6 @@ def serve(
         serving.serve(config, host=host, port=port, threads=threads)
     except OSError as error:
         raise click.ClickException(f"{host}:{port}: {error.strerror}") from error
-
-
-@annotate.command()
-@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
-@FORMAT
-def init(*, study_file: Path, form: str) -> None:
-    """Write a study's file to start from.
-
-    \b
-    Example:
-      ct annotate init my-study.yaml
-    """
-    from annotation_app.study_template import TEMPLATE
-    from corpus_tools.atomic_file import write_bytes
-    from g3.errors import FormatError
-
-    if study_file.exists():
-        raise FormatError("the file is there already", where=str(study_file), fix="name another")
-    write_bytes(study_file, TEMPLATE.format(name=_slug(study_file.stem)).encode())
-    tell(form, {"files": [study_file]}, f"wrote {study_file}")
 
 
 @annotate.command()
@@ -242,7 +236,7 @@ def export(
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
     """
-    from annotation_app import answer_tables
+    from annotation_app import answer_tables, serving
     from annotation_app import export as exports
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
@@ -256,8 +250,9 @@ def export(
     told = "json" if as_json else PLAIN
     if form == "corpus":
         check_writable(out, force=force)
+    config = open_instance(instance, database)
     with (
-        opened(open_instance(instance, database).database) as engine,
+        opened(config.database) as engine,
         reading(engine, one_state=True) as session,
     ):
         if not is_current(engine):
@@ -267,6 +262,7 @@ def export(
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
             write_bytes(out, answer_tables.TABLES[form](session, study))
+            serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
         corpus = exports.export_corpus(session, study, licence=licence)
@@ -274,6 +270,7 @@ def export(
         write_corpus(corpus, out, force=force)
     else:
         write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    serving.note_on_this_machine(config, "exported", study.name, format=form)
     counts = {
         "commands": len(corpus.commands),
         "annotations": len(corpus.annotations),
@@ -324,7 +321,7 @@ def import_(
     config = open_instance(instance, database)
     serving.prepare(config)
     found = open_corpus(corpus)
-    name = study_name or _slug(found.name)
+    name = study_name or slug(found.name)
     folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
     with opened(config.database) as engine, transaction(engine) as session:
         salt = session.get_one(Secret, SALT).value
@@ -333,14 +330,8 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (backup, copy_media, people, reconcile, restore):
+for _command in (audit, backup, check, copy_media, init, people, reconcile, restore):
     annotate.add_command(_command)
-
-
-def _slug(text: str) -> str:
-    import re
-
-    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
 
 
 def _demo_instance() -> Path:

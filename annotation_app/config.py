@@ -48,6 +48,8 @@ class Config:
     model
         File of the model that follows commands which are tried; by default the one that
         comes along.
+    idle_hours
+        How long somebody with a login may do nothing before they must sign in again.
     max_body_bytes
         Largest request that is read.
     """
@@ -64,6 +66,7 @@ class Config:
     media_url: str = ""
     open_trying: bool = False
     model: Path | None = None
+    idle_hours: float = 12.0
     max_body_bytes: int = MEGABYTE
 
     def __repr__(self) -> str:

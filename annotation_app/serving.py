@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import logging
+import os
 from urllib.parse import quote
 
 import waitress
 from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
 
+from annotation_app.account_links import first_admin_link, path_of
+from annotation_app.accounts import admin_from_environment
+from annotation_app.audit import COMMAND_LINE, note
 from annotation_app.config import Config
 from annotation_app.connections import Connections
 from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
 from annotation_app.models import Study
-from annotation_app.people import new_admin_token
+from annotation_app.readiness import Obstacle
+from annotation_app.readiness import obstacles as found_obstacles
 from annotation_app.schema import migrate
 from annotation_app.suggestions import warm_up
+
+log = logging.getLogger(__name__)
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 WAIT_S = 1.0
@@ -28,10 +36,10 @@ def addresses(config: Config, base: str) -> list[tuple[str, str]]:
         with reading(engine) as session:
             studies = session.scalars(select(Study).order_by(Study.created_at)).all()
         with transaction(engine) as session:
-            token = new_admin_token(session)
+            token = first_admin_link(session)
     found = [(f"study {study.name}", f"{base}/s/{quote(study.name)}") for study in studies]
     if token is not None:
-        found.append(("make the first admin, once", f"{base}/setup/{token}"))
+        found.append(("make the first admin, once, within a day", f"{base}{path_of(token)}"))
     else:
         found.append(("sign in", f"{base}/login"))
     return found
@@ -48,6 +56,27 @@ def prepare(config: Config) -> None:
     """Bring the database up to date."""
     with opened(config.database) as engine:
         migrate(engine)
+
+
+def make_first_admin(config: Config) -> None:
+    """Make the first admin, if the environment names one and there is none."""
+    with opened(config.database) as engine, transaction(engine) as session:
+        admin_from_environment(session, os.environ)
+
+
+def obstacles(config: Config) -> list[Obstacle]:
+    """What would stop people in the studies; :func:`addresses` tells how to make an admin."""
+    with opened(config.database) as engine, reading(engine) as session:
+        return found_obstacles(session, of_installation=False)
+
+
+def note_on_this_machine(config: Config, action: str, about: str, **details: str) -> None:
+    """Note in the audit trail what was done by a command that only reads the database."""
+    try:
+        with opened(config.database) as engine, transaction(engine) as session:
+            note(session, COMMAND_LINE, action, about, **details)
+    except (OSError, SQLAlchemyError):
+        log.warning("the database can't be written to: the audit trail doesn't tell of this")
 
 
 def serve(config: Config, *, host: str, port: int, threads: int) -> None:

@@ -39,6 +39,10 @@ ELSEWHERE = {
         "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",
     ),
+    r"ct annotate (people|audit|check)": (
+        "tests/annotation_app/test_people_commands.py",
+        "changes an installation",
+    ),
     r"ct annotate copy-media": ("tests/annotation_app/test_media_copies.py", "needs a study"),
     r"ct shards|ct train g3 --shards": ("tests/corpus_tools/test_shards.py", "a large corpus"),
     r"ct demo": ("tests/eval/test_demo.py", "three minutes"),

@@ -100,3 +100,14 @@ def upgrade() -> None:
         batch_op.create_unique_constraint("person_code_key", ["code"])
 
     # ### end Alembic commands ###
+    _end_sessions_of_logins()
+
+
+def _end_sessions_of_logins() -> None:
+    """Cookies of older programs have no number, which counts as 1: workers stay signed in.
+
+    Those of people with a login don't say so, and would hold for 60 days however idle. The
+    first admin's link is in another table now.
+    """
+    op.execute("UPDATE person SET session_number = 2 WHERE login IS NOT NULL")
+    op.execute("DELETE FROM secret WHERE name = 'admin-token'")

@@ -78,8 +78,7 @@ export class Drafts {
       if (isPassing(status)) throw new Error(`status ${status}`);
       this.#onServer = sent.revision;
       if (this.stopped) return;
-      if (status === 401) this.show("local", "Not saved: sign in again in another tab");
-      else if (status !== 200) this.show("local", data.error ?? "Not saved");
+      if (status !== 200) this.show("local", data.error ?? "Not saved");
       else if (!data.kept) this.show("local", "Changed in another tab: load this page again");
       else if (!this.isBehind) this.show("saved", "Saved");
     } catch {

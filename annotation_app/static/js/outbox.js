@@ -38,7 +38,7 @@ export async function deliver(who, entry, waiting) {
         remove(who, entry.uuid);
         return { kept: true, ...data };
       }
-      if (status === 401) message = "Not sent yet: sign in again in another tab.";
+      if (status === 401) message = `Not sent yet. ${data.error}`;
       else if (isPassing(status)) message = "Not sent yet: the server is busy. Trying again…";
       else {
         remove(who, entry.uuid);
