@@ -9,7 +9,7 @@ from pathlib import Path
 from g3.errors import FormatError
 
 
-def write_bytes(path: Path, content: bytes) -> None:
+def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     """Write a file under a temporary name, flush it to the disk, then give it its name.
 
     A symbolic link stays one: the file that it points to is replaced. What is no
@@ -21,6 +21,9 @@ def write_bytes(path: Path, content: bytes) -> None:
         Where the file shall be; what is there is replaced.
     content
         All of it.
+    private
+        Whether only its owner may read it. It never has other rights, not even while
+        it is written.
 
     Raises
     ------
@@ -33,7 +36,7 @@ def write_bytes(path: Path, content: bytes) -> None:
         return
     temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
     try:
-        with temporary.open("xb") as file:
+        with open(temporary, "xb", opener=_for_owner if private else None) as file:  # noqa: PTH123
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -44,3 +47,7 @@ def write_bytes(path: Path, content: bytes) -> None:
         ) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _for_owner(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
