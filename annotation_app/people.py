@@ -17,9 +17,9 @@ from werkzeug.security import check_password_hash, generate_password_hash
 from annotation_app.database import lock_set_up
 from annotation_app.installation import installation, now
 from annotation_app.models import Person, Record, Role, Secret
+from annotation_app.person_codes import new_code
 from annotation_app.problems import TO_SIGN_IN, Refusal
 
-SALT = "salt"
 ADMIN_TOKEN = "admin-token"  # noqa: S105 - the name of a secret, not one
 SHORTEST_PASSWORD, LONGEST_PASSWORD = 10, 200
 OPEN = "open"
@@ -77,6 +77,7 @@ def add_person(
         password_hash=None if password is None else _password_hash(password),
         profile={},
         created_at=now(),
+        code=new_code(),
     )
     session.add(person)
     session.flush()

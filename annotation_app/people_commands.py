@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from annotation_app.erasure_commands import erase
+
 
 @click.group()
 def people() -> None:
@@ -15,3 +17,6 @@ def people() -> None:
       ct annotate people list
       ct annotate people reset maria
     """
+
+
+people.add_command(erase)

@@ -8,12 +8,16 @@ from urllib.parse import quote
 import waitress
 from sqlalchemy import select
 
+from annotation_app import tombstones
 from annotation_app.config import Config
 from annotation_app.connections import Connections
 from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
+from annotation_app.installation import now
 from annotation_app.models import Study
 from annotation_app.people import new_admin_token
+from annotation_app.retention import expire
+from annotation_app.salt import installation_salt
 from annotation_app.schema import migrate
 from annotation_app.suggestions import warm_up
 
@@ -45,9 +49,12 @@ def _segments(config: Config) -> bool:
 
 
 def prepare(config: Config) -> None:
-    """Bring the database up to date."""
+    """Bring the database and the key file up to date, and erase what is due to be."""
     with opened(config.database) as engine:
         migrate(engine)
+        installation_salt(engine, config)
+        expire(engine, now=now())
+        tombstones.keep(engine, config.instance)
 
 
 def serve(config: Config, *, host: str, port: int, threads: int) -> None:

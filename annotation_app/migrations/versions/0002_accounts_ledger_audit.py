@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from annotation_app.person_codes import new_code
+
 revision = "0002"
 down_revision = "0001"
 branch_labels = None
@@ -100,3 +102,25 @@ def upgrade() -> None:
         batch_op.create_unique_constraint("person_code_key", ["code"])
 
     # ### end Alembic commands ###
+    give_codes()
+    forget_answered_drafts()
+
+
+def give_codes() -> None:
+    """Give everybody a code by which they can ask for their data; imported people don't ask."""
+    person = sa.table("person", sa.column("id"), sa.column("provider"), sa.column("code"))
+    connection = op.get_bind()
+    wanted = sa.select(person.c.id).where(person.c.code.is_(None), person.c.provider != "import")
+    codes = [{"who": who, "new": new_code()} for who in connection.scalars(wanted)]
+    if codes:
+        given = sa.update(person).where(person.c.id == sa.bindparam("who"))
+        connection.execute(given.values(code=sa.bindparam("new")), codes)
+
+
+def forget_answered_drafts() -> None:
+    """Delete drafts whose answers are there: what people took back stayed in them."""
+    op.execute(
+        "DELETE FROM draft WHERE EXISTS (SELECT 1 FROM answer JOIN item ON item.id = draft.item_id"
+        " WHERE answer.person_id = draft.person_id AND answer.task = item.task"
+        " AND answer.subject = item.subject)"
+    )
