@@ -23,7 +23,7 @@ from sqlalchemy import JSON, Column, LargeBinary, Table
 from annotation_app.key_file import Keys, check_value
 from annotation_app.models import Record
 from annotation_app.salt import CHECK, SALT
-from annotation_app.schema import tables_at
+from annotation_app.schema import REVISIONS, tables_at
 from g3.errors import FormatError
 
 VERSION = 2
@@ -176,6 +176,11 @@ class Reader:
         elif head.version != 1 or head.key is None:
             raise self._error(
                 "this is no backup that this program can read", fix="use a newer version of it"
+            )
+        if head.schema not in REVISIONS:
+            raise self._error(
+                "the backup is of a program that this one doesn't know",
+                fix="use the version of the program that made it, or a newer one",
             )
         return head
 
