@@ -199,7 +199,7 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
     except sqlite3.OperationalError:
         log = Path(f"{file}-wal")
         if log.exists() and log.stat().st_size:  # what it holds would be missing
-            raise
+            raise _only_read(file, "the newest rows are in the log beside it") from None
     # Nobody can write, so that no locks are needed, nor the files that hold them.
     return _tried(dialect.connect(f"{address}&immutable=1", **options))
 
@@ -227,11 +227,11 @@ def _tried(connection: Any) -> Any:
     return connection
 
 
-def _only_read(file: str) -> FormatError:
+def _only_read(file: str, what: str = "the database can only be read") -> FormatError:
     return FormatError(
-        "the database can only be read",
+        what,
         where=file,
-        fix="get the right to write to the file and to its folder, or work on a copy",
+        fix="get the right to write to it and to its folder, or work on a copy of all its files",
     )
 
 

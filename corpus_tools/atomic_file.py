@@ -43,11 +43,11 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
 
     An exception leaves the name what it had. See :func:`write_bytes`.
     """
-    path = path.resolve()
     if path.exists() and not path.is_file():
         with path.open("wb") as file:
             yield file
         return
+    path = path.resolve()
     temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
     try:
         new = open(temporary, "xb", opener=_for_owner if private else None)  # noqa: SIM115

@@ -5,14 +5,16 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import MetaData, insert, select
 
-from annotation_app.config import Config, open_instance
+from annotation_app.config import DATABASE_FILE, Config, open_instance
 from annotation_app.database import opened, reading
 from annotation_app.key_file import Keys, write_keys
 from annotation_app.migrating import changing_tables, upgrade
@@ -50,7 +52,18 @@ def old_installation(config: Config, instance: Path, database: str | None = None
         there.reflect(connection)
         for table, row in old_rows(config):
             connection.execute(insert(there.tables[table]), row)
+    if database is None:
+        leave_a_trace(made.instance / DATABASE_FILE)
     return replace(made, rate_limits=False)
+
+
+def leave_a_trace(file: Path) -> None:
+    """Have the salt in a free place of the file too, as SQLite leaves what it has moved."""
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        connection.execute("PRAGMA secure_delete=OFF")
+        connection.execute("INSERT INTO secret VALUES ('zzz', ?)", (SALT,))
+        connection.execute("DELETE FROM secret WHERE name = 'zzz'")
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
 def old_archive(config: Config, archive: Path) -> int:
