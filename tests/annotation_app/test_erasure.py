@@ -36,7 +36,6 @@ from annotation_app.models import (
     Study,
 )
 from annotation_app.people import find_or_add, keep_consent
-from annotation_app.restoring import restore
 from annotation_app.tombstones import ERASED_FILE, Tombstone, read_tombstones
 from annotation_app.work import find_study
 from corpus_tools.cli import run
@@ -126,7 +125,7 @@ def worked(app: Flask) -> tuple[Browser, Browser]:
 def test_nothing_is_left_of_somebody(
     app: Flask, worked: tuple[Browser, Browser], tmp_path: Path, capsys: Any
 ) -> None:
-    ada, bob = worked
+    ada, _ = worked
     code = code_of(app, ada)
     assert "zebra" in everything(app)
     dry = command(app, "people", "erase", code.lower().replace("-", " "), "--dry-run", "--json")
