@@ -20,11 +20,12 @@ from annotation_app.backup_file import (
     encoded_head,
     encoded_row,
 )
+from annotation_app.compaction import DUE
 from annotation_app.config import Config
 from annotation_app.database import opened, reading
 from annotation_app.key_file import Keys
 from annotation_app.models import Base
-from annotation_app.salt import MOVED, SALT, installation_salt
+from annotation_app.salt import SALT, installation_salt
 from annotation_app.schema import NEWEST, is_current
 from annotation_app.sealed_keys import seal
 from corpus_tools.atomic_file import replacing
@@ -86,6 +87,6 @@ def _rows(session: Session) -> Iterator[Row]:
     for table in Base.metadata.sorted_tables:
         wanted = select(table).execution_options(yield_per=_BATCH)
         for row in session.execute(wanted).mappings():
-            if table.name == "secret" and row["name"] in (SALT, MOVED):
-                continue  # an older program's, which hasn't been moved to the key file yet
+            if table.name == "secret" and row["name"] in (SALT, DUE):
+                continue  # what an older program has left, and what is to be done to this file
             yield str(table.name), dict(row)

@@ -38,6 +38,8 @@ except ImportError:  # there is none on Windows
 
 BUSY_S = 20
 """How long a writer waits for another one, in SQLite."""
+CHECKPOINT_S = 3
+"""How long the emptying of SQLite's log waits for those who read."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
 SET_UP = 0x63742D616E6E
@@ -133,10 +135,17 @@ def compact(engine: Engine, *tables: str) -> bool:
     with _turn(engine), engine.connect() as connection:
         connection.execution_options(to="begin nothing")
         if engine.dialect.name == "postgresql":
-            connection.exec_driver_sql(f"VACUUM FULL {', '.join(tables)}")
+            connection.exec_driver_sql(f"SET lock_timeout = '{BUSY_S}s'")
+            try:
+                connection.exec_driver_sql(f"VACUUM FULL {', '.join(tables)}")
+            finally:
+                connection.exec_driver_sql("RESET lock_timeout")
             return True
         connection.exec_driver_sql("VACUUM")
+        # Who reads all the time must not keep who writes waiting.
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={CHECKPOINT_S * 1000}")
         (blocked, _, _) = connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)").one()
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={BUSY_S * 1000}")
         return not blocked
 
 

@@ -11,11 +11,12 @@ from sqlalchemy.orm import Session
 
 from annotation_app import tombstones
 from annotation_app.audit import COMMAND_LINE, note
+from annotation_app.compaction import compact_if_asked
 from annotation_app.config import Config
-from annotation_app.database import compact, transaction
-from annotation_app.erasure import CHANGED_TABLES, ERASED, Traces, erase, traces_of
+from annotation_app.database import transaction
+from annotation_app.erasure import Traces, erase, traces_of
 from annotation_app.export import SUBJECT_CHARACTERS
-from annotation_app.models import Person
+from annotation_app.models import Erasure, Person
 from annotation_app.people import hashed
 from annotation_app.person_codes import read_code
 from annotation_app.salt import installation_salt
@@ -63,7 +64,7 @@ def preview(engine: Engine, config: Config, who: str, platform: str | None) -> T
         wanted = (Person.provider == platform) & (Person.external_hash == digest)
     with transaction(engine) as session:
         people = session.scalars(
-            select(Person).where(wanted, Person.provider != ERASED).limit(2)
+            select(Person).where(wanted, Person.id.not_in(select(Erasure.person_id))).limit(2)
         ).all()
         if len(people) != 1:
             raise FormatError(
@@ -85,8 +86,7 @@ def erase_person(engine: Engine, config: Config, person_id: str, *, now: float) 
         traces = erase(session, _person(session, person_id), now=now)
         note(session, COMMAND_LINE, "erased a person's data", person_id, **traces.counts())
     tombstones.keep(engine, config.instance)
-    is_compacted = compact(engine, *CHANGED_TABLES)
-    return Done(traces, config.instance / ERASED_FILE, is_compacted)
+    return Done(traces, config.instance / ERASED_FILE, compact_if_asked(engine))
 
 
 def _person(session: Session, person_id: str) -> Person:

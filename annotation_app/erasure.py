@@ -12,6 +12,8 @@ from sqlalchemy import ColumnElement, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from annotation_app.assignment import lock_person
+from annotation_app.audit import COMMAND_LINE, note
+from annotation_app.compaction import ask
 from annotation_app.models import (
     AccountLink,
     Answer,
@@ -31,11 +33,6 @@ from annotation_app.tombstones import Tombstone, joined
 
 ERASED = "erased"
 """The provider of people whose data were erased."""
-CHANGED_TABLES = (
-    "answer", "event", "draft", "handout", "slot", "item", "participation", "person",
-    "account_link",
-)  # fmt: skip
-"""Those that something is deleted from or overwritten in."""
 _BATCH = 500
 T = TypeVar("T")
 
@@ -143,6 +140,7 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
     unlink(person)
     person.profile, person.role, person.blocked_at = {}, "worker", None
     session.merge(Erasure(person_id=own, at=now))
+    ask(session)
     session.flush()
     return traces
 
@@ -166,12 +164,15 @@ def erase_again(session: Session, tombstones: Collection[Tombstone]) -> int:
     wanted = joined(tombstones)
     count = 0
     for tombstone in wanted.values():
+        if tombstone.person in before:
+            continue
         person = session.get(Person, tombstone.person)
-        if person is not None and person.provider != ERASED:
-            erase(session, person, now=tombstone.at)
-            count += 1
-        elif tombstone.person not in before:
+        if person is None:
             session.merge(Erasure(person_id=tombstone.person, at=tombstone.at))
+            continue
+        counts = erase(session, person, now=tombstone.at).counts()
+        note(session, COMMAND_LINE, "erased a person's data again", person.id, **counts)
+        count += 1
     session.flush()
     return count
 

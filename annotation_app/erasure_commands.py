@@ -105,7 +105,8 @@ def _erase_person(
     lines = ["erased:", *_lines(done.traces), note]
     if not done.is_compacted:
         lines.append(
-            "Others are reading: free pages of the database may still hold it. Run it again."
+            "Others are at work, so that the database's files still hold it. It goes from them at "
+            "the next start of `ct annotate`, or by `ct annotate people erase --expired`."
         )
     tell(form, record, *lines)
 

@@ -107,8 +107,10 @@ def make_keys(file: Path) -> None:
         flush_folder(file.parent)
     except FileExistsError:
         pass
+    except OSError:  # not all file systems have links
+        mine.replace(file)
     finally:
-        mine.unlink()
+        mine.unlink(missing_ok=True)
 
 
 def check_value(salt: bytes) -> bytes:

@@ -29,8 +29,9 @@ from sqlalchemy.orm import Session
 
 from annotation_app import erasure, tombstones
 from annotation_app.backup_file import Contents, Reader, Row, check
+from annotation_app.compaction import compact_if_asked
 from annotation_app.config import DATABASE_FILE, UNFINISHED
-from annotation_app.database import compact, lock_set_up, opened
+from annotation_app.database import lock_set_up, opened
 from annotation_app.key_file import KEY_FILE, Keys, read_keys, write_keys
 from annotation_app.migrating import changing_tables, upgrade
 from annotation_app.models import Base, Secret
@@ -118,8 +119,7 @@ def restore(
                     where=str(archive),
                     fix="take another backup",
                 ) from error
-            if again:
-                compact(engine, *erasure.CHANGED_TABLES)
+            compact_if_asked(engine)
             tombstones.keep(engine, instance)
     return Restored(contents, again)
 

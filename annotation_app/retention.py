@@ -15,8 +15,9 @@ from sqlalchemy import Engine, delete, select, union
 from sqlalchemy.orm import Session
 
 from annotation_app.audit import COMMAND_LINE, note
-from annotation_app.database import compact, lock_set_up, transaction
-from annotation_app.erasure import CHANGED_TABLES, ERASED, is_booked, unlink
+from annotation_app.compaction import ask, compact_if_asked
+from annotation_app.database import lock_set_up, transaction
+from annotation_app.erasure import ERASED, is_booked, unlink
 from annotation_app.models import Draft, Handout, Item, Participation, Person, Study
 from annotation_app.people import new_id
 from annotation_app.study import restored
@@ -73,8 +74,9 @@ def expire(
         for found in done:
             counts = {"people": found.people, "drafts": found.drafts}
             note(session, COMMAND_LINE, "unlinked from people", found.study, **counts)
-    if done:
-        compact(engine, *CHANGED_TABLES)
+        if done:
+            ask(session)
+    compact_if_asked(engine)
     return done
 
 

@@ -1,8 +1,8 @@
 """The salt of people's ids: in the key file only, never beside the hashes that it makes.
 
 Older programs kept it in the database. It is moved in steps that may be cut off anywhere: it is
-written to the key file first, then overwritten in the database, then the database is compacted so
-that no free page holds it, and only then is there no sign left that there is something to do.
+written to the key file first, then deleted from the database, and then the database is compacted so
+that no free page holds it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from dataclasses import replace
 from sqlalchemy import Engine, delete, select
 from sqlalchemy.orm import Session
 
+from annotation_app.compaction import ask, compact_if_asked
 from annotation_app.config import Config
-from annotation_app.database import compact, lock_set_up, reading, transaction
+from annotation_app.database import lock_set_up, reading, transaction
 from annotation_app.key_file import KEY_FILE, Keys, check_value, read_keys, write_keys
 from annotation_app.models import Secret
 from annotation_app.schema import check_current
@@ -22,8 +23,6 @@ from g3.errors import FormatError
 
 SALT = "salt"
 """Under which name older programs kept it in the database."""
-MOVED = "salt was moved"
-"""That pages of the database may still hold it."""
 CHECK = "salt check"
 """Tells whether a key file has the salt that people's ids here were hashed with."""
 
@@ -63,31 +62,35 @@ def _settle(engine: Engine, config: Config) -> bytes:
             _checked(config, salt, kept[CHECK])
         else:
             keep_check(session, salt)
-    if SALT in kept or MOVED in kept:
-        if not compact(engine, "secret"):
-            return salt  # and again at the next start
-        with transaction(engine) as session:
-            session.execute(delete(Secret).where(Secret.name == MOVED))
+    compact_if_asked(engine)
     return salt
 
 
 def _move(session: Session, config: Config, keys: Keys, salt: bytes) -> bytes:
+    file = config.instance / KEY_FILE
     if keys.salt is None:
-        write_keys(config.instance / KEY_FILE, replace(keys, salt=salt))
+        try:
+            write_keys(file, replace(keys, salt=salt))
+        except OSError as error:
+            raise FormatError(
+                f"the salt can't be moved from the database to the key file: {error.strerror}",
+                where=str(file),
+                fix="let this user write to the file and its folder, at this start",
+            ) from error
     elif not hmac.compare_digest(keys.salt, salt):
         raise FormatError(
             "the key file has another salt than the database",
-            where=str(config.instance / KEY_FILE),
+            where=str(file),
             fix="name the instance that the database belongs to; if its key file is lost, delete "
             "the second line of this one, for the database still has the salt",
         )
     session.execute(delete(Secret).where(Secret.name == SALT))
-    session.merge(Secret(name=MOVED, value=b""))
+    ask(session)
     return salt
 
 
 def _kept(session: Session) -> dict[str, bytes]:
-    wanted = select(Secret).where(Secret.name.in_((SALT, MOVED, CHECK)))
+    wanted = select(Secret).where(Secret.name.in_((SALT, CHECK)))
     return {secret.name: secret.value for secret in session.scalars(wanted)}
 
 

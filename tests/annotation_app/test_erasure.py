@@ -15,18 +15,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import func, select
 
-from annotation_app import erasing
-from annotation_app.backups import back_up
-from annotation_app.config import open_instance
-from annotation_app.database import opened, reading, transaction
+from annotation_app import erasing, serving
+from annotation_app.database import reading, transaction
 from annotation_app.export import export_corpus, subject_of
-from annotation_app.factory import create_app
-from annotation_app.key_file import KEY_FILE
 from annotation_app.models import (
     Answer,
     AuditEntry,
     Base,
-    Erasure,
     Event,
     Item,
     LedgerEntry,
@@ -36,10 +31,9 @@ from annotation_app.models import (
     Study,
 )
 from annotation_app.people import find_or_add, keep_consent
-from annotation_app.tombstones import ERASED_FILE, Tombstone, read_tombstones
+from annotation_app.tombstones import ERASED_FILE, read_tombstones
 from annotation_app.work import find_study
 from corpus_tools.cli import run
-from g3.errors import FormatError
 from g3.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.test_pipeline import grounded
@@ -183,6 +177,26 @@ def test_the_databases_files_hold_it_no_more(app: Flask, worked: tuple[Browser, 
     assert held() == []
 
 
+def test_what_others_keep_from_being_compacted_is_later(
+    app: Flask, worked: tuple[Browser, Browser], capsys: Any
+) -> None:
+    """Somebody reads all the time; at the next start nobody does."""
+    config = installation_of(app).config
+    files = [config.instance / f"annotation.sqlite{end}" for end in ("", "-wal")]
+
+    def is_held() -> bool:
+        return any(file.exists() and b"zebra" in file.read_bytes() for file in files)
+
+    with reading(engine_of(app)) as session:
+        assert len(session.scalars(select(Answer)).all()) > 2
+        assert run(command(app, "people", "erase", code_of(app, worked[0]), "--yes")) == 0
+        assert "files still hold it" in capsys.readouterr().out
+        assert is_held()
+    assert "zebra" not in everything(app)
+    serving.prepare(config)
+    assert not is_held()
+
+
 @BOTH
 def test_others_can_do_the_work_again(app: Flask, worked: tuple[Browser, Browser]) -> None:
     """Whoever segmented: the command stays, and what was made of the segmentation goes."""
@@ -205,56 +219,6 @@ def test_others_can_do_the_work_again(app: Flask, worked: tuple[Browser, Browser
     for _ in range(3):
         assert carol.lease("rate").status_code == 200
         carol.do("rate", {"rating": 2})
-
-
-@BOTH
-def test_a_restored_backup_does_not_bring_them_back(
-    app: Flask, worked: tuple[Browser, Browser], tmp_path: Path, capsys: Any
-) -> None:
-    ada, bob = worked
-    config = installation_of(app).config
-    early, late = tmp_path / "early.gz", tmp_path / "late.gz"
-    back_up(config, early, None)
-    assert run(command(app, "people", "erase", code_of(app, ada), "--yes")) == 0
-    back_up(config, late, None)
-    keys = ["--keys", str(config.instance / KEY_FILE)]
-    tombs = tmp_path / "kept-elsewhere.jsonl"
-    (config.instance / ERASED_FILE).rename(tombs)
-
-    def restored(archive: Path, name: str, *given: str) -> tuple[str, bool]:
-        capsys.readouterr()
-        folder = tmp_path / name
-        where = ["--instance", str(folder), *keys]
-        assert run(["annotate", "restore", str(archive), *where, *given]) == 0
-        engine_files = b"".join(f.read_bytes() for f in folder.iterdir() if f.is_file())
-        return capsys.readouterr().out, b"zebra" in engine_files
-
-    assert restored(late, "late")[1] is False
-    assert restored(early, "brings-back")[1] is True
-    said, is_there = restored(early, "named", "--erased", str(tombs))
-    assert is_there is False
-    assert "erased again: the data of 1 of 1 people" in said
-    tombs.rename(tmp_path / ERASED_FILE)  # beside the archive
-    said, is_there = restored(early, "found")
-    assert is_there is False
-    assert "erased again: the data of 1 of 1 people" in said
-    made = open_instance(tmp_path / "found")
-    assert [t.person for t in read_tombstones(made.instance / ERASED_FILE)] == [ada.person.id]
-    with opened(made.database) as engine, reading(engine) as session:
-        assert session.scalars(select(Erasure.person_id)).all() == [ada.person.id]
-        assert session.scalar(select(func.count()).where(Answer.person_id == bob.person.id))
-    with opened(made.database) as engine:
-        Browser(create_app(made, engine)).do("describe", described("Pick up the hat"))
-
-
-def test_damaged_tombstones_are_named(tmp_path: Path) -> None:
-    file = tmp_path / "erased.jsonl"
-    for content in ("{", '{"person": 1, "at": 2}', '{"person": "a"}', "\xff"):
-        file.write_bytes(b'{"person": "a", "at": 1.0}\n\n' + content.encode("latin-1"))
-        with pytest.raises(FormatError, match=r"erased.jsonl, line 3: this can't be read"):
-            read_tombstones(file)
-    file.write_text('{"person": "a", "at": 1.0}\n\n')
-    assert read_tombstones(file) == [Tombstone("a", 1.0)]
 
 
 @BOTH
@@ -408,25 +372,3 @@ def test_whatever_people_did(app: Flask, deeds: list[tuple[int, int]]) -> None:
     if engine_of(app).dialect.name == "sqlite":
         with engine_of(app).connect() as connection:
             assert connection.exec_driver_sql("PRAGMA foreign_key_check").all() == []
-
-
-def test_the_code_is_on_the_pages(app: Flask) -> None:
-    person = Browser(app)
-    code = code_of(app, person)
-    assert len(code) == 14
-    for page in ("/s/tests", "/s/tests/ground"):
-        text = person.client.get(page).text
-        assert f"<code>{code}</code>" in text
-        assert "erase what you have sent" in text
-
-
-def test_codes_differ_and_are_read_as_people_type_them() -> None:
-    from annotation_app.person_codes import new_code, read_code  # noqa: PLC0415
-
-    codes = {new_code() for _ in range(1000)}
-    assert len(codes) == 1000
-    for code in codes:
-        assert not set(code) & set("01OILU")
-        assert read_code(code) == read_code(f" {code.lower().replace('-', '  ')}") == code
-    for wrong in ("", "ABCD", "ABCD-EFGH-JKM0", "ABCD-EFGH-JKMNP"):
-        assert read_code(wrong) is None

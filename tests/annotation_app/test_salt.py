@@ -82,7 +82,7 @@ STEPS = ("before writing", "after writing", "before compacting", "after compacti
 KILLED = """
 import os, sys
 from pathlib import Path
-from annotation_app import salt, serving
+from annotation_app import compaction, salt, serving
 from annotation_app.config import open_instance
 
 def killed(*_):
@@ -97,9 +97,9 @@ if step == "before writing":
 elif step == "after writing":
     salt.write_keys = then_killed(salt.write_keys)
 elif step == "before compacting":
-    salt.compact = killed
+    salt.compact_if_asked = killed
 else:
-    salt.compact = then_killed(salt.compact)
+    compaction.compact = then_killed(compaction.compact)
 serving.prepare(open_instance(Path(sys.argv[1])))
 """
 
