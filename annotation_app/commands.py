@@ -9,7 +9,7 @@ import click
 
 from annotation_app.audit_commands import audit
 from annotation_app.command_options import DATABASE, INSTANCE
-from annotation_app.copy_commands import backup, copy_media, restore
+from annotation_app.copy_commands import backup, copy_media, restore, verify
 from annotation_app.crowd_commands import reconcile
 from annotation_app.people_commands import people
 from annotation_app.study_commands import check, init, slug
@@ -313,8 +313,7 @@ def import_(
     from annotation_app.config import open_instance
     from annotation_app.database import opened, transaction
     from annotation_app.load import import_corpus
-    from annotation_app.models import Secret
-    from annotation_app.people import SALT
+    from annotation_app.salt import installation_salt
     from annotation_app.setup import rendered_videos
     from corpus_tools.bundled import open_corpus, resolve
 
@@ -323,14 +322,15 @@ def import_(
     found = open_corpus(corpus)
     name = study_name or slug(found.name)
     folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
-    with opened(config.database) as engine, transaction(engine) as session:
-        salt = session.get_one(Secret, SALT).value
-        counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
+    with opened(config.database) as engine:
+        salt = installation_salt(engine, config)
+        with transaction(engine) as session:
+            counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
     summary = ", ".join(f"{n} {what}" for what, n in counts.items())
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (audit, backup, check, copy_media, init, people, reconcile, restore):
+for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
     annotate.add_command(_command)
 
 

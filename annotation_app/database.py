@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
+import sqlite3
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 
 from sqlalchemy import (
     Connection,
+    Dialect,
     Engine,
     SelectBase,
     Table,
@@ -37,6 +38,8 @@ except ImportError:  # there is none on Windows
 
 BUSY_S = 20
 """How long a writer waits for another one, in SQLite."""
+CHECKPOINT_S = 3
+"""How long the emptying of SQLite's log waits for those who read."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
 SET_UP = 0x63742D616E6E
@@ -67,8 +70,7 @@ def open_database(url_or_path: str | Path) -> Engine:
         engine = create_engine(
             url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
         )
-        event.listen(engine, "do_connect", _made_private)
-        event.listen(engine, "connect", _set_up_sqlite)
+        event.listen(engine, "do_connect", _connect_to_file)
     event.listen(engine, "begin", _begin)
     return engine
 
@@ -120,6 +122,33 @@ def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
             yield session
 
 
+def compact(engine: Engine, *tables: str) -> bool:
+    """Write tables anew, so that nothing that was deleted is left in their files.
+
+    In SQLite it is the whole file. Others wait meanwhile, some seconds for a gigabyte.
+
+    Returns
+    -------
+    bool
+        Whether it was done: others who read may keep SQLite's log from being emptied.
+    """
+    with _turn(engine), engine.connect() as connection:
+        connection.execution_options(to="begin nothing")
+        if engine.dialect.name == "postgresql":
+            connection.exec_driver_sql(f"SET lock_timeout = '{BUSY_S}s'")
+            try:
+                connection.exec_driver_sql(f"VACUUM FULL {', '.join(tables)}")
+            finally:
+                connection.exec_driver_sql("RESET lock_timeout")
+            return True
+        connection.exec_driver_sql("VACUUM")
+        # Who reads all the time must not keep who writes waiting.
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={CHECKPOINT_S * 1000}")
+        (blocked, _, _) = connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)").one()
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={BUSY_S * 1000}")
+        return not blocked
+
+
 @contextmanager
 def _turn(engine: Engine) -> Iterator[None]:
     """Wait for one's turn to write to an SQLite file, in this process or another.
@@ -131,7 +160,12 @@ def _turn(engine: Engine) -> Iterator[None]:
     if fcntl is None or engine.dialect.name != "sqlite" or not file:
         yield
         return
-    descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    if not os.access(file, os.W_OK) and os.access(file, os.R_OK):
+        raise _only_read(file)
+    try:
+        descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except PermissionError:
+        raise _only_read(file) from None
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         yield
@@ -154,23 +188,60 @@ def _url(url_or_path: str | Path) -> URL:
     return url.set(drivername="postgresql+psycopg") if url.drivername == "postgresql" else url
 
 
-def _made_private(_dialect: Any, _record: Any, arguments: Any, _named: Any) -> None:
-    """Make a database's file before SQLite does, which would let others read the salt in it.
+def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -> Any:
+    """Open an SQLite file, made for its owner alone if it isn't there; to read, if it must be."""
+    (file,) = names
+    if not file or file.startswith((":memory:", "file:")):
+        return _set_up_sqlite(dialect.connect(file, **options))
+    with suppress(OSError):  # if it can't be made, the driver says so
+        os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600))
+    try:
+        return _set_up_sqlite(dialect.connect(file, **options))
+    except sqlite3.OperationalError:
+        writable = (os.access(path, os.W_OK) for path in (file, Path(file).absolute().parent))
+        if all(writable) or not os.access(file, os.R_OK):
+            raise
+    options = {**options, "uri": True}
+    address = f"{Path(file).resolve().as_uri()}?mode=ro"
+    try:
+        return _tried(dialect.connect(address, **options))
+    except sqlite3.OperationalError:
+        log = Path(f"{file}-wal")
+        if log.exists() and log.stat().st_size:  # what it holds would be missing
+            raise _only_read(file, "the newest rows are in the log beside it") from None
+    # Nobody can write, so that no locks are needed, nor the files that hold them.
+    return _tried(dialect.connect(f"{address}&immutable=1", **options))
 
-    The files beside it, with what was written last, get the same rights. One that is there is
-    left alone: SQLite's locks would go with its first closing.
-    """
-    file = str(arguments[0])
-    if file and not file.startswith((":", "file:")):
-        with contextlib.suppress(OSError):  # which SQLite tells better
-            os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
 
-
-def _set_up_sqlite(connection: Any, _record: Any) -> None:
+def _set_up_sqlite(connection: Any) -> Any:
     # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
     connection.isolation_level = None
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
-        connection.execute(f"PRAGMA {pragma}")
+    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
+    try:
+        for pragma in pragmas:
+            connection.execute(f"PRAGMA {pragma}")
+    except sqlite3.Error:
+        connection.close()
+        raise
+    return connection
+
+
+def _tried(connection: Any) -> Any:
+    connection.isolation_level = None
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.Error:
+        connection.close()
+        raise
+    return connection
+
+
+def _only_read(file: str, what: str = "the database can only be read") -> FormatError:
+    return FormatError(
+        what,
+        where=file,
+        fix="get the right to write to it and to its folder, or work on a copy of all its files",
+    )
 
 
 def _note_use(_connection: Any, record: Any) -> None:

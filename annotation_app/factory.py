@@ -23,7 +23,7 @@ from annotation_app.limits import limiter
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.problems import Refusal
 from annotation_app.record_types import learn_types
-from annotation_app.schema import installation_salt
+from annotation_app.salt import installation_salt
 from annotation_app.session_cookies import LONGEST, SessionCookies, wants_json
 from annotation_app.trying import pages as trying
 from annotation_app.trying.queue import Attempts
@@ -60,7 +60,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     engine = engine or open_database(config.database)
     counter = limiter(config.limits_storage) if config.rate_limits else None
     attempts = Attempts(config.instance, config.model)
-    install(app, Installation(config, engine, installation_salt(engine), counter, attempts))
+    install(app, Installation(config, engine, installation_salt(engine, config), counter, attempts))
     CSRFProtect(app)
     modules = (api, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS):

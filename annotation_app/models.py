@@ -193,7 +193,7 @@ class Answer(Base):
 
 
 class Draft(Base):
-    """What somebody has not yet submitted; of no account once there is an answer."""
+    """What somebody has not yet submitted; it is deleted when their answer comes."""
 
     __tablename__ = "draft"
 

@@ -14,9 +14,9 @@ from sqlalchemy.orm import Session
 
 from annotation_app.installation import installation, now
 from annotation_app.models import Person, Record, Role
+from annotation_app.person_codes import new_code
 from annotation_app.problems import Refusal
 
-SALT = "salt"
 OPEN = "open"
 INVITED = "invited"
 LOGIN = "login"
@@ -68,6 +68,7 @@ def add_person(
         password_hash=password_hash,
         profile={},
         created_at=now(),
+        code=new_code(),
     )
     session.add(person)
     session.flush()

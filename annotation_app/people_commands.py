@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
+from annotation_app.erasure_commands import erase
 from corpus_tools.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
@@ -340,3 +341,6 @@ def _changing(
             raise FormatError(
                 what[:1].lower() + what[1:], where=login, fix=fix[:1].lower() + fix[1:]
             ) from None
+
+
+people.add_command(erase)

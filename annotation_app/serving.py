@@ -10,6 +10,7 @@ import waitress
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
+from annotation_app import tombstones
 from annotation_app.account_links import first_admin_link, path_of
 from annotation_app.accounts import admin_from_environment
 from annotation_app.audit import COMMAND_LINE, note
@@ -17,9 +18,12 @@ from annotation_app.config import Config
 from annotation_app.connections import Connections
 from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
+from annotation_app.installation import now
 from annotation_app.models import Study
 from annotation_app.readiness import Obstacle
 from annotation_app.readiness import obstacles as found_obstacles
+from annotation_app.retention import expire
+from annotation_app.salt import installation_salt
 from annotation_app.schema import migrate
 from annotation_app.suggestions import warm_up
 
@@ -53,9 +57,12 @@ def _segments(config: Config) -> bool:
 
 
 def prepare(config: Config) -> None:
-    """Bring the database up to date."""
+    """Bring the database and the key file up to date, and erase what is due to be."""
     with opened(config.database) as engine:
         migrate(engine)
+        installation_salt(engine, config)
+        expire(engine, now=now())
+        tombstones.keep(engine, config.instance)
 
 
 def make_first_admin(config: Config) -> None:

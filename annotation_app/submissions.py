@@ -15,6 +15,7 @@ from sqlalchemy import (
     String,
     UpdateBase,
     bindparam,
+    delete,
     func,
     insert,
     select,
@@ -59,7 +60,8 @@ def submit(
 ) -> Receipt:
     """Keep an answer to an item. The same event sent again gives the same receipt.
 
-    A late answer takes a free slot of the item, if its own has gone to somebody else.
+    A late answer takes a free slot of the item, if its own has gone to somebody else. The draft
+    goes: what somebody typed and took back isn't kept.
 
     Parameters
     ----------
@@ -99,6 +101,7 @@ def submit(
         "at": now,
     }
     answered = run(session, add_answer, answer)
+    run(session, _FORGET_DRAFT, {"item": item.id, "who": who})
     if not answered:
         return Receipt("repeated")
     about = {"item": item.id, "who": who, "at_present": now}
@@ -152,7 +155,7 @@ def save_draft(
     return bool(run(session, _keep_draft(dialect_of(session)), values))
 
 
-ANSWER, EVENT, HANDOUT, SLOT = map(core, (Answer, Event, Handout, Slot))
+ANSWER, DRAFT, EVENT, HANDOUT, SLOT = map(core, (Answer, Draft, Event, Handout, Slot))
 _ITEM: BindParameter[str] = bindparam("item", type_=String)
 _WHO: BindParameter[str] = bindparam("who", type_=String)
 _NOW: BindParameter[float] = bindparam("at_present", type_=Float)
@@ -166,6 +169,11 @@ _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.person_id == _WHO,
     ANSWER.c.task == bindparam("of_task"),
     ANSWER.c.subject == bindparam("of_subject"),
+)
+_FORGET_DRAFT = (
+    delete(DRAFT)
+    .where(DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO)
+    .returning(DRAFT.c.item_id)
 )
 _ADD_EVENT = insert(EVENT).returning(EVENT.c.id)
 _FILL_OWN = (
@@ -228,8 +236,8 @@ def _keep_draft(dialect: str) -> UpdateBase:
     statement: UpdateBase = draft.on_conflict_do_update(
         index_elements=["item_id", "person_id"],
         set_=changed,
-        where=core(Draft).c.revision < draft.excluded.revision,
-    ).returning(core(Draft).c.revision)
+        where=DRAFT.c.revision < draft.excluded.revision,
+    ).returning(DRAFT.c.revision)
     return statement
 
 

@@ -89,6 +89,7 @@ def finish() -> ResponseReturnValue:
             items=participation.items,
             is_received=is_received,
             code=code,
+            data_code=person.code,
             ending=provider.load().leave(participation, code),
             go_on=f"/s/{study.name}/{participation.task}",
         )

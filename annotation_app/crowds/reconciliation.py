@@ -16,6 +16,7 @@ from sqlalchemy import Engine, select
 from annotation_app.crowds.participation import done, receive
 from annotation_app.crowds.platform import Submission
 from annotation_app.database import reading, transaction
+from annotation_app.erasure import ERASED
 from annotation_app.models import Participation, Person, Study
 from annotation_app.people import hashed
 from annotation_app.study import restored
@@ -113,8 +114,10 @@ def reconcile(
             submission = known.pop(participation.assignment, None)
             count = counts[participation.id]
             receive(participation, done=count, nothing_left=False, now=now)
-            is_same = submission is None or (
-                hashed(salt, provider, submission.person) == person.external_hash
+            is_same = (
+                submission is None
+                or person.provider == ERASED  # whoever it was: nothing tells any more
+                or hashed(salt, provider, submission.person) == person.external_hash
             )
             state = _state(participation, count, submission) if is_same else "another worker"
             is_there = submission is not None and submission.standing not in ("working", "returned")

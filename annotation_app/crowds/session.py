@@ -21,7 +21,8 @@ from annotation_app.dashboard.workers import flagged_people
 from annotation_app.database import open_database, reading
 from annotation_app.export import find_only_study
 from annotation_app.models import Study
-from annotation_app.schema import installation_salt, is_current
+from annotation_app.salt import installation_salt
+from annotation_app.schema import is_current
 from annotation_app.study import restored
 from g3.errors import FormatError
 
@@ -48,7 +49,7 @@ class CrowdSession:
             self.study,
             self.provider.name,
             there,
-            salt=installation_salt(self.engine),
+            salt=installation_salt(self.engine, self.config),
             now=time.time(),
         )
 

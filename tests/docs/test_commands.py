@@ -31,10 +31,11 @@ ELSEWHERE = {
         "tests/annotation_app/test_commands.py",
         "serves",
     ),
-    r"ct annotate (backup|restore|export|import)": (
+    r"ct annotate (backup|verify|restore|export|import)": (
         "tests/annotation_app/test_commands.py",
         "needs a study with answers",
     ),
+    r"ct annotate people erase": ("tests/annotation_app/test_erasure.py", "needs a study"),
     r"ct (publish|collect)|ct annotate reconcile": (
         "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",

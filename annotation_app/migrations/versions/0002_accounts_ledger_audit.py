@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from annotation_app.person_codes import new_code
+
 revision = "0002"
 down_revision = "0001"
 branch_labels = None
@@ -101,6 +103,8 @@ def upgrade() -> None:
 
     # ### end Alembic commands ###
     _end_sessions_of_logins()
+    give_codes()
+    forget_answered_drafts()
 
 
 def _end_sessions_of_logins() -> None:
@@ -111,3 +115,23 @@ def _end_sessions_of_logins() -> None:
     """
     op.execute("UPDATE person SET session_number = 2 WHERE login IS NOT NULL")
     op.execute("DELETE FROM secret WHERE name = 'admin-token'")
+
+
+def give_codes() -> None:
+    """Give everybody a code by which they can ask for their data; imported people don't ask."""
+    person = sa.table("person", sa.column("id"), sa.column("provider"), sa.column("code"))
+    connection = op.get_bind()
+    wanted = sa.select(person.c.id).where(person.c.code.is_(None), person.c.provider != "import")
+    codes = [{"who": who, "new": new_code()} for who in connection.scalars(wanted)]
+    if codes:
+        given = sa.update(person).where(person.c.id == sa.bindparam("who"))
+        connection.execute(given.values(code=sa.bindparam("new")), codes)
+
+
+def forget_answered_drafts() -> None:
+    """Delete drafts whose answers are there: what people took back stayed in them."""
+    op.execute(
+        "DELETE FROM draft WHERE EXISTS (SELECT 1 FROM answer JOIN item ON item.id = draft.item_id"
+        " WHERE answer.person_id = draft.person_id AND answer.task = item.task"
+        " AND answer.subject = item.subject)"
+    )
