@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sqlalchemy import or_, select
+from sqlalchemy import or_, select, update
 from sqlalchemy.orm import Session
 
 from annotation_app.installation import now
@@ -38,6 +38,13 @@ def note(
     """
     entry = AuditEntry(at=now(), actor=actor, action=action, about=about[:200], details=details)
     session.add(entry)
+
+
+def forget(session: Session, person: Person) -> None:
+    """Name somebody whose data are erased by their random id wherever they are named."""
+    names = [name for name in (person.login, person.external_hash[:SUBJECT_CHARACTERS]) if name]
+    for column in (AuditEntry.actor, AuditEntry.about):
+        session.execute(update(AuditEntry).where(column.in_(names)).values({column: person.id}))
 
 
 def trail(

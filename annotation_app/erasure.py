@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from annotation_app.assignment import lock_person
-from annotation_app.audit import COMMAND_LINE, note
+from annotation_app.audit import COMMAND_LINE, forget, note
 from annotation_app.compaction import ask
 from annotation_app.models import (
     AccountLink,
@@ -137,6 +137,7 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
     session.execute(delete(AccountLink).where(AccountLink.person_id == own))
     for ids in _batches(traces.participations):
         session.execute(delete(Participation).where(Participation.id.in_(ids)))
+    forget(session, person)
     unlink(person)
     person.profile, person.role, person.blocked_at = {}, "worker", None
     session.merge(Erasure(person_id=own, at=now))

@@ -9,6 +9,7 @@ import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
 from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.terminal import note
 
 if TYPE_CHECKING:
     from annotation_app.config import Config
@@ -96,13 +97,12 @@ def _erase_person(
                     "there is no terminal to ask whether to erase this",
                     fix="give --yes, after a look with --dry-run",
                 )
-            for line in lines:
-                click.echo(line, err=True)
+            note(*lines)
             click.confirm("Erase it? This can't be undone.", abort=True, err=True)
         done = erasing.erase_person(engine, config, traces.person_id, now=time.time())
     record = {**done.traces.counts(), "erased": True, "compacted": done.is_compacted}
-    note = f"Keep a copy of {done.tombstones} outside this machine, as you keep backups."
-    lines = ["erased:", *_lines(done.traces), note]
+    advice = f"Keep a copy of {done.tombstones} outside this machine, as you keep backups."
+    lines = ["erased:", *_lines(done.traces), advice]
     if not done.is_compacted:
         lines.append(
             "Others are at work, so that the database's files still hold it. It goes from them at "

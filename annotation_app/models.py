@@ -289,7 +289,11 @@ class FailedSignIn(Base):
 
 
 class AuditEntry(Base):
-    """Who did what that others may have to account for. Rows are never changed nor deleted."""
+    """Who did what that others may have to account for.
+
+    Rows are never deleted, and changed only when a person's data are erased: it names them by
+    their random id then.
+    """
 
     __tablename__ = "audit"
 

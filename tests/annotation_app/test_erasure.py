@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from sqlalchemy import func, select
 
 from annotation_app import erasing, serving
+from annotation_app.accounts import add_login, matching
 from annotation_app.database import reading, transaction
 from annotation_app.export import export_corpus, subject_of
 from annotation_app.models import (
@@ -305,13 +306,11 @@ def test_payments_stay_in_the_books(app: Flask, capsys: Any) -> None:
 
 
 def test_somebody_with_a_login(app: Flask) -> None:
-    from annotation_app.people import add_login, find_login  # noqa: PLC0415
-
     with app.app_context(), transaction(engine_of(app)) as session:
-        add_login(session, "maria", "correct horse", "admin")
+        add_login(session, "maria", "admin", "correct horse", actor="tests")
     assert run(command(app, "people", "erase", "Maria", "--yes")) == 0
     with app.app_context(), reading(engine_of(app)) as session:
-        assert find_login(session, "maria", "correct horse") is None
+        assert matching(session, "maria", "correct horse") is None
         person = session.scalars(select(Person).where(Person.provider == "erased")).one()
         assert (person.role, person.login, person.password_hash) == ("worker", None, None)
     assert "maria" not in everything(app)

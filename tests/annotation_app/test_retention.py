@@ -12,6 +12,7 @@ from flask import Flask
 from sqlalchemy import select, update
 
 from annotation_app import serving
+from annotation_app.accounts import add_login
 from annotation_app.database import reading, transaction
 from annotation_app.export import export_corpus, subject_of
 from annotation_app.models import (
@@ -23,7 +24,7 @@ from annotation_app.models import (
     Person,
     Study,
 )
-from annotation_app.people import add_login, find_or_add, keep_consent
+from annotation_app.people import find_or_add, keep_consent
 from annotation_app.retention import DAY_S, expire
 from annotation_app.study import StudyConfig
 from annotation_app.work import find_study
@@ -63,7 +64,7 @@ def test_answers_stay_and_people_go(app: Flask) -> None:
         tests = find_study(session, "tests")
         keep_consent(session.get_one(Person, ada.person.id), tests.id, {"age": "thirty-seven"})
         keep_consent(session.get_one(Person, bob.person.id), tests.id, {"age": "forty"})
-        staff = add_login(session, "maria", "correct horse", "admin").id
+        staff = add_login(session, "maria", "admin", "correct horse", actor="tests").id
         came = find_or_add(session, "prolific", "5f1c0a").id
     other_study(app, bob)
     for one in (ada, bob):
@@ -108,7 +109,9 @@ def test_answers_stay_and_people_go(app: Flask) -> None:
         assert len(session.scalars(select(LedgerEntry)).all()) == 2
         answered = set(session.scalars(select(Answer.person_id)))
         assert not answered & {one.person_id for one in paid}
-        (entry,) = session.scalars(select(AuditEntry))
+        (entry,) = session.scalars(
+            select(AuditEntry).where(AuditEntry.action == "unlinked from people")
+        )
         assert (entry.action, entry.about) == ("unlinked from people", "tests")
 
     assert expire(engine_of(app), now=time.time()) == []
