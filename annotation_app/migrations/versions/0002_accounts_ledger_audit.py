@@ -100,3 +100,10 @@ def upgrade() -> None:
         batch_op.create_unique_constraint("person_code_key", ["code"])
 
     # ### end Alembic commands ###
+    _forget_wrong_durations()
+
+
+def _forget_wrong_durations() -> None:
+    # Zero stood for unknown, and less than zero came from clocks that were set back.
+    answer = sa.table("answer", sa.column("seconds", sa.Double()))
+    op.execute(answer.update().where(answer.c.seconds <= 0).values(seconds=None))
