@@ -1,7 +1,8 @@
 """Holding on to the file of an SQLite database, so that nothing is written where nobody reads it.
 
-A program that has a file open goes on writing to it when it is moved or deleted, and SQLite makes a
-new, empty file where there is none. Both would lose answers that were acknowledged.
+A program that has a file open goes on writing to it when it is moved or deleted; SQLite makes a
+new, empty file where there is none, and reads what was just written to one file into another that
+was put in its place. All of that would lose answers that were acknowledged.
 """
 
 from __future__ import annotations
@@ -15,24 +16,25 @@ from sqlalchemy.exc import DisconnectionError
 
 
 def keep_to(engine: Engine, file: Path) -> None:
-    """Use connections only while the file that they have open is the one with this name.
+    """Use the file that was opened first, which may be made then, as long as it is in its place."""
+    first: list[tuple[int, int] | None] = []
 
-    The first connection may make the file; later ones fail where it is gone.
-    """
-    known: list[Path] = []
+    def is_there() -> bool:
+        return not first or _identity(file) == first[0]
 
     def connect(_dialect: Any, _record: Any, _arguments: Any, _options: Any) -> None:
-        if known and not file.exists():
-            raise sqlite3.OperationalError("unable to open database file: it was moved or deleted")
+        if not is_there():
+            raise sqlite3.OperationalError(
+                "unable to open database file: it was moved, deleted or replaced; put it back"
+            )
 
-    def connected(_connection: Any, record: Any) -> None:
-        record.info["file"] = _identity(file)
-        if not known:
-            known.append(file)
+    def connected(_connection: Any, _record: Any) -> None:
+        if not first:
+            first.append(_identity(file))
 
-    def check(_connection: Any, record: Any, _proxy: Any) -> None:
-        if record.info["file"] != _identity(file):
-            raise DisconnectionError("the database's file was moved, deleted or replaced")
+    def check(_connection: Any, _record: Any, _proxy: Any) -> None:
+        if not is_there():
+            raise DisconnectionError
 
     event.listen(engine, "do_connect", connect)
     event.listen(engine, "connect", connected)
