@@ -20,6 +20,8 @@ from annotation_app.room import Room
 
 ASK_ALL_S = 1.0
 """How often each one is asked, and those are closed that have been silent for too long."""
+HEADS_S = 1.0
+"""How long the head of a request may take then."""
 LOOK_S = 0.1
 """How often it is looked whether all is finished, when it is to end."""
 
@@ -99,24 +101,36 @@ class Connections(dict[int, Any]):
         bool
             Whether all were finished in time.
         """
-        end = monotonic() + within_s
+        begin = monotonic()
         for connection in list(self.values()):
             if connection.accepting:
                 self._let_in_who_waits(connection)
                 wasyncore.dispatcher.close(connection)  # a server's own would close its bell too
         self.wait(0)  # what has come already was sent before the end
         self._is_ending = True
-        while (begun := self._close_idle()) and monotonic() < end:
+        while (begun := self._close_idle()) and monotonic() < begin + within_s:
             self.wait(LOOK_S)
+            if monotonic() > begin + HEADS_S:
+                self._close_headless()
         for connection in begun:
             connection.handle_close()
         return not begun
 
+    def _close_headless(self) -> None:
+        """Close connections on which not even the head of a request has come."""
+        for connection in self._people():
+            request = connection.request
+            is_begun = connection.requests or connection.total_outbufs_len
+            if request is not None and not request.headers_finished and not is_begun:
+                connection.handle_close()
+
+    def _people(self) -> list[HTTPChannel]:
+        return [c for c in list(self.values()) if isinstance(c, HTTPChannel)]
+
     def _close_idle(self) -> list[HTTPChannel]:
         """Close connections on which nothing goes on; the others."""
-        people = [c for c in list(self.values()) if isinstance(c, HTTPChannel)]
         begun = []
-        for connection in people:
+        for connection in self._people():
             if _is_idle(connection):
                 connection.handle_close()
             else:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import resource
 import socket
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 import waitress
+from flask import Flask
 
+from annotation_app.config import Config
 from annotation_app.connections import Connections
 from annotation_app.room import Room, network_of
+from tests.annotation_app.browser import Browser, described
+from tests.annotation_app.real_server import new_uuid, running
 
 LARGE = 4_000_000
 PATIENCE_S = 60.0
@@ -255,3 +261,34 @@ def test_who_never_reads_their_answers_gives_room_to_others() -> None:
             other = connect(address)
             other.sendall(request(b"let me in"))
             assert reply(other) == b"let me in"
+
+
+@pytest.fixture
+def many_files() -> Iterator[None]:
+    """Each connection is one."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4096)), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("many_files")
+def test_the_server_itself_with_a_thousand_unfinished_requests(
+    app: Flask, config: Config, tmp_path: Path
+) -> None:
+    person = Browser(app)
+    item = person.take("describe")["item"]
+    with running(config, tmp_path) as server, ExitStack() as opened:
+        for _ in range(1010):
+            one = opened.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+            one.sendall(b"GET / HTTP/1.1\r\nX: ")
+        for number in range(20):
+            client = server.client(person)
+            client.connection.source_address = (f"127.0.0.{2 + number % 3}", 0)
+            start = time.monotonic()
+            status, reply, _ = client.answer(item, described(), new_uuid())
+            assert (status, reply["state"]) == (200, "repeated" if number else "accepted")
+            assert time.monotonic() - start < 1
+        assert server.end() == 0
+    assert server.logged() == []
