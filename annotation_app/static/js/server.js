@@ -17,7 +17,8 @@ export async function send(method, path, value, { keepalive = false } = {}) {
   meta.content = session.data.csrf ?? meta.content;
   const second = await once(method, path, value, keepalive);
   // Where the server doesn't take the browser's cookie it isn't the answer that is wrong.
-  return second.status === 400 && !session.data.signed_in ? { ...second, status: 401 } : second;
+  if (second.status !== 400 || session.data.signed_in) return second;
+  return { ...second, status: 401, data: { error: "Sign in again in another tab." } };
 }
 
 async function once(method, path, value, keepalive) {
