@@ -70,10 +70,10 @@ def annotate() -> None:
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
-    type=click.IntRange(1, 65535),
+    type=click.IntRange(0, 65535),
     default=8765,
     show_default=True,
-    help="Port to listen at.",
+    help="Port to listen at; 0 for any that is free.",
 )
 @click.option(
     "--threads",
@@ -149,7 +149,8 @@ def serve(
     """Serve studies. New ones are set up first, known ones brought up to date.
 
     Without STUDY.yaml it serves what is in the database, and the demo where there is none.
-    Several processes may serve the same database at different ports. Ctrl-C ends it; what
+    Several processes may serve the same database at different ports. Ctrl-C or SIGTERM ends it
+    when the requests that were begun are finished, within 10 seconds; a second one at once. What
     people have sent is safe at any time, and the next start goes on from there.
 
     \b
@@ -178,25 +179,31 @@ def serve(
         open_trying=open_trying or demo,
         model=model,
     )
-    serving.prepare(config)
-    serving.make_first_admin(config)
-    if demo:
-        _demo(config, videos)
-    for file in study_files:
-        _put(config, *_read(file, videos))
-    name = "localhost" if host in ("127.0.0.1", "::1") else host
-    base = f"{'https' if https else 'http'}://{name}" + ("" if https else f":{port}")
-    for what, address in serving.addresses(config, base):
-        say(f"{what}: {address}")
-    for obstacle in serving.obstacles(config):
-        note(f"note: {obstacle}")
-    say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
-    if host not in serving.LOOPBACK and not https:
-        note("note: without --https passwords and answers can be read on the way")
-    try:
-        serving.serve(config, host=host, port=port, threads=threads)
-    except OSError as error:
-        raise click.ClickException(f"{host}:{port}: {error.strerror}") from error
+    coming = 0
+
+    def tell_addresses() -> None:
+        name = "localhost" if host in ("127.0.0.1", "::1") else host
+        at = "" if https else f":{serving.port_of(bound)}"
+        base = f"{'https' if https else 'http'}://{name}{at}"
+        for what, address in serving.addresses(config, base):
+            say(f"{what}: {address}")
+        for obstacle in serving.obstacles(config):
+            note(f"note: {obstacle}")
+        if coming:
+            say(f"{coming} more videos are made meanwhile, and come to the demo one by one")
+        say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
+        if host not in serving.LOOPBACK and not https:
+            note("note: without --https passwords and answers can be read on the way")
+
+    # Who finds the port taken has set nothing up, and made no link that replaces another.
+    with serving.bound(host, port) as bound:
+        serving.prepare(config)
+        serving.make_first_admin(config)
+        if demo:
+            coming = _demo(config, videos)
+        for file in study_files:
+            _put(config, *_read(file, videos))
+        serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
 @annotate.command()
@@ -340,8 +347,8 @@ def _demo_instance() -> Path:
     return cache_folder() / "annotate-demo"
 
 
-def _demo(config: Config, videos: Path | None) -> None:
-    """Set the demo up, or bring it up to date; the rest of its videos come later."""
+def _demo(config: Config, videos: Path | None) -> int:
+    """Set the demo up, or bring it up to date; how many of its videos come later."""
     from annotation_app.demo import demo_study, ready, render_first, render_rest
     from annotation_app.setup import rendered_videos
 
@@ -350,13 +357,11 @@ def _demo(config: Config, videos: Path | None) -> None:
 
     if videos is not None:
         put(rendered_videos(videos))
-        return
+        return 0
     folder = config.instance / "videos"
     render_first(folder)
     put(ready(folder))
-    others = render_rest(folder, put)
-    if others:
-        say(f"{others} more videos are made meanwhile, and come to the demo one by one")
+    return render_rest(folder, put)
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:

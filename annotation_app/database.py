@@ -26,9 +26,10 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.dialects.postgresql import psycopg
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, DisconnectionError
+from sqlalchemy.exc import ArgumentError, DBAPIError, InvalidatePoolError, OperationalError
 from sqlalchemy.orm import DeclarativeBase, Session
 
+from annotation_app.database_file import keep_to
 from g3.errors import FormatError
 
 try:
@@ -42,6 +43,14 @@ CHECKPOINT_S = 3
 """How long the emptying of SQLite's log waits for those who read."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
+_PATIENCE = {
+    "connect_timeout": 5,
+    "tcp_user_timeout": 15_000,
+    "keepalives_idle": 10,
+    "keepalives_interval": 5,
+    "keepalives_count": 3,
+}
+"""After how long a server that doesn't answer is given up, as libpq takes it; URLs may differ."""
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
 
@@ -62,7 +71,12 @@ def open_database(url_or_path: str | Path) -> Engine:
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
         engine = create_engine(
-            url, isolation_level="AUTOCOMMIT", pool_size=10, max_overflow=20, hide_parameters=True
+            url,
+            isolation_level="AUTOCOMMIT",
+            pool_size=10,
+            max_overflow=20,
+            hide_parameters=True,
+            connect_args={name: n for name, n in _PATIENCE.items() if name not in url.query},
         )
         event.listen(engine, "checkin", _note_use)
         event.listen(engine, "checkout", _check_if_idle)
@@ -70,7 +84,9 @@ def open_database(url_or_path: str | Path) -> Engine:
         engine = create_engine(
             url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
         )
-        event.listen(engine, "do_connect", _connect_to_file)
+        if url.database and url.database != ":memory:":
+            keep_to(engine, Path(url.database))
+        event.listen(engine, "do_connect", _connect_to_file)  # after the check, for it connects
     event.listen(engine, "begin", _begin)
     return engine
 
@@ -166,6 +182,8 @@ def _turn(engine: Engine) -> Iterator[None]:
         descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except PermissionError:
         raise _only_read(file) from None
+    except OSError as error:
+        raise OperationalError(None, None, error) from error
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         yield
@@ -260,7 +278,7 @@ def _check_if_idle(connection: Any, record: Any, _proxy: Any) -> None:
             cursor.execute("SELECT 1")
         connection.rollback()
     except Exception as error:
-        raise DisconnectionError("the server has closed the connection") from error
+        raise InvalidatePoolError("the server has closed the connection") from error
 
 
 def _begin(connection: Connection) -> None:
@@ -269,7 +287,8 @@ def _begin(connection: Connection) -> None:
     what = connection.get_execution_options().get("to", "write")
     statement = _BEGIN.get((connection.dialect.name, what))
     if statement is not None:
-        connection.connection.cursor().execute(statement)
+        with _known_errors(connection, statement):
+            connection.connection.cursor().execute(statement)
 
 
 _BEGIN = {
@@ -297,9 +316,33 @@ def run(
     """
     connection = connection_of(session)
     text, fixed = _compiled(statement, connection.dialect.name)
-    cursor = connection.connection.cursor()
-    cursor.execute(text, {**fixed, **values})
-    return cursor.fetchall()
+    with _known_errors(connection, text):
+        cursor = connection.connection.cursor()
+        cursor.execute(text, {**fixed, **values})
+        return cursor.fetchall()
+
+
+@contextmanager
+def _known_errors(connection: Connection, text: str) -> Iterator[None]:
+    """Raise the driver's errors as SQLAlchemy does, and give a broken connection up."""
+    dialect = connection.dialect
+    driver_error = dialect.loaded_dbapi.Error
+    try:
+        yield
+    except driver_error as error:
+        is_broken = dialect.is_disconnect(error, connection.connection.dbapi_connection, None)
+        if is_broken:
+            connection.invalidate(error)
+            connection.engine.dispose()  # the others that wait are as old
+        raise DBAPIError.instance(
+            text,
+            None,
+            error,
+            driver_error,
+            hide_parameters=True,
+            connection_invalidated=is_broken,
+            dialect=dialect,
+        ) from error
 
 
 @functools.cache

@@ -18,8 +18,9 @@ from annotation_app.crowds import pages as crowds
 from annotation_app.dashboard import audit_pages, interface, login_admin
 from annotation_app.dashboard import pages as dashboard
 from annotation_app.database import open_database
-from annotation_app.installation import Installation, install
+from annotation_app.installation import Installation, install, installation
 from annotation_app.limits import limiter
+from annotation_app.outages import ADVICE, AGAIN_S, TITLE, Outage, outage_of
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.problems import Refusal
 from annotation_app.record_types import learn_types
@@ -67,7 +68,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)
-    app.register_error_handler(Exception, _bug)
+    app.register_error_handler(Exception, _failed)
     policy = _content_security_policy(config)
 
     @app.before_request
@@ -78,6 +79,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
 
     @app.after_request
     def secure(response: Response) -> Response:
+        if flask.request.method != "GET" and response.status_code < 400:
+            installation().outages.worked()
         response.headers["Content-Security-Policy"] = policy
         response.headers["X-Content-Type-Options"] = "nosniff"
         response.headers["Referrer-Policy"] = "no-referrer"
@@ -145,25 +148,36 @@ def _http_error(error: HTTPException) -> Response:
     return response
 
 
-def _bug(error: Exception) -> Response:
+def _failed(error: Exception) -> Response:
+    outage = outage_of(error)
+    if outage is not None:
+        return _unavailable(outage)
     # What people sent is in no message: the traceback tells lines of the program only.
     log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
-    return _http_error_500()
+    return _failure(500, "Something went wrong here.", _TYPED)
 
 
-def _http_error_500() -> Response:
-    message = "Something went wrong here. Nothing that you typed is lost: try again in a minute."
-    if not wants_json():
-        return _page(500, message)
-    response = flask.jsonify({"error": message})
-    response.status_code = 500
+def _unavailable(outage: Outage) -> Response:
+    installation().outages.failed(outage)
+    response = _failure(503, TITLE, ADVICE)
+    response.headers["Retry-After"] = str(AGAIN_S)
     return response
 
 
-def _page(status: int, message: str) -> Response:
-    return flask.make_response(
-        flask.render_template("error.html", status=status, message=message), status
-    )
+def _failure(status: int, title: str, advice: str) -> Response:
+    if not wants_json():
+        return _page(status, title, advice)
+    response = flask.jsonify({"error": f"{title} {advice}"})
+    response.status_code = status
+    return response
+
+
+def _page(status: int, message: str, advice: str = "") -> Response:
+    page = flask.render_template("error.html", status=status, message=message, advice=advice)
+    return flask.make_response(page, status)
+
+
+_TYPED = "Nothing that you typed is lost: try again in a minute."
 
 
 _MESSAGES = {

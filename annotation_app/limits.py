@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import logging
 import math
 import time
 from collections.abc import Callable
@@ -19,8 +18,8 @@ from werkzeug.exceptions import TooManyRequests
 from annotation_app import counting  # noqa: F401 - makes process:// known
 from annotation_app.browser_sessions import current_id
 from annotation_app.installation import installation
+from annotation_app.outages import Outage
 
-log = logging.getLogger(__name__)
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -70,8 +69,9 @@ def _count(counter: MovingWindowRateLimiter, limit: RateLimitItem, what: tuple[s
         if counter.hit(limit, *what):
             return
         again_s = counter.get_window_stats(limit, *what).reset_time - time.time()
-    except StorageError:  # where the counting fails, people's work goes on
-        log.exception("requests can't be counted")
+    except StorageError as error:  # where the counting fails, people's work goes on
+        reason = type(error.storage_error).__name__
+        installation().outages.failed(Outage("requests can't be counted", reason))
         return
     raise TooManyRequests(retry_after=max(1, math.ceil(again_s)))
 

@@ -10,13 +10,15 @@ from typing import Any, Literal
 from sqlalchemy import (
     JSON,
     BindParameter,
+    ColumnElement,
     Float,
     Integer,
     String,
     UpdateBase,
+    and_,
     bindparam,
+    case,
     delete,
-    func,
     insert,
     select,
     update,
@@ -25,6 +27,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.assignment import AnyItem, is_free, lock_person
 from annotation_app.database import core, dialect_of, inserting, run
+from annotation_app.elapsed import LONGEST_S, since_boot
 from annotation_app.models import Answer, Draft, Event, Handout, Record, Slot, Task
 
 AGREED: tuple[Task, ...] = ("segment", "ground")
@@ -99,6 +102,7 @@ def submit(
         "body": json.dumps(body),
         "adopted": item.task not in AGREED,
         "at": now,
+        **since_boot(),
     }
     answered = run(session, add_answer, answer)
     run(session, _FORGET_DRAFT, {"item": item.id, "who": who})
@@ -209,14 +213,24 @@ def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
         {c.name: bindparam(c.name, type_=c.type) for c in table.columns if c.name != "id"}
         for table in (EVENT, ANSWER)
     )
-    handed_out_at = select(HANDOUT.c.at).where(
+    since_handout = select(_seconds(answer["at"])).where(
         HANDOUT.c.item_id == answer["item_id"], HANDOUT.c.person_id == answer["person_id"]
     )
-    seconds = func.coalesce(answer["at"] - handed_out_at.scalar_subquery(), 0.0)
-    known = {**answer, "surplus": False, "seconds": seconds}
+    known = {**answer, "surplus": False, "seconds": since_handout.scalar_subquery()}
     return (
         inserting(dialect, Event).values(event).on_conflict_do_nothing().returning(EVENT.c.id),
         inserting(dialect, Answer).values(known).on_conflict_do_nothing().returning(ANSWER.c.id),
+    )
+
+
+def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
+    """How long ago an item was handed out, if the clocks tell."""
+    boot = bindparam("boot", type_=String)
+    since_boot_s = bindparam("since_boot_s", type_=Float)
+    by_clock = now - HANDOUT.c.at
+    return case(
+        (HANDOUT.c.boot == boot, since_boot_s - HANDOUT.c.since_boot_s),
+        (and_(by_clock >= 0, by_clock <= LONGEST_S), by_clock),
     )
 
 

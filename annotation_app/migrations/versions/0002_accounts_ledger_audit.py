@@ -105,6 +105,7 @@ def upgrade() -> None:
     _end_sessions_of_logins()
     give_codes()
     forget_answered_drafts()
+    _forget_wrong_durations()
 
 
 def _end_sessions_of_logins() -> None:
@@ -135,3 +136,9 @@ def forget_answered_drafts() -> None:
         " WHERE answer.person_id = draft.person_id AND answer.task = item.task"
         " AND answer.subject = item.subject)"
     )
+
+
+def _forget_wrong_durations() -> None:
+    # Zero stood for unknown, and less than zero came from clocks that were set back.
+    answer = sa.table("answer", sa.column("seconds", sa.Double()))
+    op.execute(answer.update().where(answer.c.seconds <= 0).values(seconds=None))
