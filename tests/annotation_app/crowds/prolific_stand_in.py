@@ -60,7 +60,7 @@ class Prolific:
             self.submissions[submission]["bonus_payments"] = [*paid, float(amount * 100)]
         self._landed = len(self.orders)
 
-    def _reply(self, request: dict[str, Any], route: list[str]) -> Reply:  # noqa: C901, PLR0911
+    def _reply(self, request: dict[str, Any], route: list[str]) -> Reply:  # noqa: C901
         match route:
             case ["GET", "studies"]:
                 return 200, {"results": list(self._listed())}

@@ -9,7 +9,6 @@ from flask import Flask
 from annotation_app.config import Config
 from annotation_app.database import open_database, transaction
 from annotation_app.factory import create_app
-from annotation_app.models import Participation
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import Payment
 from tests.annotation_app.browser import described, engine_of

@@ -1,0 +1,380 @@
+"""Answers are lost and programs killed at every point: nobody is paid twice, nobody forgotten.
+
+``MONEY_EXAMPLES`` is how many histories are tried for each platform; the checks try few.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from decimal import Decimal
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from click.testing import Result
+from hypothesis import Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+from sqlalchemy import select, update
+
+from annotation_app.config import open_instance
+from annotation_app.crowds import mturk_client as mturk_module
+from annotation_app.crowds import prolific_client as prolific_module
+from annotation_app.database import open_database, reading, transaction
+from annotation_app.factory import create_app
+from annotation_app.models import LedgerEntry
+from annotation_app.study import Payment, StudyConfig
+from tests.annotation_app.browser import described
+from tests.annotation_app.crowds.conftest import PAID
+from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
+from tests.annotation_app.crowds.prolific_stand_in import Prolific
+from tests.annotation_app.crowds.stand_ins import MechanicalTurk
+from tests.annotation_app.crowds.trouble import (
+    KINDS,
+    Killed,
+    Kind,
+    Trouble,
+    mturk_client,
+    prolific_client,
+)
+
+EXAMPLES = int(os.environ.get("MONEY_EXAMPLES", "12"))
+STUDY = msgspec.structs.replace(PAID, payment=Payment(0.10, bonus=0.25))
+MOST_PEOPLE, MOST_WORKERS = 12, 4
+QUALITY, PART = Decimal("0.25"), Decimal("0.10")
+BONUSES = (("0.50", "For care"), ("0.50", "For speed"), ("0.25", "For the long command"))
+DAY_S = 86_400
+
+Payments = Counter[tuple[str, Decimal]]
+"""How often amounts are paid for assignments."""
+
+
+class AtProlific:
+    """Prolific, as it is in truth."""
+
+    name = "prolific"
+
+    def __init__(self, trouble: Trouble) -> None:
+        self.platform = Prolific()
+        self.platform.unlisted = 1
+        client = prolific_client(self.platform, trouble)
+        self.client = prolific_module.Prolific(client, project="", sandbox=False)
+
+    def address(self) -> str | None:
+        studies = list(self.platform.studies.values())
+        return studies[0]["external_study_url"] if studies else None
+
+    def arrive(self, name: str) -> dict[str, str]:
+        return self.platform.begin(name)
+
+    def send_in(self, worker: CrowdWorker, assignment: str) -> None:
+        worker.finish()
+        self.platform.submissions[assignment]["status"] = "AWAITING REVIEW"
+
+    def give_back(self, assignment: str) -> bool:
+        self.platform.submissions[assignment]["status"] = "RETURNED"
+        return True
+
+    def assignment_of(self, arguments: dict[str, str]) -> str:
+        return arguments["SESSION_ID"]
+
+    def approved(self) -> set[str]:
+        return {i for i, s in self.platform.submissions.items() if s["status"] == "APPROVED"}
+
+    def paid(self) -> Payments:
+        return Counter(self.platform.orders)
+
+    def offered(self) -> int:
+        return sum(study["total_available_places"] for study in self.platform.studies.values())
+
+    def has(self, key: str) -> bool:
+        return key in {study["internal_name"] for study in self.platform.studies.values()}
+
+    def is_published(self) -> bool:
+        return {study["status"] for study in self.platform.studies.values()} == {"ACTIVE"}
+
+    def let_time_pass(self) -> None:
+        self.platform.let_minutes_pass()
+
+
+class AtMechanicalTurk:
+    """Mechanical Turk, as it is in truth."""
+
+    name = "mturk"
+
+    def __init__(self, trouble: Trouble) -> None:
+        self.platform = MechanicalTurk()
+        client = mturk_client(self.platform, trouble)
+        self.client = mturk_module.MechanicalTurk(client, client, sandbox=False)
+
+    def address(self) -> str | None:
+        hits = list(self.platform.hits.values())
+        return external_url(hits[0]["Question"]) if hits else None
+
+    def arrive(self, name: str) -> dict[str, str]:
+        return self.platform.accept(name)
+
+    def send_in(self, worker: CrowdWorker, _assignment: str) -> None:
+        worker.submit(self.platform)
+
+    def give_back(self, _assignment: str) -> bool:
+        return False
+
+    def assignment_of(self, arguments: dict[str, str]) -> str:
+        return arguments["assignmentId"]
+
+    def approved(self) -> set[str]:
+        assignments = self.platform.assignments.items()
+        return {i for i, a in assignments if a["AssignmentStatus"] == "Approved"}
+
+    def paid(self) -> Payments:
+        return Counter(
+            (bonus["AssignmentId"], Decimal(bonus["BonusAmount"]))
+            for bonus in self.platform.bonuses
+        )
+
+    def offered(self) -> int:
+        return sum(hit["MaxAssignments"] for hit in self.platform.hits.values())
+
+    def has(self, key: str) -> bool:
+        return key in {hit["RequesterAnnotation"] for hit in self.platform.hits.values()}
+
+    def is_published(self) -> bool:
+        return bool(self.platform.hits)
+
+    def let_time_pass(self) -> None:
+        self.platform.let_a_day_pass()
+
+
+class History(RuleBasedStateMachine):
+    """A lab that offers, collects and pays, while answers are lost and programs killed."""
+
+    at: Callable[[Trouble], AtProlific | AtMechanicalTurk]
+    folders: Iterator[Path]
+    template: Path
+    install: Callable[[Any], None]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.trouble = Trouble()
+        self.world = type(self).at(self.trouble)
+        type(self).install(self.world)
+        config = replace(open_instance(next(type(self).folders)), rate_limits=False)
+        shutil.copyfile(type(self).template, config.database)
+        self.engine = open_database(config.database)
+        self.app = create_app(config, self.engine)
+        self.lab = Lab(config, "https://platform.test", self.world.name)
+        self.asked_for = 0
+        self.wished: Payments = Counter()
+        """What is to be paid in the end."""
+        self.options: dict[tuple[str, ...], None] = {}
+        self.ready: set[str] = set()
+        self.sent: list[str] = []
+        self.workers = 0
+
+    @rule(people=st.integers(1, MOST_PEOPLE), kind=st.sampled_from(KINDS), at=st.integers(0, 3))
+    def publish(self, people: int, kind: Kind, at: int) -> None:
+        self.asked_for = max(self.asked_for, people)
+        self._run(self._publish, kind, at)
+
+    @precondition(lambda self: self.world.address() and self.workers < MOST_WORKERS)
+    @rule(done=st.integers(1, 2))
+    def take_part(self, done: int) -> None:
+        address = self.world.address()
+        assert address is not None
+        if self.world.name == "mturk" and not _room(self.world.platform):
+            return
+        self.workers += 1
+        arguments = self.world.arrive(f"W{self.workers}")
+        assignment = self.world.assignment_of(arguments)
+        worker = CrowdWorker(self.app, address, arguments)
+        for _ in range(done):
+            worker.do("describe", described())
+        if done == 2:
+            self.world.send_in(worker, assignment)
+            self.ready.add(assignment)
+            self.sent.append(assignment)
+        elif self.world.give_back(assignment):
+            self.wished[assignment, PART] += 1
+
+    @precondition(lambda self: self.sent)
+    @rule(
+        which=st.integers(0, MOST_WORKERS),
+        bonus=st.sampled_from(BONUSES),
+        kind=st.sampled_from(KINDS),
+        at=st.integers(0, 8),
+    )
+    def give_a_bonus(self, which: int, bonus: tuple[str, str], kind: Kind, at: int) -> None:
+        assignment = self.sent[which % len(self.sent)]
+        wish = ("--bonus", assignment, *bonus)
+        if wish not in self.options:
+            self.wished[assignment, Decimal(bonus[0])] += 1
+        self.options[wish] = None
+        self._run(lambda: self._collect(*wish), kind, at)
+
+    @rule(kind=st.sampled_from(KINDS), at=st.integers(0, 12))
+    def collect(self, kind: Kind, at: int) -> None:
+        self._run(lambda: self._collect("--pay-bonus", "--pay-partial"), kind, at)
+
+    @rule()
+    def let_time_pass(self) -> None:
+        self._let_time_pass()
+
+    @rule(kind=st.sampled_from(KINDS), at=st.integers(0, 8))
+    def decide(self, kind: Kind, at: int) -> None:
+        decisions = self._decisions()
+        if decisions:
+            self._run(lambda: self._collect(*decisions), kind, at)
+
+    @invariant()
+    def nobody_is_paid_twice(self) -> None:
+        allowed = self.wished + Counter({(a, QUALITY): 1 for a in self.ready})
+        assert self.world.paid() <= allowed
+
+    @invariant()
+    def nothing_is_offered_twice(self) -> None:
+        assert self.world.offered() <= self.asked_for
+
+    @invariant()
+    def the_ledger_is_right(self) -> None:
+        done, open_ = self._booked("done"), self._booked("in doubt", "attempted")
+        assert done <= self.world.paid() <= done + open_
+
+    def teardown(self) -> None:
+        try:
+            if self.asked_for:
+                self._end_well()
+        finally:
+            self.engine.dispose()
+
+    def _end_well(self) -> None:
+        """Nothing goes wrong any more, and somebody decides what is in doubt."""
+        for _ in range(4):
+            self._publish()
+            self._let_time_pass()
+        assert self.world.offered() == self.asked_for
+        assert self.world.is_published()
+        wishes = [option for wish in self.options for option in wish]
+        for _ in range(4):
+            self._collect(*self._decisions())
+            result = self._collect("--pay-bonus", "--pay-partial", *wishes)
+            self._let_time_pass()
+        assert result.exit_code == 0, (result.output, result.exception)
+        assert self.world.approved() == self.ready
+        self.wished.update({(assignment, QUALITY): 1 for assignment in self.ready})
+        assert self.world.paid() == self.wished == self._booked("done")
+        assert not self._booked("in doubt", "attempted", "refused")
+
+    def _run(self, command: Callable[[], object], kind: Kind, at: int) -> None:
+        with self.trouble.happens(kind, at), suppress(Killed):
+            command()
+
+    def _publish(self) -> Result:
+        options = ("--task", "describe", "--items", "2", "--people", str(self.asked_for))
+        return self._checked(self.lab.publish(*options, *self._to_offer_again()))
+
+    def _to_offer_again(self) -> Iterator[str]:
+        """What isn't there, as somebody sees who looks at the platform."""
+        for entry in self._entries("in doubt"):
+            if entry.what == "publish" and not self.world.has(entry.key):
+                yield from ("--publish-again", str(entry.id))
+
+    def _collect(self, *options: str) -> Result:
+        return self._checked(self.lab.collect(*options))
+
+    def _checked(self, result: Result) -> Result:
+        """Whatever goes wrong is told in one line: no other exception comes out."""
+        known = ("PlatformError", "LostReplyError", "InDoubtError", "CorpusError", "FormatError")
+        name = type(result.exception).__name__
+        assert result.exception is None or name in known, result.exception
+        return result
+
+    def _decisions(self) -> list[str]:
+        """What somebody decides who knows what the platform was ordered to pay."""
+        done, paid = self._booked("done"), self.world.paid()
+        decisions = []
+        for entry in self._entries("in doubt"):
+            if entry.what in ("bonus", "partial payment"):
+                which = entry.assignment, Decimal(entry.amount)
+                was_paid = paid[which] > done[which]
+                decisions += ["--confirm-paid" if was_paid else "--pay-again", str(entry.id)]
+        return decisions
+
+    def _let_time_pass(self) -> None:
+        self.world.let_time_pass()
+        if self.world.name == "mturk":
+            with transaction(self.engine) as session:
+                earlier = LedgerEntry.attempted_at - DAY_S
+                session.execute(update(LedgerEntry).values(attempted_at=earlier))
+
+    def _entries(self, *states: str) -> list[LedgerEntry]:
+        with reading(self.engine) as session:
+            return list(session.scalars(select(LedgerEntry).where(LedgerEntry.state.in_(states))))
+
+    def _booked(self, *states: str) -> Payments:
+        return Counter(
+            (entry.assignment, Decimal(entry.amount))
+            for entry in self._entries(*states)
+            if entry.what in ("bonus", "partial payment")
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at", [AtProlific, AtMechanicalTurk])
+def test_nobody_is_paid_twice_and_nobody_forgotten(
+    at: Any,
+    templates: Callable[[StudyConfig, str | None], str | Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def install(world: AtProlific | AtMechanicalTurk) -> None:
+        module, name = {
+            "prolific": (prolific_module, "open_prolific"),
+            "mturk": (mturk_module, "open_mturk"),
+        }[world.name]
+        monkeypatch.setattr(module, name, lambda **_: Reused(world.client))
+
+    here = {
+        "at": staticmethod(at),
+        "folders": (tmp_path / str(number) for number in count()),
+        "template": Path(templates(STUDY, None)),
+        "install": staticmethod(install),
+    }
+    run_state_machine_as_test(
+        type("HistoryHere", (History,), here),
+        settings=settings(
+            max_examples=EXAMPLES,
+            stateful_step_count=15,
+            phases=(Phase.generate,),  # to make a failing history short would take minutes
+        ),
+    )
+
+
+class Reused:
+    """A platform whose connections aren't closed with each command."""
+
+    def __init__(self, platform: Any) -> None:
+        self._platform = platform
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._platform, name)
+
+    def close(self) -> None:
+        pass
+
+
+def _room(platform: MechanicalTurk) -> bool:
+    return any(hit["taken"] < hit["MaxAssignments"] for hit in platform.hits.values())
