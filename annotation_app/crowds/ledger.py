@@ -199,7 +199,7 @@ class Ledger:
                     session.add(row)
                     row.what, row.key, row.attempted_at = call.what, call.key, now()
                 elif row.state in ("done", "refused"):
-                    row.attempted_at = now()
+                    row.attempted_at, row.reference = now(), None
                 else:
                     doubted = repeats or instead_of
                     if doubted is None or not _is_still(row, doubted):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from decimal import Decimal
 
-from annotation_app.crowds.ledger import OPEN, Entry
+from annotation_app.crowds.ledger import OPEN, PAYMENTS, Entry
 from annotation_app.models import Record
 
 
@@ -17,7 +17,8 @@ def entry_records(entries: Sequence[Entry]) -> list[Record]:
             "id": entry.id,
             "what": entry.call.what,
             "state": entry.state,
-            "assignment": entry.call.assignment,
+            "assignment": _meant(entry),
+            "paid_by": entry.call.assignment if entry.call.what in PAYMENTS else None,
             "subject": entry.subject,
             "amount": None if entry.call.amount is None else str(entry.call.amount),
             "reason": entry.call.reason,
@@ -40,7 +41,7 @@ def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
         if call.what == "publish":
             whom = call.reason
         else:
-            whom = f"assignment {call.assignment}, person {entry.subject or 'unknown'}"
+            whom = f"assignment {_meant(entry)}, person {entry.subject or 'unknown'}"
         why = entry.problem or "under way, or its program has stopped"
         yield f"in doubt: {entry.id}: {what}, {whom}, {_moment(entry.attempted_at)}: {why}"
 
@@ -53,6 +54,11 @@ def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
         known = [amount for amount in amounts if amount is not None]
         total = f", {sum(known, Decimal(0))} in all" if known else ""
         yield f"{len(amounts):6} {what} {state}{total}"
+
+
+def _meant(entry: Entry) -> str:
+    """The assignment that a call is for: people may be paid by another of theirs."""
+    return "" if entry.call.what == "publish" else entry.call.key.partition(" ")[0]
 
 
 def _moment(at: float) -> str:

@@ -15,9 +15,9 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
 Reply = tuple[int, Any] | None
 """The status, and what is sent as JSON, if anything is; None cuts the connection."""
-Loss = Literal["unavailable", "cut", "slow", "never came"]
+Loss = Literal["unavailable", "cut", "slow", "never came", "too many"]
 """How an answer is lost: 503, or the connection is cut, or it comes late, each after the request
-was carried out; or 503 before that."""
+was carried out; or 503 before that; or a refusal that says that nothing was done."""
 LATE_S = 1.0
 NOW = 1_790_000_000.0
 
@@ -25,6 +25,8 @@ NOW = 1_790_000_000.0
 def lossy(losses: dict[str, Loss], operation: str, reply: Callable[[], Reply]) -> Reply:
     """A reply, unless it is to be lost."""
     loss = losses.pop(operation, None)
+    if loss == "too many":
+        return 429, {"__type": "ThrottlingException", "Message": "too many requests"}
     if loss == "never came":
         return 503, {"__type": "ServiceUnavailable", "Message": "try again"}
     answer = reply()

@@ -43,6 +43,11 @@ KINDS: tuple[Kind, ...] = (
 )
 
 
+AT_COMMIT: Kind = "killed at a commit"
+Target: TypeAlias = Literal["offer", "approve", "set up", "pay"]
+TARGETS: tuple[Target, ...] = ("offer", "approve", "set up", "pay")
+
+
 class Killed(BaseException):
     """The program ends here, whatever it was doing."""
 
@@ -57,18 +62,19 @@ class NoAnswerError(Exception):
 
 @dataclass
 class Trouble:
-    """What goes wrong next: the `at`-th call that changes something, or the `at`-th commit."""
+    """What goes wrong next: the `at`-th call of a sort, or the `at`-th commit."""
 
     kind: Kind | None = None
+    target: Target = "pay"
     at: int = 0
-    changes: int = 0
+    calls: int = 0
     commits: int = 0
 
-    def reply(self, platform: Any, is_change: bool, *request: Any) -> tuple[int, Any]:
-        """Let a platform answer, unless something goes wrong."""
-        if not is_change:
+    def reply(self, platform: Any, sort: Target | None, *request: Any) -> tuple[int, Any]:
+        """Let a platform answer, unless something goes wrong. Only looking is of no sort."""
+        if sort != self.target:
             return _answered(platform(*request))
-        number, self.changes = self.changes, self.changes + 1
+        number, self.calls = self.calls, self.calls + 1
         kind = self.kind if number == self.at else None
         if kind == "killed before the call":
             raise Killed
@@ -94,15 +100,28 @@ class Trouble:
             raise Killed
 
     @contextmanager
-    def happens(self, kind: Kind | None, at: int) -> Iterator[None]:
+    def happens(self, kind: Kind, target: Target, at: int) -> Iterator[None]:
         """Something goes wrong meanwhile."""
-        self.kind, self.at, self.changes, self.commits = kind, at, 0, 0
+        self.kind, self.target, self.at, self.calls, self.commits = kind, target, at, 0, 0
         event.listen(Engine, "commit", self.commit)
         try:
             yield
         finally:
             event.remove(Engine, "commit", self.commit)
             self.kind = None
+
+
+AT_PROLIFIC: dict[str, Target | None] = {
+    "look": None,
+    "approve": "approve",
+    "set up": "set up",
+    "pay": "pay",
+}
+AT_MECHANICAL_TURK: dict[str, Target] = {
+    "CreateHIT": "offer",
+    "ApproveAssignment": "approve",
+    "SendBonus": "pay",
+}
 
 
 def prolific_client(platform: Prolific, trouble: Trouble) -> httpx.Client:
@@ -112,10 +131,12 @@ def prolific_client(platform: Prolific, trouble: Trouble) -> httpx.Client:
         path = request.url.path
         route = [request.method, *path.strip("/").split("/")[2:]]
         body = request.read()
-        is_change = operation_of(route, json.loads(body) if body else {}) != "look"
+        operation = operation_of(route, json.loads(body) if body else {})
         headers = {"HTTP_AUTHORIZATION": request.headers["Authorization"]}
         try:
-            status, value = trouble.reply(platform, is_change, request.method, path, headers, body)
+            status, value = trouble.reply(
+                platform, AT_PROLIFIC.get(operation, "offer"), request.method, path, headers, body
+            )
         except NotSentError:
             raise httpx.ConnectError("connection refused", request=request) from None
         except NoAnswerError:
@@ -144,10 +165,10 @@ def mturk_client(platform: MechanicalTurk, trouble: Trouble) -> Any:
             "HTTP_AUTHORIZATION": request.headers["Authorization"].decode(),
             "HTTP_X_AMZ_TARGET": target,
         }
-        is_change = not target.rpartition(".")[2].startswith("List")
+        sort = AT_MECHANICAL_TURK.get(target.rpartition(".")[2])
         url = request.url
         try:
-            status, value = trouble.reply(platform, is_change, "POST", "/", headers, request.body)
+            status, value = trouble.reply(platform, sort, "POST", "/", headers, request.body)
         except NotSentError:
             raise EndpointConnectionError(endpoint_url=url) from None
         except NoAnswerError:
