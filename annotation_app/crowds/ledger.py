@@ -2,7 +2,8 @@
 
 Nothing else writes this table. A call is ``attempted`` while it is under way. After an answer it
 is ``done`` or ``refused``. Without one it is ``in doubt``, and is not made again until somebody,
-or the platform itself, has said what came of it. A refused call may be made again.
+or the platform itself, has said what came of it. A refused call may be made again, and one that
+is done where the platform says otherwise, unless it is a payment.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Entry:
 
 
 class InDoubtError(PlatformError):
-    """A call that isn't made, because nobody knows whether it was carried out before."""
+    """A call that isn't made, because it may have been carried out before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +138,7 @@ class Ledger:
         Raises
         ------
         InDoubtError
-            If nobody knows whether it was carried out before.
+            If nobody knows whether it was carried out before, or it is a payment that was.
         LostReplyError
             If nobody knows whether it was carried out now.
         PlatformError
@@ -198,7 +199,7 @@ class Ledger:
                     row = LedgerEntry(study_id=self.study_id, provider=self.provider)
                     session.add(row)
                     row.what, row.key, row.attempted_at = call.what, call.key, now()
-                elif row.state in ("done", "refused"):
+                elif row.state == "refused" or (row.state == "done" and row.what not in PAYMENTS):
                     row.attempted_at, row.reference = now(), None
                 else:
                     doubted = repeats or instead_of
@@ -219,7 +220,7 @@ def _is_still(row: LedgerEntry, entry: Entry) -> bool:
 
 
 def _in_doubt(row: LedgerEntry) -> InDoubtError:
-    return InDoubtError(f"entry {row.id} is {row.state}", fix="find out first what came of it")
+    return InDoubtError(f"entry {row.id} is {row.state} already", fix="look at it first")
 
 
 def _fill(row: LedgerEntry, call: Call) -> None:

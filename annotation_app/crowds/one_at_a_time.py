@@ -23,7 +23,7 @@ def one_at_a_time(engine: Engine, study_id: str) -> Iterator[None]:
 
     The lock ends with the process, however that ends. So whoever holds it knows that calls
     which the ledger has as attempted are nobody's any more. On Windows an SQLite database has
-    no such lock; there the ledger's own rows keep two programs from making the same call.
+    no such lock; there the ledger's own rows keep two programs from paying the same bonus.
 
     Raises
     ------

@@ -45,7 +45,6 @@ KINDS: tuple[Kind, ...] = (
 
 AT_COMMIT: Kind = "killed at a commit"
 Target: TypeAlias = Literal["offer", "approve", "set up", "pay"]
-TARGETS: tuple[Target, ...] = ("offer", "approve", "set up", "pay")
 
 
 class Killed(BaseException):
