@@ -314,7 +314,7 @@ def _check(provider: Provider, deeds: Sequence[Deed], doubts: Sequence[Entry]) -
         fix.append("publish it again: that looks first, and offers nothing twice")
     count = sum(entry.call.what != "publish" for entry in doubts)
     if count:
-        what.append(f"{count} {'is' if count == 1 else 'are'} in doubt")
+        what.append(f"{count} {'call is' if count == 1 else 'calls are'} in doubt")
         fix.append(
             f"look at {provider.title} in some minutes; then --confirm-paid ID if it was done, "
             "--pay-again ID if not"

@@ -137,11 +137,11 @@ def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing)
     assert is_killed("pay", "before")
     # Nothing was ordered, and nobody can tell that from here.
     result = lab.collect(*BONUS)
-    assert "1 is in doubt" in str(result.exception)
+    assert "1 call is in doubt" in str(result.exception)
     assert prolific.orders == []
     number = result.output.partition("in doubt: ")[2].partition(":")[0]
     assert is_killed("pay", "after", "--pay-again", number)
-    assert "1 is in doubt" in str(lab.collect(*BONUS).exception)
+    assert "1 call is in doubt" in str(lab.collect(*BONUS).exception)
     assert prolific.orders == PAID
     prolific.let_minutes_pass()
     assert lab.collect(*BONUS).exit_code == 0

@@ -74,7 +74,7 @@ def test_a_bonus_whose_answer_was_lost_is_paid_once(
 ) -> None:
     prolific.losses["pay"] = loss
     first = lab.collect(*BONUS)
-    assert "1 is in doubt" in str(first.exception)
+    assert "1 call is in doubt" in str(first.exception)
     assert "--confirm-paid ID" in str(first.exception)
     with reading(engine_of(app)) as session:
         (person,) = session.scalars(select(Person).where(Person.provider == "prolific"))
@@ -85,7 +85,7 @@ def test_a_bonus_whose_answer_was_lost_is_paid_once(
     # Prolific pays in some minutes, so that looking at once says nothing.
     for _ in range(2):
         again = lab.collect(*BONUS)
-        assert "1 is in doubt" in str(again.exception)
+        assert "1 call is in doubt" in str(again.exception)
     assert lab.collect("--dry-run").exception is not None
     assert prolific.orders == PAID
     prolific.let_minutes_pass()
@@ -102,7 +102,7 @@ def test_what_never_came_is_paid_again_when_somebody_says_so(
     prolific.losses["pay"] = "never came"
     lab.collect(*BONUS)
     prolific.let_minutes_pass()
-    assert "1 is in doubt" in str(lab.collect(*BONUS).exception)
+    assert "1 call is in doubt" in str(lab.collect(*BONUS).exception)
     assert prolific.orders == []
     decided = lab.collect("--pay-again", doubtful_id(app))
     assert decided.exit_code == 0, decided.exception
@@ -119,7 +119,7 @@ def test_paying_again_can_be_in_doubt_too(
     prolific.losses["pay"] = "never came"
     lab.collect(*BONUS)
     prolific.losses["pay"] = "cut"
-    assert "1 is in doubt" in str(lab.collect("--pay-again", doubtful_id(app)).exception)
+    assert "1 call is in doubt" in str(lab.collect("--pay-again", doubtful_id(app)).exception)
     prolific.let_minutes_pass()
     # Between looking and deciding it has arrived.
     late = lab.collect("--pay-again", doubtful_id(app))
@@ -188,7 +188,7 @@ def test_equal_amounts_are_never_under_way_together(
     # The second isn't listed yet, nor is the third: it is not taken for the second.
     lab.collect("--bonus", "sub1", "0.50", "For the long command")
     prolific.let_minutes_pass()
-    assert "1 is in doubt" in str(lab.collect().exception)
+    assert "1 call is in doubt" in str(lab.collect().exception)
     assert lab.collect("--pay-again", doubtful_id(app)).exit_code == 0
     assert prolific.orders == PAID * 3
 
@@ -204,7 +204,7 @@ def test_an_approval_is_as_prolific_says(
     two.finish()
     prolific.submissions["sub2"]["status"] = "AWAITING REVIEW"
     prolific.losses["approve"] = loss
-    assert "1 is in doubt" in str(lab.collect().exception)
+    assert "1 call is in doubt" in str(lab.collect().exception)
     assert lab.collect().exit_code == 0
     assert prolific.submissions["sub2"]["status"] == "APPROVED"
     assert states(app, "approve") == ["done", "done"]

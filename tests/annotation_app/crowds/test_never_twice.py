@@ -40,9 +40,7 @@ from annotation_app.models import LedgerEntry
 from annotation_app.study import Payment, StudyConfig
 from tests.annotation_app.browser import described
 from tests.annotation_app.crowds.conftest import PAID
-from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
-from tests.annotation_app.crowds.prolific_stand_in import Prolific
-from tests.annotation_app.crowds.stand_ins import MechanicalTurk
+from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
 from tests.annotation_app.crowds.trouble import (
     AT_COMMIT,
     KINDS,
@@ -50,9 +48,8 @@ from tests.annotation_app.crowds.trouble import (
     Kind,
     Target,
     Trouble,
-    mturk_client,
-    prolific_client,
 )
+from tests.annotation_app.crowds.truth import AtMechanicalTurk, AtProlific, Payments
 
 EXAMPLES = int(os.environ.get("MONEY_EXAMPLES", "12"))
 STUDY = msgspec.structs.replace(PAID, payment=Payment(0.10, bonus=0.25))
@@ -72,107 +69,6 @@ def troubles(targets: tuple[Target, ...]) -> st.SearchStrategy[Wrong]:
     calls = st.tuples(st.sampled_from(kinds), st.sampled_from(targets), ats)
     commits = st.tuples(st.just(AT_COMMIT), st.just(targets[0]), st.integers(0, 15))
     return st.one_of(calls, calls, calls, commits)
-
-
-Payments = Counter[tuple[str, Decimal]]
-"""How often amounts are paid for assignments."""
-
-
-class AtProlific:
-    """Prolific, as it is in truth."""
-
-    name = "prolific"
-
-    def __init__(self, trouble: Trouble) -> None:
-        self.platform = Prolific()
-        self.platform.unlisted = 1
-        client = prolific_client(self.platform, trouble)
-        self.client = prolific_module.Prolific(client, project="", sandbox=False)
-
-    def address(self) -> str | None:
-        studies = list(self.platform.studies.values())
-        return studies[0]["external_study_url"] if studies else None
-
-    def arrive(self, name: str) -> dict[str, str]:
-        return self.platform.begin(name)
-
-    def send_in(self, worker: CrowdWorker, assignment: str) -> None:
-        worker.finish()
-        self.platform.submissions[assignment]["status"] = "AWAITING REVIEW"
-
-    def give_back(self, assignment: str) -> bool:
-        self.platform.submissions[assignment]["status"] = "RETURNED"
-        return True
-
-    def assignment_of(self, arguments: dict[str, str]) -> str:
-        return arguments["SESSION_ID"]
-
-    def approved(self) -> set[str]:
-        return {i for i, s in self.platform.submissions.items() if s["status"] == "APPROVED"}
-
-    def paid(self) -> Payments:
-        return Counter(self.platform.orders)
-
-    def offered(self) -> int:
-        return sum(study["total_available_places"] for study in self.platform.studies.values())
-
-    def has(self, key: str) -> bool:
-        return key in {study["internal_name"] for study in self.platform.studies.values()}
-
-    def is_published(self) -> bool:
-        return {study["status"] for study in self.platform.studies.values()} == {"ACTIVE"}
-
-    def let_time_pass(self) -> None:
-        self.platform.let_minutes_pass()
-
-
-class AtMechanicalTurk:
-    """Mechanical Turk, as it is in truth."""
-
-    name = "mturk"
-
-    def __init__(self, trouble: Trouble) -> None:
-        self.platform = MechanicalTurk()
-        client = mturk_client(self.platform, trouble)
-        self.client = mturk_module.MechanicalTurk(client, client, sandbox=False)
-
-    def address(self) -> str | None:
-        hits = list(self.platform.hits.values())
-        return external_url(hits[0]["Question"]) if hits else None
-
-    def arrive(self, name: str) -> dict[str, str]:
-        return self.platform.accept(name)
-
-    def send_in(self, worker: CrowdWorker, _assignment: str) -> None:
-        worker.submit(self.platform)
-
-    def give_back(self, _assignment: str) -> bool:
-        return False
-
-    def assignment_of(self, arguments: dict[str, str]) -> str:
-        return arguments["assignmentId"]
-
-    def approved(self) -> set[str]:
-        assignments = self.platform.assignments.items()
-        return {i for i, a in assignments if a["AssignmentStatus"] == "Approved"}
-
-    def paid(self) -> Payments:
-        return Counter(
-            (bonus["AssignmentId"], Decimal(bonus["BonusAmount"]))
-            for bonus in self.platform.bonuses
-        )
-
-    def offered(self) -> int:
-        return sum(hit["MaxAssignments"] for hit in self.platform.hits.values())
-
-    def has(self, key: str) -> bool:
-        return key in {hit["RequesterAnnotation"] for hit in self.platform.hits.values()}
-
-    def is_published(self) -> bool:
-        return bool(self.platform.hits)
-
-    def let_time_pass(self) -> None:
-        self.platform.let_a_day_pass()
 
 
 class History(RuleBasedStateMachine):

@@ -295,8 +295,8 @@ def test_the_platform_refuses_a_token_that_it_knows(
     listed = mturk.ListBonusPayments
     mturk.ListBonusPayments = lambda _: (200, {"BonusPayments": []})  # type: ignore[method-assign]
     bonus = ("--bonus", mine.assignment, "0.50", "For care")
-    assert "1 is in doubt" in str(lab.collect(*bonus).exception)
-    assert "1 is in doubt" in str(lab.collect(*bonus).exception)
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     assert mturk.calls.count("SendBonus") == 3
     mturk.ListBonusPayments = listed  # type: ignore[method-assign]
     assert lab.collect(*bonus).exit_code == 0
@@ -313,12 +313,12 @@ def test_after_a_day_somebody_decides(
     bonus = ("--bonus", mine.assignment, "0.50", "For care")
     send = mturk.SendBonus
     mturk.SendBonus = lambda _: (503, {})  # type: ignore[method-assign]
-    assert "1 is in doubt" in str(lab.collect(*bonus).exception)
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     mturk.SendBonus = send  # type: ignore[method-assign]
     mturk.let_a_day_pass()
     with transaction(engine_of(app)) as session:
         session.execute(update(LedgerEntry).values(attempted_at=LedgerEntry.attempted_at - DAY_S))
-    assert "1 is in doubt" in str(lab.collect(*bonus).exception)
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     assert mturk.bonuses == []
     (number,) = re.findall(r"in doubt: (\d+): bonus 0.50", lab.reconcile().output)
     assert lab.collect("--pay-again", number).exit_code == 0
@@ -334,7 +334,7 @@ def test_an_approval_is_sent_once_and_looked_at(
     one.submit(mturk)
     (mine,) = participations(app)
     mturk.losses["ApproveAssignment"] = loss
-    assert "1 is in doubt" in str(lab.collect().exception)
+    assert "1 call is in doubt" in str(lab.collect().exception)
     assert mturk.calls.count("ApproveAssignment") == 1
     assert lab.collect().exit_code == 0
     assert mturk.status(mine.assignment) == "Approved"
