@@ -177,11 +177,11 @@ def _turn(engine: Engine) -> Iterator[None]:
         yield
         return
     if not os.access(file, os.W_OK) and os.access(file, os.R_OK):
-        raise _only_read(file)
+        raise OnlyReadError(file)
     try:
         descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except PermissionError:
-        raise _only_read(file) from None
+        raise OnlyReadError(file) from None
     except OSError as error:
         raise OperationalError(None, None, error) from error
     try:
@@ -226,7 +226,7 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
     except sqlite3.OperationalError:
         log = Path(f"{file}-wal")
         if log.exists() and log.stat().st_size:  # what it holds would be missing
-            raise _only_read(file, "the newest rows are in the log beside it") from None
+            raise OnlyReadError(file, "the newest rows are in the log beside it") from None
     # Nobody can write, so that no locks are needed, nor the files that hold them.
     return _tried(dialect.connect(f"{address}&immutable=1", **options))
 
@@ -254,12 +254,12 @@ def _tried(connection: Any) -> Any:
     return connection
 
 
-def _only_read(file: str, what: str = "the database can only be read") -> FormatError:
-    return FormatError(
-        what,
-        where=file,
-        fix="get the right to write to it and to its folder, or work on a copy of all its files",
-    )
+class OnlyReadError(FormatError):
+    """A database that can't be written to."""
+
+    def __init__(self, file: str, what: str = "the database can only be read") -> None:
+        fix = "get the right to write to it and to its folder, or work on a copy of all its files"
+        super().__init__(what, where=file, fix=fix)
 
 
 def _note_use(_connection: Any, record: Any) -> None:

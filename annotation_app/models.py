@@ -246,9 +246,11 @@ class LedgerEntry(Base):
     key: Mapped[str] = mapped_column(String(500))
     """Tells calls of a kind apart: the same thing is done once."""
     assignment: Mapped[str]
-    """The platform's id; empty for offers of work."""
+    """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]
     """A decimal number in the platform's currency; empty where nothing is paid by the call."""
+    listed_before: Mapped[int | None]
+    """How many bonuses of this amount the platform listed for the assignment before the call."""
     reason: Mapped[str] = mapped_column(String(2000))
     reference: Mapped[str | None]
     """What the platform knows the call by: its id of the payment, or an idempotency key."""

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionLeft
 
+from annotation_app.database import OnlyReadError
+
 log = logging.getLogger(__name__)
 
 TITLE = "The study can't be reached at the moment."
@@ -53,6 +55,8 @@ def outage_of(error: BaseException) -> Outage | None:
     """What is wrong outside of the program, if that is why something failed."""
     if isinstance(error, NoConnectionLeft):
         return Outage("all connections to the database are in use", "")
+    if isinstance(error, OnlyReadError):
+        return Outage(READ_ONLY, "")
     if isinstance(error, OSError):
         kind = _SYSTEM.get(error.errno or 0)
         return None if kind is None else Outage(kind, error.strerror or "")
@@ -61,10 +65,8 @@ def outage_of(error: BaseException) -> Outage | None:
     if isinstance(error.orig, OSError):  # of the file with which SQLite's writers take turns
         return outage_of(error.orig) or Outage(UNREACHABLE, error.orig.strerror or "")
     kind = _kind(error)
-    if kind is None:
-        return None
-    lines = str(error.orig).strip().splitlines()
-    return Outage(kind, lines[0][:LONGEST_REASON] if lines else type(error.orig).__name__)
+    lines = str(error.orig).strip().splitlines() or [type(error.orig).__name__]
+    return None if kind is None else Outage(kind, lines[0][:LONGEST_REASON])
 
 
 UNREACHABLE = "the database can't be reached"
