@@ -30,7 +30,9 @@ NOTHING = "nothing like this was noted"
 def audit(
     *, person: str, action: str, most: int, instance: Path, database: str | None, form: str
 ) -> None:
-    """List who signed in, exported, paid, blocked or erased, and when; newest first.
+    """List who did what that matters, and when, newest first.
+
+    Signing in, exporting, paying, blocking and erasing are among it.
 
     \b
     Examples:

@@ -98,7 +98,7 @@ def backup(
 @click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @FORMAT
 def verify(*, archive: Path, form: str) -> None:
-    """Read all of a backup, and see that nothing of it is missing or changed.
+    """Check that nothing of a backup is missing or changed.
 
     \b
     Example:
@@ -142,7 +142,9 @@ def restore(
     database: str | None,
     form: str,
 ) -> None:
-    """Fill an empty database with what a backup holds; any kind of database will do.
+    """Fill an empty database with what a backup holds.
+
+    Any kind of database will do.
 
     All of the backup is checked first, and nothing is left behind if something is wrong. People
     whose data were erased since are erased again.

@@ -47,7 +47,7 @@ def erase(
     database: str | None,
     form: str,
 ) -> None:
-    """Erase a person's answers, drafts and what they told of themselves, for good.
+    """Erase a person's data, and what was made of their words.
 
     SUBJECT is what exports call them, CODE what their pages show them; a login will do too. What
     was made of their words goes as well, with other people's answers to it. Payments stay in the

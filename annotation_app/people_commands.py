@@ -118,7 +118,9 @@ def add(
 def invite(
     *, role: Role, url: str, days: int, instance: Path, database: str | None, form: str
 ) -> None:
-    """Make a link by which somebody chooses a login and a password, once.
+    """Make a link by which somebody gets a login.
+
+    They choose the login and the password. The link works once.
 
     \b
     Examples:
@@ -139,7 +141,7 @@ def invite(
 @DATABASE
 @FORMAT
 def list_(*, instance: Path, database: str | None, form: str) -> None:
-    """List everybody with a login, and invitations that nobody has used yet.
+    """List everybody with a login, and open invitations.
 
     \b
     Examples:
@@ -193,7 +195,9 @@ def block(*, login: str, instance: Path, database: str | None, form: str) -> Non
 @DATABASE
 @FORMAT
 def unblock(*, login: str, instance: Path, database: str | None, form: str) -> None:
-    """Let somebody sign in again, at once, also after too many wrong passwords.
+    """Let somebody sign in again, at once.
+
+    Waits after wrong passwords end, too.
 
     \b
     Example:
@@ -234,7 +238,9 @@ def role(*, login: str, role: Role, instance: Path, database: str | None, form: 
 def reset(
     *, login: str, url: str, days: int, instance: Path, database: str | None, form: str
 ) -> None:
-    """Replace a lost or stolen password: it stops working, and you get a link to set a new one.
+    """Replace a lost or stolen password.
+
+    It stops working, and you get a link by which the person sets a new one.
 
     Their sessions end, and so does a wait after wrong passwords. It works for the last admin too.
 

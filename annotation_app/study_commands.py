@@ -58,7 +58,9 @@ def check(
     database: str | None,
     form: str,
 ) -> None:
-    """Say what would stop people: tasks that nobody may do, missing videos, no admin.
+    """Say what would stop people in a study.
+
+    Such as tasks that nobody may do, missing videos, or no admin.
 
     With STUDY.yaml it checks these files, for the people with a login in the instance; without,
     what the instance serves. It changes nothing. The exit status is 2 if something would stop
