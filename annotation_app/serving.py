@@ -19,7 +19,7 @@ from annotation_app.accounts import admin_from_environment
 from annotation_app.audit import COMMAND_LINE, note
 from annotation_app.config import Config
 from annotation_app.connections import Connections
-from annotation_app.database import opened, reading, transaction
+from annotation_app.database import OnlyReadError, opened, reading, transaction
 from annotation_app.ending import asked_to_end
 from annotation_app.factory import create_app
 from annotation_app.installation import installation, now
@@ -103,7 +103,7 @@ def note_on_this_machine(config: Config, action: str, about: str, **details: str
     try:
         with opened(config.database) as engine, transaction(engine) as session:
             note(session, COMMAND_LINE, action, about, **details)
-    except (OSError, SQLAlchemyError):
+    except (OSError, SQLAlchemyError, OnlyReadError):
         log.warning("the database can't be written to: the audit trail doesn't tell of this")
 
 
