@@ -1,8 +1,8 @@
 """The annotation app under many workers: ``python -m benchmarks.app``.
 
-Real servers, and workers who lose their connection, send twice, try again, and see a server
-killed and started again. Afterwards every answer that was acknowledged must be there once,
-quotas must be exact, and nobody may have had an item twice.
+Real servers, and workers who lose their connection, send twice, try again, and see servers
+killed and started again, and the database too. Afterwards every answer that was acknowledged must
+be there once, quotas must be exact, and nobody may have had an item twice.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import time
 import urllib.request
 import uuid
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,8 @@ STUDY = "load"
 VIDEOS = 6
 RATINGS = 1
 PATIENCE_S = 60.0
+UNAVAILABLE = 503
+"""What servers answer while the database is gone."""
 
 
 @dataclass
@@ -256,6 +258,10 @@ class Worker:
                 self.tally.broken["tried again"] += 1
                 await asyncio.sleep(self.luck.uniform(0.2, 1))
                 continue
+            if status == UNAVAILABLE:
+                self.tally.broken["put off"] += 1
+                await asyncio.sleep(self.luck.uniform(0.5, 2))
+                continue
             assert status in (200, 409), reply
             self.tally.add(name, time.perf_counter() - start)
             return status, reply
@@ -270,18 +276,27 @@ async def work_all(
     signed: Sequence[str],
     tally: Tally,
     think_s: float,
-    kill_after: int | None,
+    troubles: Mapping[int, Sequence[Callable[[], None]]],
 ) -> None:
     workers = [
         Worker(running[i % len(running)].port, cookie, tally, think_s, i)
         for i, cookie in enumerate(signed)
     ]
     tasks = [asyncio.create_task(worker.work()) for worker in workers]
-    if kill_after is not None:
-        while len(tally.acknowledged) < kill_after:
+    for count, makers in sorted(troubles.items()):
+        while len(tally.acknowledged) < count and not all(task.done() for task in tasks):
             await asyncio.sleep(0.01)
-        await asyncio.to_thread(running[0].kill_and_restart)
+        for make in makers:
+            await asyncio.to_thread(make)
     await asyncio.gather(*tasks)
+
+
+def spread(makers: Sequence[Callable[[], None]], total: int) -> dict[int, list[Callable[[], None]]]:
+    """After how many answers each trouble comes, so that all come while people work."""
+    found: dict[int, list[Callable[[], None]]] = {}
+    for i, make in enumerate(makers, start=1):
+        found.setdefault(total * i // (len(makers) + 1), []).append(make)
+    return found
 
 
 def check(config: Config, tally: Tally) -> Counter[str]:
@@ -320,7 +335,8 @@ def run_load(
     answers: int,
     processes: int,
     think_s: float,
-    kill: bool,
+    kills: int = 1,
+    database_troubles: Sequence[Callable[[], None]] = (),
     threads: int = 8,
 ) -> Tally:
     """Let workers work until nothing is left; return what they saw.
@@ -331,8 +347,10 @@ def run_load(
         How many people describe each video.
     think_s
         How long a worker waits between requests, on average.
-    kill
-        Whether the first server is killed when there are as many answers, and started again.
+    kills
+        How often a server is killed and started again, one after the other in turn.
+    database_troubles
+        What is done to the database, one after the other, while people work.
     """
     people = add_study(config, videos, workers, answers)
     signed = cookies(config, people)
@@ -340,7 +358,12 @@ def run_load(
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with servers(config, processes, threads) as running:
         start = time.monotonic()
-        asyncio.run(work_all(running, signed, tally, think_s, answers if kill else None))
+        killed = [running[i % processes].kill_and_restart for i in range(kills)]
+        total = len(list(videos.iterdir())) * answers * (1 + 2 * RATINGS)
+        troubles = spread(killed, total)
+        for count, makers in spread(database_troubles, total).items():
+            troubles.setdefault(count, []).extend(makers)
+        asyncio.run(work_all(running, signed, tally, think_s, troubles))
         tally.wall_s = time.monotonic() - start
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     tally.server_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -375,7 +398,7 @@ def main() -> None:
                     answers=max(1, given.workers // 4),
                     processes=processes,
                     think_s=given.think,
-                    kill=not given.no_kill,
+                    kills=0 if given.no_kill else 1,
                 )
                 states = check(config, tally)
                 _report(f"{kind}, {processes} processes", tally, states)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any
 
 import pytest
@@ -12,10 +13,21 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
+from annotation_app.models import Role
 from annotation_app.openapi import description
 from tests.annotation_app.browser import Browser
 
 PHASES = (Phase.explicit, Phase.generate)
+ROLES: tuple[Role, ...] = ("worker", "annotator", "adjudicator", "admin")
+OPERATIONS = [
+    (path, method)
+    for path, operations in description()["paths"].items()
+    for method in operations
+    if method != "parameters"
+]
+CASES = int(os.environ.get("CT_FUZZ_CASES", "10000"))
+"""How many requests are sent in all, by people of all roles: set it higher to look longer."""
+EXAMPLES = -(-CASES // (len(OPERATIONS) * len(ROLES)))
 
 
 def test_every_route_is_described(app: Flask) -> None:
@@ -38,17 +50,10 @@ def schema() -> Any:
     return schemathesis.openapi.from_dict(description())
 
 
-@pytest.mark.parametrize(
-    ("path", "method"),
-    [
-        (path, method)
-        for path, operations in description()["paths"].items()
-        for method in operations
-        if method != "parameters"
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("path", "method"), OPERATIONS)
 def test_nothing_makes_the_server_fail(app: Flask, schema: Any, path: str, method: str) -> None:
-    people = (Browser(app), Browser(app, "adjudicator"))
+    people = [Browser(app, role) for role in ROLES]
     own_items = [person.take("describe")["item"] for person in people]
     operation = schema[path][method.upper()]
     strategy = operation.as_strategy() | operation.as_strategy(
@@ -56,7 +61,7 @@ def test_nothing_makes_the_server_fail(app: Flask, schema: Any, path: str, metho
     )
 
     @settings(
-        max_examples=25, phases=PHASES, suppress_health_check=list(HealthCheck), deadline=None
+        max_examples=EXAMPLES, phases=PHASES, suppress_health_check=list(HealthCheck), deadline=None
     )
     @given(case=strategy, own=st.booleans())
     def check(case: Any, own: bool) -> None:

@@ -67,3 +67,14 @@ def test_a_new_feature_can_be_registered_as_shown() -> None:
         assert "my-path-end" in {s.name for s in registry.catalogue()}
     finally:
         registry._CATALOGUE.pop("my-path-end", None)
+
+
+def test_each_promise_of_the_security_page_has_a_test() -> None:
+    text = (DOCS / "security.md").read_text()
+    rows = [row for row in text.splitlines() if row.startswith("| ") and row.count("|") == 4]
+    named = [re.findall(r"`((?:\w+/)*test_\w+\.py)`", row.split("|")[3]) for row in rows[2:]]
+    assert len(named) > 10
+    assert all(named)
+    tests = ROOT / "tests"
+    for name in {name for names in named for name in names}:
+        assert (tests / name).exists() or (tests / "annotation_app" / name).exists(), name
