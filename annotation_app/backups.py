@@ -18,7 +18,7 @@ from annotation_app.config import DATABASE_FILE, KEY_FILE, Config, open_instance
 from annotation_app.database import opened, reading, transaction
 from annotation_app.models import Base, Secret
 from annotation_app.schema import is_current, migrate
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 
 VERSION = 1

@@ -196,7 +196,7 @@ def init(*, study_file: Path, form: str) -> None:
       ct annotate init my-study.yaml
     """
     from annotation_app.study_template import TEMPLATE
-    from corpus_tools.atomic_file import write_bytes
+    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
 
     if study_file.exists():
@@ -247,10 +247,10 @@ def export(
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
     from annotation_app.schema import is_current
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.corpus.atomic import write_folder
     from corpus_tools.corpus.writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
 
     told = "json" if as_json else PLAIN

@@ -11,18 +11,18 @@ import sys
 import numpy as np
 
 from eval.correspondence import TYPES, predicted_true
-from eval.experiment import predict_splits, predictions, prepare
+from eval.experiment import predict_splits, predictions
 from eval.protocol import Choices, set_up
 from eval.statistics import figures
+from g3.factor_matrix import matrix_of_examples
 from g3.features.registry import select
 
 
 def main(corpus: str) -> None:
     choices = Choices(corpus=corpus, division="cv")
     trial = set_up(choices)
-    rows, probability = predict_splits(
-        prepare(trial.items, select()), trial.splits, l2=choices.strength
-    )
+    factors = matrix_of_examples(trial.items, select())
+    rows, probability = predict_splits(factors, trial.splits, l2=choices.strength)
     items = [trial.items[i] for i in rows]
     told = predictions(items, probability)
     said = predicted_true(told, choices.threshold)

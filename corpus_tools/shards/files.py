@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import CorpusError, FormatError
 from g3.features.registry import CATALOGUE_VERSION
 

@@ -24,9 +24,8 @@ from g3 import crf
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale
-from g3.features.registry import CATALOGUE_VERSION
 from g3.groundings import FloatArray
-from g3.model import DEFAULT_L2, Model
+from g3.model import GroundingModel
 from g3.newton import Local, Problem
 
 PARTS = 16
@@ -46,37 +45,31 @@ _COLUMN_FIELDS = {
 }
 
 
-def train_on_shards(
+def fit_on_shards(
+    model: GroundingModel,
     folder: Path,
     manifest: Manifest,
     *,
-    l2: float = DEFAULT_L2,
     workers: Workers,
-    corpus_hash: str = "",
     tolerance: float | None = None,
-    optimizer: crf.Optimizer = "newton",
     on_progress: OnProgress | None = None,
-) -> Model:
-    """Train on all shards of a folder.
-
-    The optimum is that of :func:`g3.model.train_model` on the same examples.
+) -> GroundingModel:
+    """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
 
     Parameters
     ----------
+    model
+        The model; its `tolerance` isn't used.
     folder
         Where the shards are.
     manifest
         What the folder holds.
-    l2
-        Strength of the regularisation.
     workers
         Who reads the shards. The scratch folder is made in `folder`, so that those of a
         cluster see it.
     tolerance
         Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
-    optimizer
-        As in :func:`g3.crf.train`.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
@@ -104,7 +97,7 @@ def train_on_shards(
             team,
             on_done=told("packing", len(files)),
         )
-        unit, size = crf.shrinking(copy_of, (l2 / prior_scale(space) ** 2)[first])
+        unit, size = crf.shrinking(copy_of, (model.l2 / prior_scale(space) ** 2)[first])
         parts = [tuple(enumerate(packed))[i::PARTS] for i in range(min(PARTS, len(packed)))]
         evaluations = 0
 
@@ -116,12 +109,12 @@ def train_on_shards(
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, team)), unit)
 
-        found = crf.OPTIMIZERS[optimizer](
+        found = crf.OPTIMIZERS[model.optimizer](
             Problem(look, unit, manifest.examples / 4),
             tolerance=tolerance,
             max_iterations=crf.MAX_ITERATIONS,
         )
-    return Model(space, (found / size)[copy_of], l2, CATALOGUE_VERSION, corpus_hash)
+    return model.with_weights(space, (found / size)[copy_of])
 
 
 @dataclass(frozen=True, slots=True)

@@ -144,6 +144,17 @@ def _renumbered(
     return keys
 
 
+def columns_in(space: FeatureSpace, other: FeatureSpace) -> IntArray:
+    """Where each feature of a space is in another, shape (k,); -1 where it isn't."""
+    bases, words = _numbered(other.bases), _numbered(other.words)
+    base, word = np.divmod(space.keys, len(space.words))
+    base = np.array([bases.get(name, -1) for name in space.bases], dtype=np.int64)[base]
+    word = np.array([words.get(name, -1) for name in space.words], dtype=np.int64)[word]
+    keys = np.where((base < 0) | (word < 0), -1, base * len(words) + word)
+    known = np.isin(keys, other.keys)
+    return np.where(known, np.searchsorted(other.keys, keys), -1)
+
+
 def prior_scale(space: FeatureSpace) -> FloatArray:
     """How large each feature's weight is expected to be, from its feature set; shape (k,)."""
     of_base = np.array([scale_of(name.split("/")[1]) for name in space.bases])
@@ -218,7 +229,7 @@ def _active(
     number = discretise(values(feature, batch), columns)
     width = max((max(c.bins, 1) for c in columns), default=1)
     levels = np.arange(width)
-    binary = np.array([c.bins == 0 for c in columns])
+    binary = np.array([c.bins == 0 for c in columns], dtype=bool)
     reached = (number[:, :, None] >= levels) & ((levels > 0) | binary[:, None])
     row, column, level = np.nonzero(reached)
     key = (batch.type[row].astype(np.intp) * len(columns) + column) * width + level
