@@ -6,7 +6,7 @@ import hashlib
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Options, labelled_examples, scenario_ids
@@ -15,6 +15,9 @@ from corpus_tools.progress import progress_bar
 from g3.crf import Optimizer
 from g3.features.registry import select
 from g3.model import GroundingModel
+
+if TYPE_CHECKING:
+    from corpus_tools.shards.files import Manifest
 
 
 class Trained(NamedTuple):
@@ -41,10 +44,7 @@ def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "
             "training": {
                 "corpus": corpus.name,
                 "examples": sources,
-                "negatives": options.negatives,
-                "seed": options.seed,
-                "ablated": list(options.ablated),
-                "added": list(options.added),
+                **_chosen(options),
                 "optimizer": optimizer,
             },
         },
@@ -72,10 +72,7 @@ def from_shards(
             "training": {
                 "corpora": manifest.corpora,
                 "examples": manifest.sources,
-                "negatives": manifest.negatives,
-                "seed": manifest.seed,
-                "ablated": list(manifest.ablated),
-                "added": list(manifest.added),
+                **_chosen(manifest),
                 "optimizer": optimizer,
             },
         },
@@ -83,3 +80,13 @@ def from_shards(
     with progress_bar("training") as on_progress:
         fit_on_shards(model, folder, manifest, workers=workers, on_progress=on_progress)
     return Trained(model, f"shards {folder}", manifest.sources)
+
+
+def _chosen(by: Options | Manifest) -> dict[str, object]:
+    """Which examples and features were chosen."""
+    return {
+        "negatives": by.negatives,
+        "seed": by.seed,
+        "ablated": list(by.ablated),
+        "added": list(by.added),
+    }

@@ -16,7 +16,7 @@ from eval.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.error_lists import Example as ShownExample
 from eval.learning_curve import CurvePoint
 from eval.protocol import Choices, Metadata, Trial, set_up, set_up_model
-from eval.splits import IntArray, Split
+from eval.splits import IntArray
 from eval.statistics import FloatArray
 from g3.examples import Example, labels
 from g3.factor_matrix import FactorMatrix, matrix_of_examples
@@ -64,57 +64,24 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
     if choices.model is not None:
         model, items, metadata = set_up_model(choices)
         return Result(items, predictions(items, model.predict_proba(items)[:, 1]), metadata)
-    sets = select(without=choices.ablate, plus=choices.plus)
-    trial = set_up(choices)
-    factors = matrix_of_examples(trial.items, sets)
-    rows, probability = predict_splits(
-        factors, trial.splits, l2=choices.strength, on_progress=on_progress
-    )
-    tested = [trial.items[row] for row in rows]
-    return Result(tested, predictions(tested, probability), trial.metadata)
-
-
-def curve(
-    choices: Choices, repeats: int, on_progress: OnProgress | None = None
-) -> tuple[tuple[CurvePoint, ...], Metadata]:
-    """Measure the learning curve of what is chosen."""
-    sets = select(without=choices.ablate, plus=choices.plus)
-    trial = set_up(choices)
-    points = learning_curve(
-        trial,
-        matrix_of_examples(trial.items, sets),
-        l2=choices.strength,
-        repeats=repeats,
-        seed=choices.seed,
-        threshold=choices.threshold,
-        on_progress=on_progress,
-    )
-    return points, {**trial.metadata, "repeats": repeats}
-
-
-def predict_splits(
-    factors: FactorMatrix,
-    splits: Sequence[Split],
-    *,
-    l2: float,
-    on_progress: OnProgress | None = None,
-) -> tuple[IntArray, FloatArray]:
-    """Predict the test side of each split with a model of its training side.
-
-    Returns
-    -------
-    rows, probability : ndarray
-        Indices of all tested examples, ascending, and their p(φ = True); both (m,).
-    """
-    rows = np.concatenate([split.test for split in splits])
+    trial, factors = _set_up(choices)
     parts = []
-    for done, split in enumerate(splits, start=1):
-        model = GroundingModel(l2=l2).fit(factors[split.train])
+    for done, split in enumerate(trial.splits, start=1):
+        model = GroundingModel(l2=choices.strength).fit(factors[split.train])
         parts.append(model.predict_proba(factors[split.test])[:, 1])
         if on_progress:
-            on_progress("training", done, len(splits))
+            on_progress("training", done, len(trial.splits))
+    rows = np.concatenate([split.test for split in trial.splits])
     order = np.argsort(rows, kind="stable")
-    return rows[order], np.concatenate(parts)[order]
+    tested = [trial.items[row] for row in rows[order]]
+    return Result(tested, predictions(tested, np.concatenate(parts)[order]), trial.metadata)
+
+
+def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:
+    """The examples and how they are divided, with the features that are chosen."""
+    sets = select(without=choices.ablate, plus=choices.plus)
+    trial = set_up(choices)
+    return trial, matrix_of_examples(trial.items, sets)
 
 
 def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:
@@ -129,15 +96,8 @@ def predictions(items: Sequence[Example], probability: FloatArray) -> Prediction
 
 
 def learning_curve(
-    trial: Trial,
-    factors: FactorMatrix,
-    *,
-    l2: float,
-    repeats: int,
-    seed: int,
-    threshold: float = 0.5,
-    on_progress: OnProgress | None = None,
-) -> tuple[CurvePoint, ...]:
+    choices: Choices, repeats: int, on_progress: OnProgress | None = None
+) -> tuple[tuple[CurvePoint, ...], Metadata]:
     """Measure the test error of models trained on more and more commands (section 4.2).
 
     Commands of the training side are added in a random order, each with all of its
@@ -146,47 +106,41 @@ def learning_curve(
 
     Parameters
     ----------
-    trial
-        The examples, and what is tested; the errors of several splits are pooled.
-    factors
-        The features of the examples.
-    l2
-        Strength of the regularisation.
+    choices
+        What is trained and tested; the errors of several splits are pooled.
     repeats
         Number of random orders.
-    seed
-        What the orders are drawn with.
-    threshold
-        Probability from which φ counts as predicted true.
     on_progress
         Told how many models have been trained.
 
     Returns
     -------
-    tuple of CurvePoint
-        The mean error over the orders, with its least and its greatest value.
+    tuple
+        The mean error over the orders, with its least and its greatest value; and what to
+        record with it.
     """
+    trial, factors = _set_up(choices)
     items, splits = trial.items, trial.splits
     sizes = curve_sizes(min(_annotated(items, split.train) for split in splits))
     tested = np.concatenate([split.test for split in splits])
     errors = np.empty((repeats, len(sizes), len(TYPES) + 1))
     trained_on = np.empty((repeats, len(sizes), len(splits)))
     for repeat in range(repeats):
-        rng = np.random.default_rng([seed, repeat])
+        rng = np.random.default_rng([choices.seed, repeat])
         orders = [_shuffled(items, split.train, rng) for split in splits]
         for step, size in enumerate(sizes):
             parts = []
             for place, (split, order) in enumerate(zip(splits, orders, strict=True)):
                 train, trained_on[repeat, step, place] = _first_commands(items, order, size)
-                model = GroundingModel(l2=l2).fit(factors[train])
+                model = GroundingModel(l2=choices.strength).fit(factors[train])
                 parts.append(model.predict_proba(factors[split.test])[:, 1])
                 if on_progress:
                     done = (repeat * len(sizes) + step) * len(splits) + place + 1
                     on_progress("training", done, errors.shape[0] * errors.shape[1] * len(splits))
             said = predictions([items[i] for i in tested], np.concatenate(parts))
-            errors[repeat, step] = _errors(said, threshold)
+            errors[repeat, step] = _errors(said, choices.threshold)
     kinds: tuple[RowType, ...] = (*TYPES, "overall")
-    return tuple(
+    points = tuple(
         CurvePoint(
             type=kind,
             sdcs=round(float(trained_on[:, step].mean())),
@@ -197,6 +151,7 @@ def learning_curve(
         for row, kind in enumerate(kinds)
         for step in range(len(sizes))
     )
+    return points, {**trial.metadata, "repeats": repeats}
 
 
 def curve_sizes(total: int) -> tuple[int, ...]:

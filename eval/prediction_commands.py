@@ -235,7 +235,7 @@ def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> N
     from eval.learning_curve import write_csv, write_plot
 
     with progress_bar("extracting features") as on_progress:
-        points, metadata = experiment.curve(choices, repeats, on_progress)
+        points, metadata = experiment.learning_curve(choices, repeats, on_progress)
     bounds = f"range of {repeats} random orders"
     write_csv(points, out.with_suffix(".csv"), metadata=metadata)
     write_plot(points, out, metadata=metadata, bounds=bounds)

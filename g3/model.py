@@ -6,7 +6,7 @@ what Table 1 measures. `Grounder` follows commands with the same model.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,9 +21,17 @@ from g3.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
 from g3.features.registry import FeatureSet, select
 from g3.groundings import FloatArray
-from g3.model_file import ModelCard, TrainingCard, read_model, write_model
+from g3.model_file import TrainingCard, read_model, write_model
 
 DEFAULT_L2 = 1.0
+
+
+def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]:
+    """Feature sets by themselves or by name, as the catalogue orders them."""
+    if features is None:
+        return select()
+    names = {one if isinstance(one, str) else one.name for one in features}
+    return tuple(one for one in select(plus=names) if one.name in names)
 
 
 @dataclass(eq=False)
@@ -48,15 +56,6 @@ class GroundingModel(Estimator):
         The binary features that were active in training.
     weights_
         One for each feature, shape (k,).
-
-    Examples
-    --------
-    >>> from corpus_tools.bundled import open_corpus
-    >>> from g3.examples import examples
-    >>> known = examples(open_corpus("warehouse").annotations)
-    >>> model = GroundingModel(l2=2.0).fit(known[:100])
-    >>> model.predict_proba(known[:3]).shape
-    (3, 2)
     """
 
     l2: float = DEFAULT_L2
@@ -72,11 +71,8 @@ class GroundingModel(Estimator):
 
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
-        """Its feature sets, as the catalogue orders them."""
-        if self.features is None:
-            return select()
-        names = {one if isinstance(one, str) else one.name for one in self.features}
-        return tuple(one for one in select(plus=names) if one.name in names)
+        """The feature sets that it has learned with."""
+        return _sets(self.space_.sets)
 
     def fit(
         self, X: Sequence[Example] | FactorMatrix, y: npt.ArrayLike | None = None
@@ -90,7 +86,7 @@ class GroundingModel(Estimator):
         y
             Their labels φ, shape (n,); those that `X` has, if left out.
         """
-        known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, self.sets)
+        known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
         correct = known.correct if y is None else np.asarray(y, dtype=bool)
         known = known.trimmed()
         weights = crf.train(
@@ -158,12 +154,9 @@ class GroundingModel(Estimator):
             was trained on another corpus.
         """
         card, space, weights = read_model(path, corpus_hash=corpus_hash)
-        return cls(l2=card.l2, features=card.sets, card=_about(card)).with_weights(space, weights)
-
-
-def _about(card: ModelCard) -> TrainingCard:
-    return {
-        "corpus_hash": card.corpus_hash,
-        "scenarios": card.scenarios,
-        "training": card.training,
-    }
+        about: TrainingCard = {
+            "corpus_hash": card.corpus_hash,
+            "scenarios": card.scenarios,
+            "training": card.training,
+        }
+        return cls(l2=card.l2, features=card.sets, card=about).with_weights(space, weights)

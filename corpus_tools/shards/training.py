@@ -19,11 +19,11 @@ from scipy import sparse
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.parallel import Team, Workers, work_in_order
 from corpus_tools.progress import OnProgress
-from corpus_tools.shards.files import Manifest, Shard, read_shard
+from corpus_tools.shards.files import Manifest, read_shard
 from g3 import crf
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import FormatError
-from g3.features.matrix import FeatureSpace, prior_scale
+from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
 from g3.model import GroundingModel
 from g3.newton import Local, Problem
@@ -121,9 +121,7 @@ def fit_on_shards(
 class _Survey:
     """The features of a shard, and what tells their columns apart, shape (k, 2)."""
 
-    bases: tuple[str, ...]
-    words: tuple[str, ...]
-    keys: npt.NDArray[np.int64]
+    space: FeatureSpace
     signatures: Signatures
 
 
@@ -142,30 +140,19 @@ def _survey(numbered: tuple[int, File]) -> _Survey:
         (ones, shard.features, shard.offsets), shape=(len(rows), len(shard.keys))
     )
     signatures: Signatures = np.asarray(matrix.T @ rows)
-    return _Survey(shard.bases, shard.words, shard.keys, signatures)
+    return _Survey(shard.space, signatures)
 
 
 def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureSpace, Signatures]:
     """The features of all shards, and the sums of their signatures, shape (k, 2)."""
-    bases = tuple(sorted({name for s in surveys for name in s.bases}))
-    words = tuple(sorted({name for s in surveys for name in s.words}))
-    translated = [_translated(survey, bases, words) for survey in surveys]
+    bases = tuple(sorted({name for s in surveys for name in s.space.bases}))
+    words = tuple(sorted({name for s in surveys for name in s.space.words}))
+    translated = [renumbered(survey.space, bases, words) for survey in surveys]
     keys = np.unique(np.concatenate(translated))
     total = np.zeros((len(keys), 2), dtype=np.uint64)
     for own, survey in zip(translated, surveys, strict=True):
         total[np.searchsorted(keys, own)] += survey.signatures
     return FeatureSpace(sets, bases, words, keys), total
-
-
-def _translated(
-    shard: _Survey | Shard, bases: Sequence[str], words: Sequence[str]
-) -> npt.NDArray[np.int64]:
-    """The keys of a shard in a space with more names, in the shard's order."""
-    base_of, word_of = ({name: i for i, name in enumerate(names)} for names in (bases, words))
-    base = np.array([base_of[name] for name in shard.bases], dtype=np.int64)
-    word = np.array([word_of[name] for name in shard.words], dtype=np.int64)
-    own_base, own_word = np.divmod(shard.keys, len(shard.words))
-    return base[own_base] * len(words) + word[own_word]
 
 
 def _distinct(
@@ -203,7 +190,7 @@ def _pack(file: File, *, scratch: Path) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
     shard = read_shard(*file)
-    own = column[np.searchsorted(keys, _translated(shard, bases, words))]
+    own = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
     column_of = own[shard.features]
     kept = column_of >= 0
     before = np.concatenate(([0], np.cumsum(kept)))

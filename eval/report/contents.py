@@ -121,7 +121,8 @@ def gather(choices: ReportChoices, on_progress: OnProgress | None = None) -> Con
     )
     result = experiment.run(asked, on_progress)
     draws = {"seed": choices.seed, "draws": choices.draws}
-    curve = experiment.curve(asked, choices.repeats, on_progress)[0] if choices.repeats else ()
+    repeats = choices.repeats
+    curve = experiment.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
     ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
     return Contents(
         table_rows(

@@ -101,15 +101,6 @@ class SDCExtractor(Estimator):
         Gives modifiers their nouns.
     card_
         What it was trained on, for people.
-
-    Examples
-    --------
-    >>> from corpus_tools.bundled import open_corpus
-    >>> from corpus_tools.trees import annotated_trees
-    >>> extractor = SDCExtractor().fit(annotated_trees(open_corpus("warehouse")))
-    >>> [sdcs] = extractor.predict(["Lift the crate"])
-    >>> print(sdcs[0])
-    EVENT(r = Lift, l = OBJ(f = the crate))
     """
 
     l2: float = DEFAULT_L2

@@ -113,6 +113,13 @@ def test_features_in_another_order_are_found(items, factors, model):
     assert model.predict_proba(other) == pytest.approx(expected)
 
 
+def test_a_model_reads_what_it_learned_with_whatever_is_the_default(items):
+    factors = matrix_of_examples(items, select(plus=["word-tags"]))
+    model = GroundingModel(l2=0.1).fit(factors)
+    assert "word-tags" in {s.name for s in model.sets}
+    assert model.predict_proba(items) == pytest.approx(model.predict_proba(factors))
+
+
 def test_features_that_were_not_computed_are_missed(items, model):
     few = matrix_of_examples(items, select(without=["labels"]))
     with pytest.raises(ModelError, match="'labels' were not computed"):
