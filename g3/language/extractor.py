@@ -138,9 +138,8 @@ class SDCExtractor(Estimator):
         from g3.language.extractor_training import learned, prepare, recipe  # noqa: PLC0415
 
         taught: Sequence[Any] = X if y is None else list(zip(X, y, strict=True))
-        found = learned(prepare(taught), prepare(others), l2=self.l2)
-        self.roles_, self.attachments_ = found
-        self.card_ = {"l2": self.l2, **self.card, "recipe": recipe()}
+        self.roles_, self.attachments_ = learned(prepare(taught), prepare(others), l2=self.l2)
+        self.card_ = {**self.card, "l2": self.l2, "recipe": recipe()}
         return self
 
     def predict(self, X: Iterable[str | Analysis]) -> list[tuple[SDC, ...]]:
@@ -205,7 +204,7 @@ class SDCExtractor(Estimator):
                 fix="give what 'ct train sdc --out' wrote",
             ) from error
         roles, attachments, card = from_bytes(content, where=str(path))
-        found = cls(card=card)
+        found = cls(l2=card.get("l2", DEFAULT_L2), card=card)
         found.roles_, found.attachments_, found.card_ = roles, attachments, card
         return found
 

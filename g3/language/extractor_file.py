@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -72,7 +73,7 @@ def _arrays(weights: Weights) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.flo
 
 def from_bytes(
     content: bytes, *, where: str = ""
-) -> tuple[RoleModel, AttachmentModel, Mapping[str, object]]:
+) -> tuple[RoleModel, AttachmentModel, dict[str, Any]]:
     """Read an extractor.
 
     Parameters

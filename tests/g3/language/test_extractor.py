@@ -172,9 +172,11 @@ def test_the_one_that_comes_along_says_what_it_was_trained_on():
 
 
 def test_a_card_is_any_json(tmp_path):
-    card = {"corpora": {"é": "x"}, "l2": 1.0}
-    SDCExtractor(card=card).fit(trees()).save(tmp_path / "x")
-    assert SDCExtractor.load(tmp_path / "x").card_ == {**card, "recipe": recipe()}
+    card = {"corpora": {"é": "x"}, "recipe": "old"}
+    SDCExtractor(l2=2.0, card=card).fit(trees()).save(tmp_path / "x")
+    found = SDCExtractor.load(tmp_path / "x")
+    assert found.card_ == {**card, "l2": 2.0, "recipe": recipe()}
+    assert found.l2 == 2.0
 
 
 def test_the_extractor_that_comes_along_is_up_to_date():
