@@ -14,14 +14,15 @@ from sqlalchemy.orm import Session
 from annotation_app import pipeline
 from annotation_app.answers import check_json, read_answer, shown_again
 from annotation_app.assignment import Lease, Work, extend, skip
+from annotation_app.browser_sessions import current_person, required_person, unknown
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation, now
 from annotation_app.limits import limited, submissions
 from annotation_app.models import TASKS, Answer, Item, Record, Study, Task
 from annotation_app.openapi import description
 from annotation_app.payloads import page_data
-from annotation_app.people import current_person, keep_practice, required_person
-from annotation_app.problems import TO_SIGN_IN, Refusal
+from annotation_app.people import keep_practice
+from annotation_app.problems import Refusal
 from annotation_app.study import restored
 from annotation_app.submissions import add_event, save_draft, submit, was_received
 from annotation_app.work import EXPLANATIONS, item_of, lease_s, take_work, visit
@@ -92,7 +93,7 @@ def lease(study_name: str, task_name: str) -> Response:
     with reading(engine) as session:
         person, study = visit(session, study_name)
     if person is None:
-        raise Refusal(401, TO_SIGN_IN)
+        raise unknown()
     with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):

@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 from sqlalchemy import (
     BindParameter,
     ColumnElement,
+    Float,
     Text,
     UpdateBase,
     bindparam,
@@ -25,6 +26,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import ReturningUpdate
 
 from annotation_app.database import core, dialect_of, inserting, run
+from annotation_app.elapsed import since_boot
 from annotation_app.models import Answer, Handout, Item, Person, Record, Slot, Study, Task
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
@@ -39,9 +41,12 @@ ANSWER, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
 _STUDY: BindParameter[str] = bindparam("of_study")
 _TASK: BindParameter[str] = bindparam("of_task")
 _WHO: BindParameter[str] = bindparam("who")
+_NUMBER: BindParameter[int] = bindparam("number")
 _ITEM_ID: BindParameter[str] = bindparam("item")
 _NOW: BindParameter[float] = bindparam("at_present")
-_UNTIL: BindParameter[float] = bindparam("until")
+_UNTIL: BindParameter[float] = bindparam("until", type_=Float)
+SLACK_S = 3600.0
+"""How much longer than a new lease an earlier one may last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +137,9 @@ def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: flo
     return bool(run(session, _EXTEND, about))
 
 
-def handed_out(session: Session, item_id: str, who: str) -> Work | None:
-    """An item, if it is or was a person's."""
-    about = {"item": item_id, "who": who}
+def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | None:
+    """An item, if it is or was a person's, whose session of that number hasn't ended."""
+    about = {"item": item_id, "who": who, "number": number}
     found = run(session, _HANDED_OUT, about)
     if not found:
         return None
@@ -148,10 +153,19 @@ def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
     return SLOT.c.answered.is_(False), or_(SLOT.c.person_id.is_(None), SLOT.c.expires_at < now)
 
 
+def _can_be_taken() -> tuple[ColumnElement[bool], ...]:
+    """What is true of slots that are free, also after the clock was set back.
+
+    A lease that ends long after a new one would was made while the clock was ahead.
+    """
+    unanswered, free = is_free(_NOW)
+    return unanswered, or_(free, SLOT.c.expires_at > _UNTIL + SLACK_S)
+
+
 def _handed_out(
     session: Session, item_id: str, person: Person, *, now: float, lease_s: float
 ) -> Lease:
-    given = {"item": item_id, "who": person.id, "at_present": now}
+    given = {"item": item_id, "who": person.id, "at_present": now, **since_boot()}
     run(session, _hand_out(dialect_of(session)), given)
     return Lease(item_id, now + lease_s)
 
@@ -192,14 +206,14 @@ def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
     free = (
         select(SLOT.c.id)
         .join(ITEM)
-        .where(*_OF_TASK, ITEM.c.attention.is_(False), *is_free(_NOW), *_is_new())
+        .where(*_OF_TASK, ITEM.c.attention.is_(False), *_can_be_taken(), *_is_new())
         .order_by(*order)
         .limit(1)
         .with_for_update(of=SLOT, skip_locked=True)
     )
     return (
         update(SLOT)
-        .where(SLOT.c.id == free.scalar_subquery(), *is_free(_NOW))
+        .where(SLOT.c.id == free.scalar_subquery(), *_can_be_taken())
         .values(person_id=_WHO, expires_at=_UNTIL)
         .returning(SLOT.c.item_id)
     )
@@ -256,13 +270,19 @@ _HANDED_OUT = (
     .select_from(HANDOUT)
     .join(ITEM, ITEM.c.id == HANDOUT.c.item_id)
     .join(STUDY, STUDY.c.id == ITEM.c.study_id)
-    .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
+    .join(PERSON, PERSON.c.id == HANDOUT.c.person_id)
+    .where(
+        HANDOUT.c.item_id == _ITEM_ID,
+        HANDOUT.c.person_id == _WHO,
+        PERSON.c.session_number == _NUMBER,
+    )
 )
 
 
 @functools.cache
 def _hand_out(dialect: str) -> UpdateBase:
-    given = {"item_id": _ITEM_ID, "person_id": _WHO, "at": _NOW}
+    read: dict[str, BindParameter[Any]] = {n: bindparam(n) for n in ("boot", "since_boot_s")}
+    given = {"item_id": _ITEM_ID, "person_id": _WHO, "at": _NOW, **read}
     statement: UpdateBase = inserting(dialect, Handout).values(given).on_conflict_do_nothing()
     return statement.returning(HANDOUT.c.at)
 

@@ -2,33 +2,47 @@
 
 from __future__ import annotations
 
-import base64
 import gzip
-import io
+import hashlib
+import time
 from collections.abc import Iterator
-from itertools import groupby, islice
 from pathlib import Path
-from typing import Any
 
-import msgspec
-from sqlalchemy import LargeBinary, Table, delete, func, insert, select, text
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.config import DATABASE_FILE, KEY_FILE, Config, open_instance
-from annotation_app.database import opened, reading, transaction
-from annotation_app.models import Base, Secret
-from annotation_app.schema import is_current, migrate
-from g3.atomic_file import write_bytes
+from annotation_app.backup_file import (
+    LEVEL,
+    VERSION,
+    Head,
+    Row,
+    encoded_end,
+    encoded_head,
+    encoded_row,
+)
+from annotation_app.compaction import DUE
+from annotation_app.config import Config
+from annotation_app.database import opened, reading
+from annotation_app.key_file import Keys
+from annotation_app.models import Base
+from annotation_app.salt import SALT, installation_salt
+from annotation_app.schema import NEWEST, is_current
+from annotation_app.sealed_keys import seal
+from g3.atomic_file import replacing
 from g3.errors import FormatError
 
-VERSION = 1
 _BATCH = 1000
 
 
-def back_up(config: Config, archive: Path) -> int:
-    """Write all rows, and the secret key, to a file that only its owner may read.
+def back_up(config: Config, archive: Path, passphrase: str | None) -> int:
+    """Write all rows to a file that only its owner may read, from the moment it is made.
 
     It holds one moment of the database, which may be served meanwhile.
+
+    Parameters
+    ----------
+    passphrase
+        What the key and the salt are encrypted with; if there is none they are left out.
 
     Returns
     -------
@@ -38,116 +52,41 @@ def back_up(config: Config, archive: Path) -> int:
     Raises
     ------
     FormatError
-        If there is no database of this program's.
+        If there is no database of this program's, or the passphrase is too short.
     """
-    rows = 0
-    content = io.BytesIO()
-    encoder = msgspec.json.Encoder()
-    with (
-        opened(config.database) as engine,
-        gzip.GzipFile(fileobj=content, mode="wb", mtime=0) as file,
-    ):
+    counts = {str(table.name): 0 for table in Base.metadata.sorted_tables}
+    digest = hashlib.sha256()
+    with opened(config.database) as engine:
         if not is_current(engine):
             raise FormatError(
                 "there is no study to back up", where=str(config.instance), fix="name its instance"
             )
-        head = {"version": VERSION, "key": config.secret_key.decode()}
-        file.write(encoder.encode(head) + b"\n")
-        with reading(engine, one_state=True) as session:
-            for table in Base.metadata.sorted_tables:
-                for row in session.execute(select(table)).mappings():
-                    file.write(encoder.encode([str(table.name), _plain(row)]) + b"\n")
-                    rows += 1
-    write_bytes(archive, content.getvalue())
-    archive.chmod(0o600)
-    return rows
+        sealed = None
+        if passphrase is not None:
+            salt = installation_salt(engine, config)
+            sealed = seal(Keys(config.secret_key, salt), passphrase)
+        head = Head(version=VERSION, schema=NEWEST, made_at=time.time(), keys=sealed)
+        with (
+            replacing(archive, private=True) as file,
+            gzip.GzipFile("", "wb", LEVEL, file, mtime=0) as lines,
+            reading(engine, one_state=True) as session,
+        ):
+            line = encoded_head(head)
+            digest.update(line)
+            lines.write(line)
+            for table, row in _rows(session):
+                line = encoded_row(table, row)
+                digest.update(line)
+                lines.write(line)
+                counts[table] += 1
+            lines.write(encoded_end(counts, digest.hexdigest()))
+    return sum(counts.values())
 
 
-def restore(archive: Path, instance: Path, database: str | None = None) -> int:
-    """Fill an empty database with a backup.
-
-    Returns
-    -------
-    int
-        How many rows it holds.
-
-    Raises
-    ------
-    FormatError
-        If the file is no backup, or the database or the instance isn't empty.
-    """
-    if (instance / KEY_FILE).exists() or (database is None and (instance / DATABASE_FILE).exists()):
-        raise FormatError(
-            "there is an instance already", where=str(instance), fix="name a new folder"
-        )
-    lines = _lines(archive)
-    head = next(lines)
-    if not isinstance(head, dict) or head.get("version") != VERSION:
-        raise FormatError("this is no backup that can be read", where=str(archive))
-    config = open_instance(instance, database)
-    (instance / KEY_FILE).write_bytes(str(head["key"]).encode())
-    with opened(config.database) as engine:
-        migrate(engine)
-        with transaction(engine) as session:
-            _check_empty(session, config)
-            session.execute(delete(Secret))
-            rows = _insert(session, lines)
-            if engine.dialect.name == "postgresql":
-                _set_sequences(session)
-    return rows
-
-
-def _insert(session: Session, lines: Iterator[Any]) -> int:
-    tables = {table.name: table for table in Base.metadata.sorted_tables}
-    count = 0
-    for name, group in groupby(lines, key=lambda line: str(line[0])):
-        rows = (_stored(tables[name], row) for _, row in group)
-        while batch := list(islice(rows, _BATCH)):
-            session.execute(insert(tables[name]), batch)
-            count += len(batch)
-    return count
-
-
-def _lines(archive: Path) -> Iterator[Any]:
-    try:
-        with gzip.open(archive, "rb") as file:
-            for line in file:
-                yield msgspec.json.decode(line)
-    except (OSError, EOFError, msgspec.DecodeError) as error:
-        raise FormatError(
-            f"the backup can't be read: {error}", where=str(archive), fix="take another one"
-        ) from error
-
-
-def _plain(row: Any) -> dict[str, Any]:
-    return {
-        str(name): base64.b64encode(value).decode() if isinstance(value, bytes) else value
-        for name, value in row.items()
-    }
-
-
-def _stored(table: Table, row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: base64.b64decode(value) if isinstance(table.c[name].type, LargeBinary) else value
-        for name, value in row.items()
-    }
-
-
-def _check_empty(session: Session, config: Config) -> None:
+def _rows(session: Session) -> Iterator[Row]:
     for table in Base.metadata.sorted_tables:
-        count = session.scalar(select(func.count()).select_from(table))
-        if count and table.name != Secret.__tablename__:
-            raise FormatError(
-                "the database isn't empty", where=str(config.instance), fix="name another one"
-            )
-
-
-def _set_sequences(session: Session) -> None:
-    for table in Base.metadata.sorted_tables:
-        if "id" in table.c and table.c.id.autoincrement is True:
-            session.execute(
-                text(
-                    f"SELECT setval(pg_get_serial_sequence('{table.name}', 'id'), "  # noqa: S608
-                    f"(SELECT coalesce(max(id), 0) + 1 FROM {table.name}), false)"
-                )
-            )
+        wanted = select(table).execution_options(yield_per=_BATCH)
+        for row in session.execute(wanted).mappings():
+            if table.name == "secret" and row["name"] in (SALT, DUE):
+                continue  # what an older program has left, and what is to be done to this file
+            yield str(table.name), dict(row)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from annotation_app.audit_commands import audit
 from annotation_app.command_options import DATABASE, INSTANCE
-from annotation_app.copy_commands import backup, copy_media, restore
+from annotation_app.copy_commands import backup, copy_media, restore, verify
 from annotation_app.crowd_commands import reconcile
 from annotation_app.people_commands import people
+from annotation_app.study_commands import check, init, slug
 from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.terminal import note, say
 
@@ -68,10 +70,10 @@ def annotate() -> None:
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
-    type=click.IntRange(1, 65535),
+    type=click.IntRange(0, 65535),
     default=8765,
     show_default=True,
-    help="Port to listen at.",
+    help="Port to listen at; 0 for any that is free.",
 )
 @click.option(
     "--threads",
@@ -94,6 +96,13 @@ def annotate() -> None:
     multiple=True,
     metavar="ORIGIN",
     help="A site that may show it in a frame and gets its forms, such as https://www.mturk.com.",
+)
+@click.option(
+    "--idle-hours",
+    type=click.FloatRange(0.1, 24 * 60),
+    default=12.0,
+    show_default=True,
+    help="After how long people with a login who do nothing must sign in again.",
 )
 @click.option(
     "--limits-storage",
@@ -131,6 +140,7 @@ def serve(
     https: bool,
     proxies: int,
     frame_ancestors: tuple[str, ...],
+    idle_hours: float,
     limits_storage: str,
     media_url: str,
     open_trying: bool,
@@ -139,7 +149,8 @@ def serve(
     """Serve studies. New ones are set up first, known ones brought up to date.
 
     Without STUDY.yaml it serves what is in the database, and the demo where there is none.
-    Several processes may serve the same database at different ports. Ctrl-C ends it; what
+    Several processes may serve the same database at different ports. Ctrl-C or SIGTERM ends it
+    when the requests that were begun are finished, within 10 seconds; a second one at once. What
     people have sent is safe at any time, and the next start goes on from there.
 
     \b
@@ -162,47 +173,37 @@ def serve(
         proxies=proxies,
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
+        idle_hours=idle_hours,
         limits_storage=limits_storage,
         media_url=media_url,
         open_trying=open_trying or demo,
         model=model,
     )
-    serving.prepare(config)
-    if demo:
-        _demo(config, videos)
-    for file in study_files:
-        _put(config, *_read(file, videos))
-    name = "localhost" if host in ("127.0.0.1", "::1") else host
-    base = f"{'https' if https else 'http'}://{name}" + ("" if https else f":{port}")
-    for what, address in serving.addresses(config, base):
-        say(f"{what}: {address}")
-    say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
-    if host not in serving.LOOPBACK and not https:
-        note("note: without --https passwords and answers can be read on the way")
-    try:
-        serving.serve(config, host=host, port=port, threads=threads)
-    except OSError as error:
-        raise click.ClickException(f"{host}:{port}: {error.strerror}") from error
+    coming = 0
 
+    def tell_addresses() -> None:
+        name = "localhost" if host in ("127.0.0.1", "::1") else host
+        at = "" if https else f":{serving.port_of(bound)}"
+        base = f"{'https' if https else 'http'}://{name}{at}"
+        for what, address in serving.addresses(config, base):
+            say(f"{what}: {address}")
+        for obstacle in serving.obstacles(config):
+            note(f"note: {obstacle}")
+        if coming:
+            say(f"{coming} more videos are made meanwhile, and come to the demo one by one")
+        say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
+        if host not in serving.LOOPBACK and not https:
+            note("note: without --https passwords and answers can be read on the way")
 
-@annotate.command()
-@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
-@FORMAT
-def init(*, study_file: Path, form: str) -> None:
-    """Write a study's file to start from.
-
-    \b
-    Example:
-      ct annotate init my-study.yaml
-    """
-    from annotation_app.study_template import TEMPLATE
-    from g3.atomic_file import write_bytes
-    from g3.errors import FormatError
-
-    if study_file.exists():
-        raise FormatError("the file is there already", where=str(study_file), fix="name another")
-    write_bytes(study_file, TEMPLATE.format(name=_slug(study_file.stem)).encode())
-    tell(form, {"files": [study_file]}, f"wrote {study_file}")
+    # Who finds the port taken has set nothing up, and made no link that replaces another.
+    with serving.bound(host, port) as bound:
+        serving.prepare(config)
+        serving.make_first_admin(config)
+        if demo:
+            coming = _demo(config, videos)
+        for file in study_files:
+            _put(config, *_read(file, videos))
+        serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
 @annotate.command()
@@ -242,7 +243,7 @@ def export(
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
     """
-    from annotation_app import answer_tables
+    from annotation_app import answer_tables, serving
     from annotation_app import export as exports
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
@@ -256,8 +257,9 @@ def export(
     told = "json" if as_json else PLAIN
     if form == "corpus":
         check_writable(out, force=force)
+    config = open_instance(instance, database)
     with (
-        opened(open_instance(instance, database).database) as engine,
+        opened(config.database) as engine,
         reading(engine, one_state=True) as session,
     ):
         if not is_current(engine):
@@ -267,6 +269,7 @@ def export(
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
             write_bytes(out, answer_tables.TABLES[form](session, study))
+            serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
         corpus = exports.export_corpus(session, study, licence=licence)
@@ -274,6 +277,7 @@ def export(
         write_corpus(corpus, out, force=force)
     else:
         write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    serving.note_on_this_machine(config, "exported", study.name, format=form)
     counts = {
         "commands": len(corpus.commands),
         "annotations": len(corpus.annotations),
@@ -316,31 +320,25 @@ def import_(
     from annotation_app.config import open_instance
     from annotation_app.database import opened, transaction
     from annotation_app.load import import_corpus
-    from annotation_app.models import Secret
-    from annotation_app.people import SALT
+    from annotation_app.salt import installation_salt
     from annotation_app.setup import rendered_videos
     from corpus_tools.bundled import open_corpus, resolve
 
     config = open_instance(instance, database)
     serving.prepare(config)
     found = open_corpus(corpus)
-    name = study_name or _slug(found.name)
+    name = study_name or slug(found.name)
     folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
-    with opened(config.database) as engine, transaction(engine) as session:
-        salt = session.get_one(Secret, SALT).value
-        counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
+    with opened(config.database) as engine:
+        salt = installation_salt(engine, config)
+        with transaction(engine) as session:
+            counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
     summary = ", ".join(f"{n} {what}" for what, n in counts.items())
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (backup, copy_media, people, reconcile, restore):
+for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
     annotate.add_command(_command)
-
-
-def _slug(text: str) -> str:
-    import re
-
-    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
 
 
 def _demo_instance() -> Path:
@@ -349,8 +347,8 @@ def _demo_instance() -> Path:
     return cache_folder() / "annotate-demo"
 
 
-def _demo(config: Config, videos: Path | None) -> None:
-    """Set the demo up, or bring it up to date; the rest of its videos come later."""
+def _demo(config: Config, videos: Path | None) -> int:
+    """Set the demo up, or bring it up to date; how many of its videos come later."""
     from annotation_app.demo import demo_study, ready, render_first, render_rest
     from annotation_app.setup import rendered_videos
 
@@ -359,13 +357,11 @@ def _demo(config: Config, videos: Path | None) -> None:
 
     if videos is not None:
         put(rendered_videos(videos))
-        return
+        return 0
     folder = config.instance / "videos"
     render_first(folder)
     put(ready(folder))
-    others = render_rest(folder, put)
-    if others:
-        say(f"{others} more videos are made meanwhile, and come to the demo one by one")
+    return render_rest(folder, put)
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:

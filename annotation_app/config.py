@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
+from annotation_app.key_file import KEY_FILE, make_keys, read_keys
 from g3.errors import FormatError
 
-KEY_FILE = "secret-key"
 DATABASE_FILE = "annotation.sqlite"
-KEY_BYTES = 32
+UNFINISHED = "unfinished-restore"
+"""A file in the folder while a backup is restored into it; see `annotation_app.restoring`."""
 MEGABYTE = 2**20
 
 
@@ -27,6 +26,10 @@ class Config:
         What cookies and invitations are signed with. Not shown when this is printed.
     database
         A SQLite file or a URL.
+    salt
+        What people's ids are hashed with, from the key file; None as long as an older program's
+        database has it. :func:`annotation_app.salt.installation_salt` tells it in any case. Not
+        shown either.
     https
         Whether people reach the app by HTTPS only, so that cookies can be kept to it.
     proxies
@@ -48,6 +51,8 @@ class Config:
     model
         File of the model that follows commands which are tried; by default the one that
         comes along.
+    idle_hours
+        How long somebody with a login may do nothing before they must sign in again.
     max_body_bytes
         Largest request that is read.
     """
@@ -55,6 +60,7 @@ class Config:
     instance: Path
     secret_key: bytes
     database: str | Path
+    salt: bytes | None = None
     https: bool = False
     proxies: int = 0
     frame_ancestors: tuple[str, ...] = ()
@@ -64,6 +70,7 @@ class Config:
     media_url: str = ""
     open_trying: bool = False
     model: Path | None = None
+    idle_hours: float = 12.0
     max_body_bytes: int = MEGABYTE
 
     def __repr__(self) -> str:
@@ -81,24 +88,25 @@ def open_instance(folder: Path, database: str | None = None) -> Config:
     Raises
     ------
     FormatError
-        If the key can't be one.
+        If the key file isn't one, the folder can't be made, or a backup was restored into it
+        and not to its end.
     """
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     key_file = folder / KEY_FILE
     try:
-        descriptor = os.open(key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    except FileExistsError:
-        pass
-    else:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(secrets.token_hex(KEY_BYTES).encode())
-            file.flush()
-            os.fsync(file.fileno())
-    key = key_file.read_bytes().strip()
-    if len(key) < KEY_BYTES:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if (folder / UNFINISHED).exists():
+            raise FormatError(
+                "a backup was restored here, but not to its end",
+                where=str(folder),
+                fix="run the same `ct annotate restore` again, or delete the folder",
+            )
+        make_keys(key_file)
+    except OSError as error:
         raise FormatError(
-            "the secret key is too short",
-            where=str(key_file),
-            fix="restore it from a backup; a new one signs everybody out",
-        )
-    return Config(folder.resolve(), key, database or folder.resolve() / DATABASE_FILE)
+            f"the instance can't be made: {error.strerror}",
+            where=str(folder),
+            fix="name a folder that you may write to with --instance",
+        ) from error
+    keys = read_keys(key_file)
+    where = folder.resolve()
+    return Config(where, keys.secret, database or where / DATABASE_FILE, keys.salt)

@@ -1,7 +1,8 @@
 """Counting requests in a process of many threads, for the limits on how often people do things.
 
 The storage that comes with ``limits`` starts a thread to forget what is old, and two
-requests at once may start the same one, which fails.
+requests at once may start the same one, which fails. It also goes by the machine's clock: where
+that is set back, what was done before counts until the clock is there again.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
     def acquire_entry(self, key: str, limit: int, expiry: int, amount: int = 1) -> bool:
         """Count something, unless the limit is reached; whether it was counted."""
         with self._lock:
-            now = time.time()
+            now = time.monotonic()
             self._forget(now)
             window = self._window(key, expiry, now)
             if len(window.times) + amount > limit:
@@ -58,14 +59,14 @@ class ProcessStorage(Storage, MovingWindowSupport):
     def get_moving_window(self, key: str, limit: int, expiry: int) -> tuple[float, int]:
         """When the oldest thing was done that counts, and how many there are."""
         with self._lock:
-            now = time.time()
+            now = time.monotonic()
             times = self._window(key, expiry, now).times
-            return (times[0], len(times)) if times else (now, 0)
+            return _by_clock(times[0] if times else now), len(times)
 
     def incr(self, key: str, expiry: float, amount: int = 1) -> int:
         """Count something; how many there are."""
         with self._lock:
-            now = time.time()
+            now = time.monotonic()
             window = self._window(key, expiry, now)
             window.times += [now] * amount
             return len(window.times)
@@ -74,14 +75,14 @@ class ProcessStorage(Storage, MovingWindowSupport):
         """How many there are."""
         with self._lock:
             window = self._windows.get(key, _Window(0.0))
-            window.forget(time.time())
+            window.forget(time.monotonic())
             return len(window.times)
 
     def get_expiry(self, key: str) -> float:
         """When the oldest one stops to count."""
         with self._lock:
             window = self._windows.get(key, _Window(0.0))
-            return window.times[0] + window.expiry_s if window.times else time.time()
+            return _by_clock(window.times[0] + window.expiry_s) if window.times else time.time()
 
     def check(self) -> bool:
         """Whether it works."""
@@ -112,3 +113,8 @@ class ProcessStorage(Storage, MovingWindowSupport):
             window.forget(now)
             if not window.times:
                 del self._windows[key]
+
+
+def _by_clock(moment: float) -> float:
+    # The package compares with the clock.
+    return moment - time.monotonic() + time.time()

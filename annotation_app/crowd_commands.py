@@ -15,6 +15,7 @@ from corpus_tools.format_option import FORMAT, tell
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from annotation_app.crowds.ledger import Entry
     from annotation_app.crowds.reconciliation import Finding
     from annotation_app.crowds.settlement import Deed
 
@@ -44,6 +45,13 @@ ABOUT_WORKERS = (
         show_default=True,
         help="How long an assignment takes.",
     ),
+)
+PUBLISH_AGAIN = click.option(
+    "--publish-again",
+    type=int,
+    multiple=True,
+    metavar="ID",
+    help="Offer again what is in doubt: you have seen that it is not at the platform.",
 )
 ENDPOINT = click.option(
     "--endpoint",
@@ -87,10 +95,13 @@ def collect() -> None:
 def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
     """Hold what was received here against what a crowd platform has. Nothing is paid.
 
+    It also shows what was approved and paid in all, and which calls are in doubt: they were sent
+    and no answer came. --json lists every call.
+
     \b
     Examples:
       ct annotate reconcile mturk my-study --sandbox
-      ct annotate reconcile prolific my-study
+      ct annotate reconcile prolific my-study --json
     """
     from g3.errors import FormatError
 
@@ -99,11 +110,13 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
         raise FormatError(
             "there is no such platform", where=provider_name, fix=f"use one of {', '.join(known)}"
         )
+    from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
     from annotation_app.crowds.session import open_session
 
     with open_session(known[provider_name], study_name, **options) as session:
-        findings = session.findings()
-    tell(form, {"assignments": _records(findings)}, *_lines(findings))
+        findings, entries = session.findings(), session.ledger.entries()
+    record = {"assignments": _records(findings), "ledger": entry_records(entries)}
+    tell(form, record, *_lines(findings), *total_lines(entries), *doubt_lines(entries))
 
 
 def _publish_command(provider: Provider) -> click.Command:
@@ -164,7 +177,7 @@ def _publish_command(provider: Provider) -> click.Command:
         tell(form, posted, added, posted.address)
 
     if provider.pays:
-        for option in ABOUT_WORKERS:
+        for option in (*ABOUT_WORKERS, PUBLISH_AGAIN):
             command = option(command)
     return _for_platforms(provider, command)
 
@@ -175,9 +188,13 @@ def _collect_command(provider: Provider) -> click.Command:
     What was received here and sent in there is approved. Everything else is listed, and
     waits for you. Doing it again does nothing twice.
 
+    A payment that was sent and not answered is in doubt: it may have been made. It is shown with
+    its ID and never repeated by itself. Look at {provider.title}, then confirm it or pay it again.
+
     \b
     Examples:
       ct collect {provider.name} my-study --dry-run
+      ct collect {provider.name} my-study --confirm-paid 12 --pay-again 15
       ct collect {provider.name} my-study --hold-flagged --pay-partial
       ct collect {provider.name} my-study --bonus ASSIGNMENT 0.50 "For the careful comments"
     """
@@ -219,6 +236,20 @@ def _collect_command(provider: Provider) -> click.Command:
         is_flag=True,
         help="Pay for what was received of assignments that were given up a day ago.",
     )
+    @click.option(
+        "--confirm-paid",
+        type=int,
+        multiple=True,
+        metavar="ID",
+        help="What is in doubt under this ID was done, as you have seen at the platform.",
+    )
+    @click.option(
+        "--pay-again",
+        type=int,
+        multiple=True,
+        metavar="ID",
+        help="What is in doubt under this ID was not done, as you have seen: do it now.",
+    )
     @INSTANCE
     @DATABASE
     @FORMAT
@@ -230,12 +261,17 @@ def _collect_command(provider: Provider) -> click.Command:
         sandbox: bool,
         endpoint: str | None,
         dry_run: bool,
+        confirm_paid: tuple[int, ...],
+        pay_again: tuple[int, ...],
         form: str,
         **options: Any,
     ) -> None:
+        from annotation_app.crowds.ledger import OPEN
+        from annotation_app.crowds.ledger_report import doubt_lines, entry_records
         from annotation_app.crowds.session import open_session, read_wishes
-        from g3.errors import CorpusError
 
+        if dry_run and (confirm_paid or pay_again):
+            raise click.UsageError("--dry-run decides nothing: leave it out.")
         with open_session(
             provider,
             study_name,
@@ -245,17 +281,15 @@ def _collect_command(provider: Provider) -> click.Command:
             endpoint=endpoint,
         ) as session:
             wishes = read_wishes(session, **options)
-            deeds = [] if dry_run else session.settle(wishes)
-            findings = session.findings()
-        record = {"deeds": deeds, "assignments": _records(findings)}
-        tell(form, record, *map(_deed_line, deeds), *_lines(findings))
-        failed = [deed for deed in deeds if deed.problem]
-        if failed:
-            raise CorpusError(
-                f"{len(failed)} of {len(deeds)} could not be done",
-                where=provider.title,
-                fix="the others are done; do it again for these, or look at them there",
-            )
+            deeds = [] if dry_run else session.settle(wishes, confirm_paid, pay_again)
+            findings, doubts = session.findings(), session.ledger.entries(*OPEN)
+        record = {
+            "deeds": deeds,
+            "assignments": _records(findings),
+            "in_doubt": entry_records(doubts),
+        }
+        tell(form, record, *map(_deed_line, deeds), *_lines(findings), *doubt_lines(doubts))
+        _check(provider, deeds, doubts)
 
     return _for_platforms(provider, command)
 
@@ -268,9 +302,32 @@ def _for_platforms(provider: Provider, command: Callable[..., Any]) -> click.Com
     return command
 
 
+def _check(provider: Provider, deeds: Sequence[Deed], doubts: Sequence[Entry]) -> None:
+    """Raise an error if something failed, or is in doubt."""
+    from g3.errors import CorpusError
+
+    failed = [deed for deed in deeds if deed.problem and not deed.in_doubt]
+    what, fix = [], []
+    if failed:
+        what.append(f"{len(failed)} of {len(deeds)} could not be done")
+        fix.append("the others are done; do it again for these, or look at them there")
+    if any(entry.call.what == "publish" for entry in doubts):
+        what.append("whether some work was offered is in doubt")
+        fix.append("publish it again: that looks first, and offers nothing twice")
+    count = sum(entry.call.what != "publish" for entry in doubts)
+    if count:
+        what.append(f"{count} {'call is' if count == 1 else 'calls are'} in doubt")
+        fix.append(
+            f"look at {provider.title} in some minutes; then --confirm-paid ID if it was done, "
+            "--pay-again ID if not"
+        )
+    if what:
+        raise CorpusError("; ".join(what), where=provider.title, fix="; ".join(fix))
+
+
 def _deed_line(deed: Deed) -> str:
     amount = f" {deed.amount}" if deed.amount else ""
-    return f"{deed.what}{amount}: {deed.assignment} {deed.problem}".rstrip()
+    return f"{deed.what}{amount}: {deed.assignment} {deed.problem or deed.note}".rstrip()
 
 
 def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
@@ -282,7 +339,7 @@ def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
             "done": finding.done,
             "items": finding.items,
             "due": finding.due,
-            "was_paid": finding.was_paid,
+            "was_paid": finding.part == "paid",
         }
         for finding in findings
     ]
@@ -296,7 +353,7 @@ def _lines(findings: Sequence[Finding]) -> Iterator[str]:
     for finding in findings:
         if finding.state in ("settled", "working") and not finding.due:
             continue
-        due = f", {finding.due} due" if finding.due and not finding.was_paid else ""
+        due = f", {finding.due} due" if finding.due and finding.part == "unpaid" else ""
         count = f" ({finding.done} of {finding.items}{due})" if finding.items else ""
         yield f"{finding.assignment}: {finding.state}{count}"
     for state, number in sorted(Counter(finding.state for finding in findings).items()):

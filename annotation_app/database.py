@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
+import sqlite3
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 
 from sqlalchemy import (
     Connection,
+    Dialect,
     Engine,
     SelectBase,
     Table,
@@ -25,9 +26,10 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.dialects.postgresql import psycopg
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, DisconnectionError
+from sqlalchemy.exc import ArgumentError, DBAPIError, InvalidatePoolError, OperationalError
 from sqlalchemy.orm import DeclarativeBase, Session
 
+from annotation_app.database_file import keep_to
 from g3.errors import FormatError
 
 try:
@@ -37,8 +39,18 @@ except ImportError:  # there is none on Windows
 
 BUSY_S = 20
 """How long a writer waits for another one, in SQLite."""
+CHECKPOINT_S = 3
+"""How long the emptying of SQLite's log waits for those who read."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
+_PATIENCE = {
+    "connect_timeout": 5,
+    "tcp_user_timeout": 15_000,
+    "keepalives_idle": 10,
+    "keepalives_interval": 5,
+    "keepalives_count": 3,
+}
+"""After how long a server that doesn't answer is given up, as libpq takes it; URLs may differ."""
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
 
@@ -59,7 +71,12 @@ def open_database(url_or_path: str | Path) -> Engine:
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
         engine = create_engine(
-            url, isolation_level="AUTOCOMMIT", pool_size=10, max_overflow=20, hide_parameters=True
+            url,
+            isolation_level="AUTOCOMMIT",
+            pool_size=10,
+            max_overflow=20,
+            hide_parameters=True,
+            connect_args={name: n for name, n in _PATIENCE.items() if name not in url.query},
         )
         event.listen(engine, "checkin", _note_use)
         event.listen(engine, "checkout", _check_if_idle)
@@ -67,8 +84,9 @@ def open_database(url_or_path: str | Path) -> Engine:
         engine = create_engine(
             url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
         )
-        event.listen(engine, "do_connect", _made_private)
-        event.listen(engine, "connect", _set_up_sqlite)
+        if url.database and url.database != ":memory:":
+            keep_to(engine, Path(url.database))
+        event.listen(engine, "do_connect", _connect_to_file)  # after the check, for it connects
     event.listen(engine, "begin", _begin)
     return engine
 
@@ -120,6 +138,33 @@ def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
             yield session
 
 
+def compact(engine: Engine, *tables: str) -> bool:
+    """Write tables anew, so that nothing that was deleted is left in their files.
+
+    In SQLite it is the whole file. Others wait meanwhile, some seconds for a gigabyte.
+
+    Returns
+    -------
+    bool
+        Whether it was done: others who read may keep SQLite's log from being emptied.
+    """
+    with _turn(engine), engine.connect() as connection:
+        connection.execution_options(to="begin nothing")
+        if engine.dialect.name == "postgresql":
+            connection.exec_driver_sql(f"SET lock_timeout = '{BUSY_S}s'")
+            try:
+                connection.exec_driver_sql(f"VACUUM FULL {', '.join(tables)}")
+            finally:
+                connection.exec_driver_sql("RESET lock_timeout")
+            return True
+        connection.exec_driver_sql("VACUUM")
+        # Who reads all the time must not keep who writes waiting.
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={CHECKPOINT_S * 1000}")
+        (blocked, _, _) = connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)").one()
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={BUSY_S * 1000}")
+        return not blocked
+
+
 @contextmanager
 def _turn(engine: Engine) -> Iterator[None]:
     """Wait for one's turn to write to an SQLite file, in this process or another.
@@ -131,7 +176,14 @@ def _turn(engine: Engine) -> Iterator[None]:
     if fcntl is None or engine.dialect.name != "sqlite" or not file:
         yield
         return
-    descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    if not os.access(file, os.W_OK) and os.access(file, os.R_OK):
+        raise OnlyReadError(file)
+    try:
+        descriptor = os.open(f"{file}-turn", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except PermissionError:
+        raise OnlyReadError(file) from None
+    except OSError as error:
+        raise OperationalError(None, None, error) from error
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         yield
@@ -154,23 +206,60 @@ def _url(url_or_path: str | Path) -> URL:
     return url.set(drivername="postgresql+psycopg") if url.drivername == "postgresql" else url
 
 
-def _made_private(_dialect: Any, _record: Any, arguments: Any, _named: Any) -> None:
-    """Make a database's file before SQLite does, which would let others read the salt in it.
+def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -> Any:
+    """Open an SQLite file, made for its owner alone if it isn't there; to read, if it must be."""
+    (file,) = names
+    if not file or file.startswith((":memory:", "file:")):
+        return _set_up_sqlite(dialect.connect(file, **options))
+    with suppress(OSError):  # if it can't be made, the driver says so
+        os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600))
+    try:
+        return _set_up_sqlite(dialect.connect(file, **options))
+    except sqlite3.OperationalError:
+        writable = (os.access(path, os.W_OK) for path in (file, Path(file).absolute().parent))
+        if all(writable) or not os.access(file, os.R_OK):
+            raise
+    options = {**options, "uri": True}
+    address = f"{Path(file).resolve().as_uri()}?mode=ro"
+    try:
+        return _tried(dialect.connect(address, **options))
+    except sqlite3.OperationalError:
+        log = Path(f"{file}-wal")
+        if log.exists() and log.stat().st_size:  # what it holds would be missing
+            raise OnlyReadError(file, "the newest rows are in the log beside it") from None
+    # Nobody can write, so that no locks are needed, nor the files that hold them.
+    return _tried(dialect.connect(f"{address}&immutable=1", **options))
 
-    The files beside it, with what was written last, get the same rights. One that is there is
-    left alone: SQLite's locks would go with its first closing.
-    """
-    file = str(arguments[0])
-    if file and not file.startswith((":", "file:")):
-        with contextlib.suppress(OSError):  # which SQLite tells better
-            os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
 
-
-def _set_up_sqlite(connection: Any, _record: Any) -> None:
+def _set_up_sqlite(connection: Any) -> Any:
     # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
     connection.isolation_level = None
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
-        connection.execute(f"PRAGMA {pragma}")
+    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
+    try:
+        for pragma in pragmas:
+            connection.execute(f"PRAGMA {pragma}")
+    except sqlite3.Error:
+        connection.close()
+        raise
+    return connection
+
+
+def _tried(connection: Any) -> Any:
+    connection.isolation_level = None
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.Error:
+        connection.close()
+        raise
+    return connection
+
+
+class OnlyReadError(FormatError):
+    """A database that can't be written to."""
+
+    def __init__(self, file: str, what: str = "the database can only be read") -> None:
+        fix = "get the right to write to it and to its folder, or work on a copy of all its files"
+        super().__init__(what, where=file, fix=fix)
 
 
 def _note_use(_connection: Any, record: Any) -> None:
@@ -189,7 +278,7 @@ def _check_if_idle(connection: Any, record: Any, _proxy: Any) -> None:
             cursor.execute("SELECT 1")
         connection.rollback()
     except Exception as error:
-        raise DisconnectionError("the server has closed the connection") from error
+        raise InvalidatePoolError("the server has closed the connection") from error
 
 
 def _begin(connection: Connection) -> None:
@@ -198,7 +287,8 @@ def _begin(connection: Connection) -> None:
     what = connection.get_execution_options().get("to", "write")
     statement = _BEGIN.get((connection.dialect.name, what))
     if statement is not None:
-        connection.connection.cursor().execute(statement)
+        with _known_errors(connection, statement):
+            connection.connection.cursor().execute(statement)
 
 
 _BEGIN = {
@@ -226,9 +316,33 @@ def run(
     """
     connection = connection_of(session)
     text, fixed = _compiled(statement, connection.dialect.name)
-    cursor = connection.connection.cursor()
-    cursor.execute(text, {**fixed, **values})
-    return cursor.fetchall()
+    with _known_errors(connection, text):
+        cursor = connection.connection.cursor()
+        cursor.execute(text, {**fixed, **values})
+        return cursor.fetchall()
+
+
+@contextmanager
+def _known_errors(connection: Connection, text: str) -> Iterator[None]:
+    """Raise the driver's errors as SQLAlchemy does, and give a broken connection up."""
+    dialect = connection.dialect
+    driver_error = dialect.loaded_dbapi.Error
+    try:
+        yield
+    except driver_error as error:
+        is_broken = dialect.is_disconnect(error, connection.connection.dbapi_connection, None)
+        if is_broken:
+            connection.invalidate(error)
+            connection.engine.dispose()  # the others that wait are as old
+        raise DBAPIError.instance(
+            text,
+            None,
+            error,
+            driver_error,
+            hide_parameters=True,
+            connection_invalidated=is_broken,
+            dialect=dialect,
+        ) from error
 
 
 @functools.cache

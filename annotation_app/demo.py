@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import subprocess
 import sys
@@ -154,6 +155,7 @@ def add_as_they_come(
     known = len(ready(folder))
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, stdout=quiet, stderr=quiet) as process:  # noqa: S603 - our own
+        atexit.register(process.terminate)  # a server that is asked to end is asked alone
         if hasattr(os, "setpriority"):  # there is none on Windows
             os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
         is_over = False
@@ -164,6 +166,7 @@ def add_as_they_come(
                 known = len(found)
                 put(found)
             time.sleep(LOOK_S)
+        atexit.unregister(process.terminate)
 
 
 def _beginning() -> tuple[str, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.audit import SUBJECT_CHARACTERS
 from annotation_app.media import media_path
 from annotation_app.models import Answer, Item, Person, Record, Study, Task
 from annotation_app.payloads import scene_of
@@ -30,7 +31,6 @@ from g3.sdc_notation import from_json
 LOG_INTERVAL_S = 10_000.0
 """Logs of different videos don't overlap on the corpus's clock."""
 PLACE_HEIGHT_M = 0.3
-SUBJECT_CHARACTERS = 12
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import datetime
 import logging
 from urllib.parse import urlsplit
 
 import flask
 from flask import Flask, Response
-from flask.sessions import SecureCookieSessionInterface, SessionMixin
 from flask_wtf.csrf import CSRFProtect
 from sqlalchemy import Engine
 from werkzeug.exceptions import HTTPException
@@ -17,21 +15,21 @@ from werkzeug.middleware.proxy_fix import ProxyFix
 from annotation_app import api, media
 from annotation_app.config import Config
 from annotation_app.crowds import pages as crowds
-from annotation_app.dashboard import interface
+from annotation_app.dashboard import audit_pages, interface, login_admin
 from annotation_app.dashboard import pages as dashboard
 from annotation_app.database import open_database
-from annotation_app.installation import Installation, install
+from annotation_app.installation import Installation, install, installation
 from annotation_app.limits import limiter
+from annotation_app.outages import ADVICE, AGAIN_S, TITLE, Outage, outage_of
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.problems import Refusal
 from annotation_app.record_types import learn_types
-from annotation_app.schema import installation_salt
+from annotation_app.salt import installation_salt
+from annotation_app.session_cookies import LONGEST, SessionCookies, wants_json
 from annotation_app.trying import pages as trying
 from annotation_app.trying.queue import Attempts
 
 log = logging.getLogger(__name__)
-
-SESSION = datetime.timedelta(days=60)
 
 
 def create_app(config: Config, engine: Engine | None = None) -> Flask:
@@ -45,12 +43,12 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     """
     learn_types()
     app = Flask("annotation_app")
-    app.session_interface = _Sessions()
+    app.session_interface = SessionCookies(config.idle_hours * 3600)
     app.config.update(
         SECRET_KEY=config.secret_key,
         MAX_CONTENT_LENGTH=config.max_body_bytes,
         MAX_FORM_MEMORY_SIZE=config.max_body_bytes,
-        PERMANENT_SESSION_LIFETIME=SESSION,
+        PERMANENT_SESSION_LIFETIME=LONGEST,
         SESSION_COOKIE_HTTPONLY=True,
         SESSION_COOKIE_SECURE=config.https,
         SESSION_COOKIE_SAMESITE="None" if _is_framed(config) else "Lax",
@@ -63,14 +61,14 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     engine = engine or open_database(config.database)
     counter = limiter(config.limits_storage) if config.rate_limits else None
     attempts = Attempts(config.instance, config.model)
-    install(app, Installation(config, engine, installation_salt(engine), counter, attempts))
+    install(app, Installation(config, engine, installation_salt(engine, config), counter, attempts))
     CSRFProtect(app)
-    own = (module.blueprint for module in (api, media, crowds, dashboard, interface, trying))
-    for blueprint in (*own, *BLUEPRINTS):
+    modules = (api, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
+    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS):
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)
-    app.register_error_handler(Exception, _bug)
+    app.register_error_handler(Exception, _failed)
     policy = _content_security_policy(config)
 
     @app.before_request
@@ -81,6 +79,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
 
     @app.after_request
     def secure(response: Response) -> Response:
+        if flask.request.method != "GET" and response.status_code < 400:
+            installation().outages.worked()
         response.headers["Content-Security-Policy"] = policy
         response.headers["X-Content-Type-Options"] = "nosniff"
         response.headers["Referrer-Policy"] = "no-referrer"
@@ -94,23 +94,6 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         n = config.proxies
         app.wsgi_app = ProxyFix(app.wsgi_app, x_for=n, x_proto=n, x_host=n)  # type: ignore[method-assign]
     return app
-
-
-class _Sessions(SecureCookieSessionInterface):
-    """Cookies that hold from the last page that was opened, not from each request of its script.
-
-    To sign one anew takes a tenth of an answer's time.
-    """
-
-    def should_set_cookie(self, app: Flask, session: SessionMixin) -> bool:
-        if wants_json():
-            return session.modified
-        return super().should_set_cookie(app, session)
-
-
-def wants_json() -> bool:
-    """Whether a request is a program's, not a person's."""
-    return flask.request.path.startswith("/api/")
 
 
 def _is_framed(config: Config) -> bool:
@@ -165,25 +148,36 @@ def _http_error(error: HTTPException) -> Response:
     return response
 
 
-def _bug(error: Exception) -> Response:
+def _failed(error: Exception) -> Response:
+    outage = outage_of(error)
+    if outage is not None:
+        return _unavailable(outage)
     # What people sent is in no message: the traceback tells lines of the program only.
     log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
-    return _http_error_500()
+    return _failure(500, "Something went wrong here.", _TYPED)
 
 
-def _http_error_500() -> Response:
-    message = "Something went wrong here. Nothing that you typed is lost: try again in a minute."
-    if not wants_json():
-        return _page(500, message)
-    response = flask.jsonify({"error": message})
-    response.status_code = 500
+def _unavailable(outage: Outage) -> Response:
+    installation().outages.failed(outage)
+    response = _failure(503, TITLE, ADVICE)
+    response.headers["Retry-After"] = str(AGAIN_S)
     return response
 
 
-def _page(status: int, message: str) -> Response:
-    return flask.make_response(
-        flask.render_template("error.html", status=status, message=message), status
-    )
+def _failure(status: int, title: str, advice: str) -> Response:
+    if not wants_json():
+        return _page(status, title, advice)
+    response = flask.jsonify({"error": f"{title} {advice}"})
+    response.status_code = status
+    return response
+
+
+def _page(status: int, message: str, advice: str = "") -> Response:
+    page = flask.render_template("error.html", status=status, message=message, advice=advice)
+    return flask.make_response(page, status)
+
+
+_TYPED = "Nothing that you typed is lost: try again in a minute."
 
 
 _MESSAGES = {

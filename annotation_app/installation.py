@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, cast
 
 from flask import Flask, current_app
@@ -11,6 +11,7 @@ from limits.strategies import MovingWindowRateLimiter
 from sqlalchemy import Engine
 
 from annotation_app.config import Config
+from annotation_app.outages import Outages
 
 if TYPE_CHECKING:
     from annotation_app.trying.queue import Attempts
@@ -30,6 +31,8 @@ class Installation:
         Counts how often people do things; None if they may do so as often as they like.
     attempts
         The commands that people try.
+    outages
+        Tells the log what goes wrong outside of the program.
     """
 
     config: Config
@@ -37,6 +40,7 @@ class Installation:
     salt: bytes
     limiter: MovingWindowRateLimiter | None
     attempts: Attempts
+    outages: Outages = field(default_factory=Outages)
 
 
 def install(app: Flask, installation: Installation) -> None:

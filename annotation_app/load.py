@@ -249,7 +249,7 @@ class _Loader:
                 body=g.body,
                 surplus=False,
                 adopted=True,
-                seconds=0.0,
+                seconds=None,
                 at=at,
             )
             for g, event in zip(given, events, strict=True)

@@ -12,10 +12,10 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
 
+from annotation_app.browser_sessions import required_person
 from annotation_app.database import reading, run
 from annotation_app.installation import installation
 from annotation_app.models import Media
-from annotation_app.people import required_person
 from annotation_app.problems import Refusal
 
 TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}

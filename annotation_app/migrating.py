@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from alembic import command
@@ -19,19 +20,8 @@ SCRIPTS = Path(__file__).resolve().parent / "migrations"
 
 def run_migrations(engine: Engine, revision: str, scripts: Sequence[Path]) -> None:
     """Change the tables; see :func:`annotation_app.schema.migrate`."""
-    try:
-        with engine.connect() as connection:
-            _enforce_references(connection, False)
-            try:
-                _upgrade(connection, revision, scripts)
-            finally:
-                _enforce_references(connection, True)
-    except CommandError as error:
-        raise FormatError(
-            f"the database is not one that this program knows: {error}",
-            where=engine.url.render_as_string(hide_password=True),
-            fix="use the program's version that made it, or a newer one",
-        ) from error
+    with changing_tables(engine) as connection:
+        upgrade(connection, revision, scripts)
 
 
 def alembic_config(*scripts: Path) -> Config:
@@ -44,13 +34,38 @@ def alembic_config(*scripts: Path) -> Config:
     return config
 
 
-def _upgrade(connection: Connection, revision: str, scripts: Sequence[Path]) -> None:
-    with connection.begin():
-        lock_set_up(connection)
-        config = alembic_config(*scripts)
-        config.attributes["connection"] = connection
-        command.upgrade(config, revision)
-        _check_references(connection)
+def upgrade(connection: Connection, revision: str, scripts: Sequence[Path] = ()) -> None:
+    """Change the tables, within the connection's transaction."""
+    lock_set_up(connection)
+    config = alembic_config(*scripts)
+    config.attributes["connection"] = connection
+    command.upgrade(config, revision)
+    _check_references(connection)
+
+
+@contextmanager
+def changing_tables(engine: Engine) -> Iterator[Connection]:
+    """A transaction in which tables may be changed.
+
+    Raises
+    ------
+    FormatError
+        If the database isn't one that this program knows.
+    """
+    try:
+        with engine.connect() as connection:
+            _enforce_references(connection, False)
+            try:
+                with connection.begin():
+                    yield connection
+            finally:
+                _enforce_references(connection, True)
+    except CommandError as error:
+        raise FormatError(
+            f"the database is not one that this program knows: {error}",
+            where=engine.url.render_as_string(hide_password=True),
+            fix="use the program's version that made it, or a newer one",
+        ) from error
 
 
 def _enforce_references(connection: Connection, on: bool) -> None:

@@ -193,7 +193,7 @@ class Answer(Base):
 
 
 class Draft(Base):
-    """What somebody has not yet submitted; of no account once there is an answer."""
+    """What somebody has not yet submitted; it is deleted when their answer comes."""
 
     __tablename__ = "draft"
 
@@ -246,9 +246,11 @@ class LedgerEntry(Base):
     key: Mapped[str] = mapped_column(String(500))
     """Tells calls of a kind apart: the same thing is done once."""
     assignment: Mapped[str]
-    """The platform's id; empty for offers of work."""
+    """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]
     """A decimal number in the platform's currency; empty where nothing is paid by the call."""
+    listed_before: Mapped[int | None]
+    """How many bonuses of this amount the platform listed for the assignment before the call."""
     reason: Mapped[str] = mapped_column(String(2000))
     reference: Mapped[str | None]
     """What the platform knows the call by: its id of the payment, or an idempotency key."""
@@ -289,7 +291,11 @@ class FailedSignIn(Base):
 
 
 class AuditEntry(Base):
-    """Who did what that others may have to account for. Rows are never changed nor deleted."""
+    """Who did what that others may have to account for.
+
+    Rows are never deleted, and changed only when a person's data are erased: it names them by
+    their random id then.
+    """
 
     __tablename__ = "audit"
 

@@ -117,7 +117,10 @@ def _operation(
     operation: dict[str, Any] = {
         "operationId": name,
         "summary": summary,
-        "responses": {"200": reply, **{str(status): refused for status in (400, 429, *refusals)}},
+        "responses": {
+            "200": reply,
+            **{str(status): refused for status in (400, 429, 503, *refusals)},
+        },
     }
     if body is not None:
         operation["requestBody"] = {"required": True, "content": {_JSON: {"schema": body}}}

@@ -125,7 +125,7 @@ def adjudicate(
             task=item.task,
             subject=item.subject,
             surplus=True,
-            seconds=0.0,
+            seconds=None,
         )
         session.add(answer)
     answer.event_id, answer.body, answer.at = event, body, now

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-TO_SIGN_IN = "You are not signed in. Open the study again; nothing that you typed is lost."
+TO_SIGN_IN = "You are not signed in, or were signed out. Sign in; nothing that you typed is lost."
+TO_OPEN_AGAIN = (
+    "Your browser isn't known here any more. Open the study's address again; "
+    "what you typed is kept in this browser."
+)
+"""For people who came without a login: they can't sign in."""
 
 
 @dataclass(frozen=True, slots=True)

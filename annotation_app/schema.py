@@ -1,22 +1,22 @@
-"""Bringing a database's tables up to date, and the salt that is made with them."""
+"""Bringing a database's tables up to date."""
 
 from __future__ import annotations
 
-import secrets
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 
-from sqlalchemy import Engine, inspect, text
+from sqlalchemy import Engine, MetaData, Table, create_engine, inspect, text
 from sqlalchemy.exc import OperationalError
 
-from annotation_app.database import lock_set_up, reading, transaction
-from annotation_app.models import Secret
-from annotation_app.people import SALT
+from annotation_app.database import reading
+from annotation_app.models import Base
 from g3.errors import FormatError
 
-SALT_BYTES = 32
 _VERSIONS = Path(__file__).resolve().parent / "migrations" / "versions"
-NEWEST = max(path.name.partition("_")[0] for path in _VERSIONS.glob("[0-9]*.py"))
+REVISIONS = frozenset(path.name.partition("_")[0] for path in _VERSIONS.glob("[0-9]*.py"))
+"""The migrations that there are."""
+NEWEST = max(REVISIONS)
 """The revision that this program's own migrations lead to."""
 
 
@@ -46,7 +46,6 @@ def migrate(engine: Engine, revision: str = "head", scripts: Sequence[Path] = ()
             where=where,
             fix="check the address, and that the database exists and can be written to",
         ) from error
-    _make_salt(engine)
 
 
 def is_current(engine: Engine) -> bool:
@@ -58,13 +57,13 @@ def is_current(engine: Engine) -> bool:
         return list(found) == [NEWEST]
 
 
-def installation_salt(engine: Engine) -> bytes:
-    """What people's ids are hashed with.
+def check_current(engine: Engine) -> None:
+    """See that the tables are those that this program knows.
 
     Raises
     ------
     FormatError
-        If the database hasn't been set up.
+        If they aren't.
     """
     if not is_current(engine):
         raise FormatError(
@@ -72,12 +71,23 @@ def installation_salt(engine: Engine) -> bytes:
             where=engine.url.render_as_string(hide_password=True),
             fix="run `ct annotate`, which brings it up to date",
         )
-    with transaction(engine) as session:
-        return session.get_one(Secret, SALT).value
 
 
-def _make_salt(engine: Engine) -> None:
-    with transaction(engine) as session:
-        lock_set_up(session.connection())
-        if session.get(Secret, SALT) is None:
-            session.add(Secret(name=SALT, value=secrets.token_bytes(SALT_BYTES)))
+@functools.cache
+def tables_at(revision: str) -> Sequence[Table]:
+    """The tables after one of `REVISIONS`; those that rows of others refer to come first."""
+    if revision == NEWEST:
+        return Base.metadata.sorted_tables
+    from annotation_app.migrating import (  # noqa: PLC0415 - Alembic is slow
+        changing_tables,
+        upgrade,
+    )
+
+    found = MetaData()
+    engine = create_engine("sqlite://")
+    with changing_tables(engine) as connection:
+        upgrade(connection, revision)
+        found.reflect(connection)
+    engine.dispose()
+    found.remove(found.tables["alembic_version"])
+    return found.sorted_tables

@@ -78,9 +78,7 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     """
     # Several processes may start at once, each with the study's file.
     lock_set_up(session.connection())
-    names = {item.video for item in videos}
-    _check_known_commands(config, names)
-    _check_pairs(config, names)
+    check_videos(config, videos)
     study = session.scalars(select(Study).where(Study.name == config.name)).first()
     if study is None:
         study = Study(id=new_id(), name=config.name, config=stored(config), created_at=now())
@@ -94,6 +92,19 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
             add_item(session, study, config, new)
     _add_slots(session, study, config)
     return study
+
+
+def check_videos(config: StudyConfig, videos: list[Rendered]) -> None:
+    """Check that the videos that a study names are there.
+
+    Raises
+    ------
+    FormatError
+        If an attention check or a pair names another one.
+    """
+    names = {item.video for item in videos}
+    _check_known_commands(config, names)
+    _check_pairs(config, names)
 
 
 def add_video(session: Session, study_id: str, item: Rendered) -> None:

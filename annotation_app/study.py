@@ -105,6 +105,9 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Commands with videos to be rated, besides those that people type.
     seed
         What random videos and negatives are drawn with.
+    retention_days
+        How many days after the study was closed what leads from answers to people is erased; it
+        is kept if there is none.
     """
 
     name: Name
@@ -121,6 +124,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     known_commands: tuple[KnownCommand, ...] = ()
     pairs: tuple[RatedPair, ...] = ()
     seed: int = 0
+    retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
 
 
 def read_study(path: Path) -> StudyConfig:

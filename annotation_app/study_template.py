@@ -9,12 +9,13 @@ title: Commands for a robot forklift
 videos: videos
 
 # answers: how many people answer each item. lease_minutes: how long somebody has an item
-# before somebody else may get it. role: worker (everybody) or annotator (with a login).
+# before somebody else may get it. role: worker (everybody, unless you say otherwise) or annotator
+# (people with a login, whom you invite with: ct annotate people invite --role annotator).
 tasks:
   describe: {{answers: 13, lease_minutes: 20}}
-  segment: {{answers: 1, lease_minutes: 60, role: annotator}}
-  ground: {{answers: 1, lease_minutes: 60, role: annotator}}
-  check: {{answers: 1, lease_minutes: 60, role: annotator}}
+  segment: {{answers: 1, lease_minutes: 60}}
+  ground: {{answers: 1, lease_minutes: 60}}
+  check: {{answers: 1, lease_minutes: 60}}
   rate: {{answers: 5, lease_minutes: 20}}
 
 # open: whoever has the address may take part; invited: who has a link of their own.

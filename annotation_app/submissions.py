@@ -10,12 +10,15 @@ from typing import Any, Literal
 from sqlalchemy import (
     JSON,
     BindParameter,
+    ColumnElement,
     Float,
     Integer,
     String,
     UpdateBase,
+    and_,
     bindparam,
-    func,
+    case,
+    delete,
     insert,
     select,
     update,
@@ -24,6 +27,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.assignment import AnyItem, is_free, lock_person
 from annotation_app.database import core, dialect_of, inserting, run
+from annotation_app.elapsed import LONGEST_S, since_boot
 from annotation_app.models import Answer, Draft, Event, Handout, Record, Slot, Task
 
 AGREED: tuple[Task, ...] = ("segment", "ground")
@@ -59,7 +63,8 @@ def submit(
 ) -> Receipt:
     """Keep an answer to an item. The same event sent again gives the same receipt.
 
-    A late answer takes a free slot of the item, if its own has gone to somebody else.
+    A late answer takes a free slot of the item, if its own has gone to somebody else. The draft
+    goes: what somebody typed and took back isn't kept.
 
     Parameters
     ----------
@@ -97,8 +102,10 @@ def submit(
         "body": json.dumps(body),
         "adopted": item.task not in AGREED,
         "at": now,
+        **since_boot(),
     }
     answered = run(session, add_answer, answer)
+    run(session, _FORGET_DRAFT, {"item": item.id, "who": who})
     if not answered:
         return Receipt("repeated")
     about = {"item": item.id, "who": who, "at_present": now}
@@ -152,7 +159,7 @@ def save_draft(
     return bool(run(session, _keep_draft(dialect_of(session)), values))
 
 
-ANSWER, EVENT, HANDOUT, SLOT = map(core, (Answer, Event, Handout, Slot))
+ANSWER, DRAFT, EVENT, HANDOUT, SLOT = map(core, (Answer, Draft, Event, Handout, Slot))
 _ITEM: BindParameter[str] = bindparam("item", type_=String)
 _WHO: BindParameter[str] = bindparam("who", type_=String)
 _NOW: BindParameter[float] = bindparam("at_present", type_=Float)
@@ -166,6 +173,11 @@ _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.person_id == _WHO,
     ANSWER.c.task == bindparam("of_task"),
     ANSWER.c.subject == bindparam("of_subject"),
+)
+_FORGET_DRAFT = (
+    delete(DRAFT)
+    .where(DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO)
+    .returning(DRAFT.c.item_id)
 )
 _ADD_EVENT = insert(EVENT).returning(EVENT.c.id)
 _FILL_OWN = (
@@ -201,14 +213,24 @@ def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
         {c.name: bindparam(c.name, type_=c.type) for c in table.columns if c.name != "id"}
         for table in (EVENT, ANSWER)
     )
-    handed_out_at = select(HANDOUT.c.at).where(
+    since_handout = select(_seconds(answer["at"])).where(
         HANDOUT.c.item_id == answer["item_id"], HANDOUT.c.person_id == answer["person_id"]
     )
-    seconds = func.coalesce(answer["at"] - handed_out_at.scalar_subquery(), 0.0)
-    known = {**answer, "surplus": False, "seconds": seconds}
+    known = {**answer, "surplus": False, "seconds": since_handout.scalar_subquery()}
     return (
         inserting(dialect, Event).values(event).on_conflict_do_nothing().returning(EVENT.c.id),
         inserting(dialect, Answer).values(known).on_conflict_do_nothing().returning(ANSWER.c.id),
+    )
+
+
+def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
+    """How long ago an item was handed out, if the clocks tell."""
+    boot = bindparam("boot", type_=String)
+    since_boot_s = bindparam("since_boot_s", type_=Float)
+    by_clock = now - HANDOUT.c.at
+    return case(
+        (HANDOUT.c.boot == boot, since_boot_s - HANDOUT.c.since_boot_s),
+        (and_(by_clock >= 0, by_clock <= LONGEST_S), by_clock),
     )
 
 
@@ -228,8 +250,8 @@ def _keep_draft(dialect: str) -> UpdateBase:
     statement: UpdateBase = draft.on_conflict_do_update(
         index_elements=["item_id", "person_id"],
         set_=changed,
-        where=core(Draft).c.revision < draft.excluded.revision,
-    ).returning(core(Draft).c.revision)
+        where=DRAFT.c.revision < draft.excluded.revision,
+    ).returning(DRAFT.c.revision)
     return statement
 
 

@@ -9,15 +9,9 @@ from sqlalchemy.orm import Session
 
 from annotation_app import assignment
 from annotation_app.assignment import Lease, Work
+from annotation_app.browser_sessions import current_id, current_number, required_person
 from annotation_app.models import Person, Study, Task
-from annotation_app.people import (
-    OPEN,
-    RANKS,
-    current_id,
-    has_consented,
-    has_practised,
-    required_person,
-)
+from annotation_app.people import OPEN, RANKS, has_consented, has_practised
 from annotation_app.problems import Refusal
 from annotation_app.study import StudyConfig, TaskConfig, restored
 
@@ -44,7 +38,9 @@ EXPLANATIONS: dict[Reason, str] = {
 
 
 _STUDY = select(Study).where(Study.name == bindparam("study"))
-_VISIT = _STUDY.add_columns(Person).join(Person, Person.id == bindparam("who"))
+_VISIT = _STUDY.add_columns(Person).join(
+    Person, (Person.id == bindparam("who")) & (Person.session_number == bindparam("number"))
+)
 
 
 def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
@@ -55,7 +51,8 @@ def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
     Refusal
         If there is no such study.
     """
-    row = session.execute(_VISIT, {"who": current_id(), "study": study_name}).first()
+    whose = {"who": current_id(), "number": current_number()}
+    row = session.execute(_VISIT, {**whose, "study": study_name}).first()
     return (None, find_study(session, study_name)) if row is None else (row[1], row[0])
 
 
@@ -129,7 +126,7 @@ def item_of(session: Session, item_id: str) -> Work:
     Refusal
         If it never was, whether there is such an item or not.
     """
-    found = assignment.handed_out(session, item_id, current_id() or "")
+    found = assignment.handed_out(session, item_id, current_id() or "", current_number())
     if found is None:
         required_person(session)
         raise Refusal(404, "You don't have such an item. Open the study again.")

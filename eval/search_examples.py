@@ -29,8 +29,8 @@ _FIELDS = {
     "bases": Field("U"),
     "words": Field("U"),
     "keys": Field("<i8"),
-    "indices": Field("<i8"),
-    "indptr": Field("<i8"),
+    "indices": Field("i"),
+    "indptr": Field("i"),
     "correct": Field("|b1"),
     "scenario": Field("U"),
 }
@@ -93,8 +93,8 @@ def written(data: FactorMatrix) -> Iterator[Path]:
             "bases": np.array(data.space.bases, dtype=np.str_),
             "words": np.array(data.space.words, dtype=np.str_),
             "keys": data.space.keys,
-            "indices": data.matrix.indices.astype(np.int64),
-            "indptr": data.matrix.indptr.astype(np.int64),
+            "indices": data.matrix.indices,
+            "indptr": data.matrix.indptr,
             "correct": data.correct,
             "scenario": np.asarray(data.scenario, dtype=np.str_),
         }
@@ -117,9 +117,7 @@ def _new_folder() -> tempfile.TemporaryDirectory[str]:
 
 def read(file: Path) -> FactorMatrix:
     """Read what another process has written."""
-    found = read_arrays(
-        file.read_bytes(), _FIELDS, where=str(file), fix="start again", error=FormatError
-    )
+    found = read_arrays(file, _FIELDS, where=str(file), fix="start again", error=FormatError)
     sets, bases, words = (tuple(found[name].tolist()) for name in ("sets", "bases", "words"))
     space = FeatureSpace(sets, bases, words, found["keys"])
     indices, indptr = found["indices"], found["indptr"]

@@ -13,6 +13,7 @@ import re
 import zipfile
 from collections.abc import Mapping
 from math import prod
+from pathlib import Path
 from typing import IO, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -27,6 +28,7 @@ DIGEST = "digest"
 INFLATION, ALLOWANCE = 100, 1 << 24
 """An array may be this many times as large as it is stored, and so many bytes larger."""
 _ENCRYPTED = 0x1
+_PART = 1 << 20
 
 LONGEST_HEADER = 10_000
 _LENGTHS = {b"\x93NUMPY\x01\x00": 2, b"\x93NUMPY\x02\x00": 4}
@@ -81,7 +83,7 @@ def write_arrays(
 
 
 def read_arrays(
-    content: bytes,
+    source: bytes | Path,
     fields: Mapping[str, Field],
     *,
     where: str,
@@ -92,8 +94,8 @@ def read_arrays(
 
     Parameters
     ----------
-    content
-        All bytes of the .npz file.
+    source
+        All bytes of the .npz file; or where it is, so that it isn't held beside its arrays.
     fields
         The arrays to read, by name; all of them, if the file has a digest.
     where, fix, error
@@ -111,14 +113,17 @@ def read_arrays(
     """
     name = ""
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        stored = len(source) if isinstance(source, bytes) else source.stat().st_size
+        with zipfile.ZipFile(
+            io.BytesIO(source) if isinstance(source, bytes) else source
+        ) as archive:
             members = _members(archive)
             arrays = {}
             for name, field in fields.items():
-                arrays[name] = _read(archive, members, name, field, len(content))
+                arrays[name] = _read(archive, members, name, field, stored)
             if DIGEST in members:
                 name = DIGEST
-                found = _read(archive, members, name, Field("|u1"), len(content))
+                found = _read(archive, members, name, Field("|u1"), stored)
                 if found.tobytes() != _digest(arrays).tobytes():
                     raise _DamagedError("the arrays are not those that were written")
                 arrays[DIGEST] = found
@@ -169,13 +174,23 @@ def _read(
             raise _DamagedError(
                 f"the array can't be read: the shape {shape} doesn't fit its {info.file_size} bytes"
             )
-        data = bytearray(stream.read(size))
-        if len(data) != size or stream.read(1):  # the end, where the checksum is compared
-            raise _DamagedError("the array is cut off")
+        data = _filled(stream, size)
     array: Array = np.frombuffer(data, dtype=dtype).reshape(shape, order="F" if by_column else "C")
     if field.finite and not np.isfinite(array).all():
         raise _DamagedError("a number is not finite")
     return array
+
+
+def _filled(stream: IO[bytes], size: int) -> bytearray:
+    """So many bytes, which are all that follow."""
+    data = bytearray(size)
+    done = 0
+    while part := stream.read(_PART):  # up to the end, where the checksum is compared
+        data[done : done + len(part)] = part
+        done += len(part)
+    if done != size or len(data) != size:
+        raise _DamagedError("the array is cut off")
+    return data
 
 
 def _header(stream: IO[bytes], field: Field) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:

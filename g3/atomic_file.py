@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from g3.errors import FormatError
 
@@ -30,23 +33,48 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     FormatError
         If the folder doesn't exist.
     """
-    path = path.resolve()
+    with replacing(path, private=private) as file:
+        file.write(content)
+
+
+@contextmanager
+def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
+    """A file to write to that takes its name at the end, for what is too long to be held.
+
+    An exception leaves the name what it had. See :func:`write_bytes`.
+    """
     if path.exists() and not path.is_file():
-        path.write_bytes(content)
+        with path.open("wb") as file:
+            yield file
         return
+    path = path.resolve()
     temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
     try:
-        with open(temporary, "xb", opener=_for_owner if private else None) as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
+        new = open(temporary, "xb", opener=_for_owner if private else None)  # noqa: SIM115
     except FileNotFoundError:
         raise FormatError(
             "there is no such folder", where=str(path.parent), fix="make it first"
         ) from None
+    try:
+        with new as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        flush_folder(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def flush_folder(folder: Path) -> None:
+    """Bring a folder's names to the disk, so that a power cut doesn't take them back."""
+    if os.name == "nt":  # where folders can't be opened
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _for_owner(path: str, flags: int) -> int:

@@ -3,6 +3,9 @@
 :mod:`~annotation_app.crowds.registry` lists the providers,
 :mod:`~annotation_app.crowds.platform` tells what one does.
 :mod:`~annotation_app.crowds.participation` counts what was *received* here,
-:mod:`~annotation_app.crowds.reconciliation` holds that against what the platform has, and
-:mod:`~annotation_app.crowds.settlement` approves, rejects and pays.
+:mod:`~annotation_app.crowds.reconciliation` holds that against what the platform has.
+:mod:`~annotation_app.crowds.publishing` offers work and
+:mod:`~annotation_app.crowds.settlement` approves, rejects and pays: each call is in the
+:mod:`~annotation_app.crowds.ledger` before it is made, and
+:mod:`~annotation_app.crowds.doubts` finds out what came of those that weren't answered.
 """

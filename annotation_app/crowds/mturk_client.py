@@ -1,7 +1,8 @@
 """Amazon Mechanical Turk's requester interface, by boto3.
 
-HITs are found again by their annotation, so that nothing about them need be kept here: a
-program that died after it had made one takes it up again.
+HITs are found again by their annotation. Calls that offer and pay carry a token, by which the
+platform knows for a day that it has carried them out. What was sent and not answered is never
+sent again from here: the ledger decides that.
 """
 
 from __future__ import annotations
@@ -9,15 +10,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from datetime import datetime, timedelta, timezone
 from decimal import Decimal
+from hashlib import sha256
 from typing import Any
 from xml.sax.saxutils import escape
 
 import boto3
 from botocore.config import Config as BotoConfig
-from botocore.exceptions import BotoCoreError, ClientError
+from botocore.exceptions import (
+    BotoCoreError,
+    ClientError,
+    ConnectTimeoutError,
+    EndpointConnectionError,
+    NoCredentialsError,
+    ParamValidationError,
+    PartialCredentialsError,
+    ProxyConnectionError,
+)
 
 from annotation_app.crowds.platform import (
     Bonus,
+    Calls,
+    LostReplyError,
     PlatformError,
     Posted,
     Posting,
@@ -26,6 +39,9 @@ from annotation_app.crowds.platform import (
     label_prefix,
 )
 
+NAME = "Mechanical Turk"
+FIX = "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and the network"
+READING_ATTEMPTS = 4
 REGION = "us-east-1"
 SANDBOX = "https://mturk-requester-sandbox.us-east-1.amazonaws.com"
 PAGES = {False: "https://worker.mturk.com", True: "https://workersandbox.mturk.com"}
@@ -41,6 +57,18 @@ PERCENT_APPROVED, NUMBER_APPROVED = "000000000000000000L0", "0000000000000000004
 """Qualifications that the platform itself keeps."""
 ALREADY = "AlreadyExists"
 """In the code of errors about requests that had been done before."""
+TOKEN_LASTS_S = 23 * 3600.0
+"""Tokens are known for 24 hours; clocks may differ."""
+SERVER_ERROR = 500
+NOT_SENT = (
+    ConnectTimeoutError,
+    EndpointConnectionError,
+    NoCredentialsError,
+    ParamValidationError,
+    PartialCredentialsError,
+    ProxyConnectionError,
+)
+"""Errors after which the platform can't have got the request."""
 STANDINGS: dict[str, Standing] = {
     "Submitted": "submitted",
     "Approved": "approved",
@@ -51,30 +79,31 @@ STANDINGS: dict[str, Standing] = {
 class MechanicalTurk:
     """A requester's account; see :class:`annotation_app.crowds.platform.Platform`."""
 
-    def __init__(self, client: Any, *, sandbox: bool) -> None:
-        self._client = client
-        self._sandbox = sandbox
+    token_lasts_s = TOKEN_LASTS_S
 
-    def post(self, posting: Posting) -> Posted:
+    def __init__(self, reading: Any, writing: Any, *, sandbox: bool) -> None:
+        self._reading = reading
+        self._writing = writing
+        self._sandbox = sandbox
+        self.realm = "sandbox" if sandbox else ""
+
+    def post(self, posting: Posting, calls: Calls) -> Posted:
         """Make HITs of up to nine assignments each, as many as are missing.
 
         HITs whose time ran out before all of their assignments were done are opened again.
         """
         hits = list(self._hits(posting.label))
         for hit in hits:
-            self._open_again(hit)
+            calls.settle(hit["RequesterAnnotation"], hit["HITId"])
+            self._open_again(hit, calls)
         before = people = sum(hit["MaxAssignments"] for hit in hits)
-        ids = [hit["HITId"] for hit in hits]
-        groups = [hit.get("HITGroupId", "") for hit in hits]
         while people < posting.people:
             count = min(MOST_AT_LOWER_FEE, posting.people - people)
-            made = self._make(posting, count, people)
-            ids += [made["HITId"]] if made else []
-            groups += [made.get("HITGroupId", "")] if made else []
+            hits += self._make(posting, count, people, calls)
             people += count
-        group = next((group for group in reversed(groups) if group), "")
+        group = next((hit["HITGroupId"] for hit in reversed(hits) if "HITGroupId" in hit), "")
         address = f"{PAGES[self._sandbox]}/mturk/preview?groupId={group}"
-        return Posted(tuple(ids), people, people - before, address)
+        return Posted(tuple(hit["HITId"] for hit in hits), people, people - before, address)
 
     def submissions(self, study_id: str) -> Iterator[Submission]:
         """All assignments that workers have sent in; nothing tells of the others."""
@@ -86,54 +115,50 @@ class MechanicalTurk:
                 for found in page["Assignments"]:
                     standing = STANDINGS[found["AssignmentStatus"]]
                     yield Submission(
-                        found["AssignmentId"], found["WorkerId"], hit["HITId"], standing
+                        found["AssignmentId"],
+                        found["WorkerId"],
+                        hit["HITId"],
+                        standing,
+                        Decimal(hit["Reward"]),
                     )
 
     def approve(self, submission: Submission) -> None:
         """Approve an assignment."""
-        _ask(self._client.approve_assignment, AssignmentId=submission.assignment)
+        _change(self._writing.approve_assignment, AssignmentId=submission.assignment)
 
     def reject(self, submission: Submission, reason: str) -> None:
         """Reject an assignment."""
-        _ask(
-            self._client.reject_assignment,
+        _change(
+            self._writing.reject_assignment,
             AssignmentId=submission.assignment,
             RequesterFeedback=reason,
         )
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """The token by which the platform knows a bonus that was paid before."""
-        return f"{submission.assignment}-{bonus.key}"[:64]
+        """The token of a bonus, which is the same each time."""
+        return sha256(f"{submission.assignment} {bonus.key}".encode()).hexdigest()
 
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
-        """Pay a bonus, unless the platform lists it already."""
-        if self._is_paid(submission, bonus):
-            return
-        try:
-            _ask(
-                self._client.send_bonus,
-                WorkerId=submission.person,
-                AssignmentId=submission.assignment,
-                BonusAmount=str(bonus.amount),
-                Reason=bonus.reason,
-                UniqueRequestToken=reference,
-            )
-        except PlatformError:
-            # The token was used: the answer to an earlier request was lost on the way.
-            if not self._is_paid(submission, bonus):
-                raise
+        """Pay a bonus. The platform refuses a token that it knows."""
+        _change(
+            self._writing.send_bonus,
+            WorkerId=submission.person,
+            AssignmentId=submission.assignment,
+            BonusAmount=str(bonus.amount),
+            Reason=bonus.reason,
+            UniqueRequestToken=reference,
+        )
+
+    def listed(self, submission: Submission, amount: Decimal) -> int:
+        """How many bonuses of an amount were paid for an assignment."""
+        pages = self._pages("list_bonus_payments", AssignmentId=submission.assignment)
+        paid = [Decimal(bonus["BonusAmount"]) for page in pages for bonus in page["BonusPayments"]]
+        return paid.count(amount)
 
     def close(self) -> None:
         """Close the connections."""
-        self._client.close()
-
-    def _is_paid(self, submission: Submission, bonus: Bonus) -> bool:
-        paid = [
-            (Decimal(payment["BonusAmount"]), payment["Reason"])
-            for page in self._pages("list_bonus_payments", AssignmentId=submission.assignment)
-            for payment in page["BonusPayments"]
-        ]
-        return (bonus.amount, bonus.reason) in paid
+        self._reading.close()
+        self._writing.close()
 
     def _hits(self, prefix: str) -> Iterator[Any]:
         for page in self._pages("list_hits"):
@@ -141,44 +166,62 @@ class MechanicalTurk:
                 if f"{hit.get('RequesterAnnotation', '')} ".startswith(f"{prefix.rstrip()} "):
                     yield hit
 
-    def _open_again(self, hit: Any) -> None:
-        now = datetime.now(timezone.utc)
-        if hit["Expiration"] < now and hit["NumberOfAssignmentsAvailable"]:
-            _ask(
-                self._client.update_expiration_for_hit,
-                HITId=hit["HITId"],
-                ExpireAt=now + timedelta(days=OPEN_DAYS),
-            )
+    def _open_again(self, hit: Any, calls: Calls) -> None:
+        now, hit_id, left = datetime.now(timezone.utc), hit["HITId"], "NumberOfAssignmentsAvailable"
+        key = f"{hit['RequesterAnnotation']} open again {hit_id}"
+        calls.settle(key, hit_id if hit["Expiration"] >= now else None)
+        if hit["Expiration"] >= now or not hit[left]:
+            return
 
-    def _make(self, posting: Posting, count: int, index: int) -> Any:
+        def do() -> str:
+            until = now + timedelta(days=OPEN_DAYS)
+            _change(self._writing.update_expiration_for_hit, HITId=hit_id, ExpireAt=until)
+            return str(hit_id)
+
+        calls.make(key, f"{hit[left]} assignments again", do)
+
+    def _make(self, posting: Posting, count: int, index: int, calls: Calls) -> list[Any]:
+        """The HIT that was made; none if the platform says that there is one already."""
         question = (
             f'<ExternalQuestion xmlns="{SCHEMA}"><ExternalURL>{escape(posting.url)}'
             "</ExternalURL><FrameHeight>0</FrameHeight></ExternalQuestion>"
         )
-        try:
-            reply = _ask(
-                self._client.create_hit,
-                Title=posting.title,
-                Description=posting.description,
-                Question=question,
-                Reward=str(posting.reward),
-                MaxAssignments=count,
-                LifetimeInSeconds=OPEN_DAYS * DAY_S,
-                # Nobody should lose the pay because they were slow.
-                AssignmentDurationInSeconds=max(30, 4 * posting.minutes) * 60,
-                AutoApprovalDelayInSeconds=REVIEW_DAYS * DAY_S,
-                RequesterAnnotation=posting.label,
-                QualificationRequirements=list(_requirements(posting)),
-                UniqueRequestToken=f"{posting.study_id}-{posting.task}-{posting.items}-{index}",
-            )
-        except PlatformError as error:
-            if ALREADY.casefold() in error.what.casefold():
-                return None
-            raise
-        return reply["HIT"]
+        made: list[Any] = []
+        key = f"{posting.label} {index}"
+
+        def do() -> str:
+            try:
+                reply = _change(
+                    self._writing.create_hit,
+                    Title=posting.title,
+                    Description=posting.description,
+                    Question=question,
+                    Reward=str(posting.reward),
+                    MaxAssignments=count,
+                    LifetimeInSeconds=OPEN_DAYS * DAY_S,
+                    # Nobody should lose the pay because they were slow.
+                    AssignmentDurationInSeconds=max(30, 4 * posting.minutes) * 60,
+                    AutoApprovalDelayInSeconds=REVIEW_DAYS * DAY_S,
+                    RequesterAnnotation=key,
+                    QualificationRequirements=list(_requirements(posting)),
+                    UniqueRequestToken=f"{posting.study_id}-{posting.task}-{posting.items}-{index}",
+                )
+            except PlatformError as error:
+                if (
+                    isinstance(error, LostReplyError)
+                    or ALREADY.casefold() not in error.what.casefold()
+                ):
+                    raise
+                return key
+            made.append(reply["HIT"])
+            return str(reply["HIT"]["HITId"])
+
+        about = f"{count} assignments at {posting.reward}"
+        calls.make(key, about, do, token_lasts_s=TOKEN_LASTS_S)
+        return made
 
     def _pages(self, operation: str, **arguments: Any) -> Iterator[Any]:
-        pages = self._client.get_paginator(operation).paginate(
+        pages = self._reading.get_paginator(operation).paginate(
             **arguments, PaginationConfig={"PageSize": 100}
         )
         yield from _ask(lambda: list(pages))
@@ -192,15 +235,17 @@ def open_mturk(*, sandbox: bool, endpoint: str | None = None) -> MechanicalTurk:
     PlatformError
         If the client can't be made.
     """
-    client = _ask(
-        lambda: boto3.client(
+
+    def client(attempts: int) -> Any:
+        return boto3.client(
             "mturk",
             region_name=REGION,
             endpoint_url=endpoint or (SANDBOX if sandbox else None),
-            config=BotoConfig(retries={"mode": "standard", "max_attempts": 4}),
+            config=BotoConfig(retries={"mode": "standard", "total_max_attempts": attempts}),
         )
-    )
-    return MechanicalTurk(client, sandbox=sandbox)
+
+    reading, writing = (_ask(client, attempts=attempts) for attempts in (READING_ATTEMPTS, 1))
+    return MechanicalTurk(reading, writing, sandbox=sandbox)
 
 
 def _requirements(posting: Posting) -> Iterator[dict[str, Any]]:
@@ -216,17 +261,30 @@ def _requirements(posting: Posting) -> Iterator[dict[str, Any]]:
 
 
 def _ask(request: Callable[..., Any], **arguments: Any) -> Any:
+    """Make a request that changes nothing."""
     try:
         return request(**arguments)
     except ClientError as error:
-        found = error.response.get("Error", {})
-        code = error.response.get("TurkErrorCode") or found.get("Code", "error")
-        raise PlatformError(
-            f"{code}: {found.get('Message', error)}", where="Mechanical Turk"
-        ) from error
+        raise PlatformError(_told(error), where=NAME) from error
     except BotoCoreError as error:
-        raise PlatformError(
-            str(error),
-            where="Mechanical Turk",
-            fix="check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and the network",
-        ) from error
+        raise PlatformError(str(error), where=NAME, fix=FIX) from error
+
+
+def _change(request: Callable[..., Any], **arguments: Any) -> Any:
+    """Make a request that changes something, once."""
+    try:
+        return request(**arguments)
+    except ClientError as error:
+        status = error.response.get("ResponseMetadata", {}).get("HTTPStatusCode", SERVER_ERROR)
+        lost = LostReplyError if status >= SERVER_ERROR else PlatformError
+        raise lost(_told(error), where=NAME) from error
+    except NOT_SENT as error:
+        raise PlatformError(str(error), where=NAME, fix=FIX) from error
+    except BotoCoreError as error:
+        raise LostReplyError(f"there was no answer: {error}", where=NAME, fix=FIX) from error
+
+
+def _told(error: ClientError) -> str:
+    found = error.response.get("Error", {})
+    code = error.response.get("TurkErrorCode") or found.get("Code", "error")
+    return f"{code}: {found.get('Message', error)}"

@@ -8,6 +8,7 @@ from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
 from annotation_app.assignment import Lease
+from annotation_app.browser_sessions import current_person, is_signed_in, sign_in
 from annotation_app.crowds.participation import (
     Offer,
     begin,
@@ -22,7 +23,7 @@ from annotation_app.database import transaction
 from annotation_app.installation import installation, now
 from annotation_app.limits import arrivals, limited
 from annotation_app.models import Participation, Person, Study
-from annotation_app.people import add_anonymous, current_person, find_or_add, sign_in
+from annotation_app.people import add_anonymous, find_or_add
 from annotation_app.problems import Refusal
 from annotation_app.study import StudyConfig, restored
 from annotation_app.work import take_work
@@ -61,7 +62,7 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
             now=now(),
         )
         # Signing in again would make the tokens of pages that are open invalid.
-        if flask.session.get("person") != person.id:
+        if not is_signed_in(person):
             sign_in(person)
         flask.session[IN_COOKIE] = participation.id
         return flask.redirect(f"/s/{study.name}/{offer.task}")
@@ -88,6 +89,7 @@ def finish() -> ResponseReturnValue:
             items=participation.items,
             is_received=is_received,
             code=code,
+            data_code=person.code,
             ending=provider.load().leave(participation, code),
             go_on=f"/s/{study.name}/{participation.task}",
         )

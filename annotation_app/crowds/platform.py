@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Literal, Protocol, TypeAlias
@@ -16,7 +16,11 @@ approved or rejected it, or the worker gave it back or ran out of time."""
 
 
 class PlatformError(CorpusError):
-    """A request that a platform refused, or that never reached it."""
+    """A request that a platform refused, or that surely never reached it: nothing was done."""
+
+
+class LostReplyError(PlatformError):
+    """A request that was sent and not answered. Nobody knows whether it was carried out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +88,15 @@ class Submission:
         The platform's id of the worker. Never stored, only compared by its hash.
     group
         The HIT or study that it belongs to.
+    reward
+        What its approval pays; None if the platform doesn't tell.
     """
 
     assignment: str
     person: str
     group: str
     standing: Standing
+    reward: Decimal | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +108,60 @@ class Bonus:
     reason: str
 
 
+class Calls(Protocol):
+    """The ledger, as a platform uses it to offer work: each call is noted before it is made.
+
+    `key` tells a study's calls apart.
+    """
+
+    def reference(self, key: str) -> str | None:
+        """What an earlier call made, as the platform calls it."""
+
+    def in_doubt(self) -> Sequence[str]:
+        """The calls of which nobody knows whether they were carried out."""
+
+    def settle(self, key: str, reference: str | None) -> None:
+        """Say what the platform shows of a call in doubt.
+
+        Parameters
+        ----------
+        reference
+            What was made; None if the platform shows that the call was not carried out.
+        """
+
+    def make(
+        self, key: str, about: str, call: Callable[[], str], *, token_lasts_s: float = 0.0
+    ) -> str:
+        """Make a call, unless it is in doubt whether an earlier one was carried out.
+
+        Parameters
+        ----------
+        about
+            What it offers, for people.
+        call
+            Gives the platform's id of what was made.
+        token_lasts_s
+            How long the platform knows a repeated call by its token.
+        """
+
+
 class Platform(Protocol):
     """A platform that can be asked, with credentials.
 
-    All methods raise :class:`PlatformError`.
+    All methods raise :class:`PlatformError` if surely nothing was done, and
+    :class:`LostReplyError` if nobody knows. They never repeat a call by themselves that offers,
+    approves, rejects or pays.
     """
 
-    def post(self, posting: Posting) -> Posted:
+    realm: str
+    """Tells apart what has the same name: ``sandbox`` where that is a platform by itself."""
+    token_lasts_s: float
+    """How long a bonus can be paid again by the same reference without being paid twice.
+
+    0 where that would pay twice.
+    """
+
+    def post(self, posting: Posting, calls: Calls) -> Posted:
         """Offer work, as far as it isn't offered already."""
 
     def submissions(self, study_id: str) -> Iterator[Submission]:
@@ -120,10 +174,13 @@ class Platform(Protocol):
         """Refuse an assignment that was sent in."""
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """A reference to a bonus that can be paid once only."""
+        """A reference for a bonus. Nothing is paid."""
 
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
-        """Pay a prepared bonus. Doing it again pays nothing more."""
+        """Pay a prepared bonus."""
+
+    def listed(self, submission: Submission, amount: Decimal) -> int:
+        """How many bonuses of an amount the platform says it has paid for an assignment."""
 
     def close(self) -> None:
         """Close the connections."""

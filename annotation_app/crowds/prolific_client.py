@@ -1,18 +1,22 @@
 """Prolific's researcher interface (version 1), by httpx.
 
-A study is found again by its internal name, so that nothing about it need be kept here.
+A study is found again by its internal name, and by the id that the ledger has of it: Prolific's
+lists may show a new study late. What was sent and not answered is never sent again from here.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from decimal import Decimal
 from typing import Any
 
 import httpx
 
 from annotation_app.crowds.platform import (
     Bonus,
+    Calls,
+    LostReplyError,
     PlatformError,
     Posted,
     Posting,
@@ -22,12 +26,25 @@ from annotation_app.crowds.platform import (
 )
 from g3.errors import FormatError
 
+NAME = "Prolific"
 ADDRESS = "https://api.prolific.com"
 TOKEN, PROJECT = "PROLIFIC_TOKEN", "PROLIFIC_PROJECT"
 TIMEOUT_S = 30.0
 PAGE = 100
 SHORTEST_REASON = 100
-CENTS = 100
+CENTS, CENT = 100, Decimal("0.01")
+UNPUBLISHED = "UNPUBLISHED"
+PLACES, PUBLISHED = " places ", " published"
+"""How the ledger's keys of changes of a study go on after its label."""
+MISSING, SLOW, SERVER_ERROR = 404, 408, 500
+NOT_SENT = (
+    httpx.ConnectError,
+    httpx.ConnectTimeout,
+    httpx.PoolTimeout,
+    httpx.ProxyError,
+    httpx.UnsupportedProtocol,
+)
+"""Errors after which Prolific can't have got the request."""
 STANDINGS: dict[str, Standing] = {
     "RESERVED": "working",
     "ACTIVE": "working",
@@ -44,33 +61,43 @@ STANDINGS: dict[str, Standing] = {
 class Prolific:
     """A researcher's account; see :class:`annotation_app.crowds.platform.Platform`."""
 
+    realm = ""
+    token_lasts_s = 0.0
+    """Paying again by the same reference pays again, by Prolific's own word."""
+
     def __init__(self, client: httpx.Client, *, project: str, sandbox: bool) -> None:
         self._client = client
         self._project = project
         self._sandbox = sandbox
 
-    def post(self, posting: Posting) -> Posted:
+    def post(self, posting: Posting, calls: Calls) -> Posted:
         """Make a study and publish it, or give the one that there is more places.
 
         In the sandbox it stays a draft, of which a test run is made.
         """
-        known = [s for s in self._studies() if s["internal_name"] == posting.label]
-        if known:
-            study, added = known[0], 0
-            places = study["total_available_places"]
-            if posting.people > places:
-                places, added = posting.people, posting.people - places
-                self._ask("PATCH", f"studies/{study['id']}/", {"total_available_places": places})
+        label, places, added = posting.label, posting.people, posting.people
+        about = f"{places} places at {posting.reward}"
+        study = self._known_study(label, calls)
+        if study is None:
+            study_id, status = self._make(posting, about, calls), UNPUBLISHED
         else:
-            study = self._ask("POST", "studies/", _study(posting, self._project))
-            places = added = posting.people
-        address = f"https://app.prolific.com/researcher/studies/{study['id']}"
+            study_id, status = study["id"], study["status"]
+            self._settle(calls, label, study)
+            places = study["total_available_places"]
+            added = max(0, posting.people - places)
+            if added:
+                places += added
+                change = ("PATCH", "", {"total_available_places": places})
+                self._offer(calls, f"{label}{PLACES}{places}", about, study_id, change)
+        address = f"https://app.prolific.com/researcher/studies/{study_id}"
         if self._sandbox:
-            run = self._ask("POST", f"studies/{study['id']}/test-study", {})
+            change = ("POST", "test-study", {})
+            run = self._offer(calls, f"{label} test run", "a test run", study_id, change)
             address = run.get("study_url", address)
-        elif study["status"] == "UNPUBLISHED":
-            self._ask("POST", f"studies/{study['id']}/transition/", {"action": "PUBLISH"})
-        return Posted((study["id"],), places, added, address)
+        elif status == UNPUBLISHED:
+            change = ("POST", "transition/", {"action": "PUBLISH"})
+            self._offer(calls, f"{label}{PUBLISHED}", about, study_id, change)
+        return Posted((study_id,), places, added, address)
 
     def submissions(self, study_id: str) -> Iterator[Submission]:
         """All submissions."""
@@ -79,7 +106,13 @@ class Prolific:
                 continue
             for found in self._results(f"studies/{study['id']}/submissions/"):
                 standing = STANDINGS.get(found["status"], "working")
-                yield Submission(found["id"], found["participant_id"], study["id"], standing)
+                yield Submission(
+                    found["id"],
+                    found["participant_id"],
+                    study["id"],
+                    standing,
+                    _reward(study),
+                )
 
     def approve(self, submission: Submission) -> None:
         """Approve a submission."""
@@ -100,17 +133,23 @@ class Prolific:
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
         """Set a bonus up. It costs nothing until it is paid."""
-        line = f"{submission.person},{bonus.amount:.2f}"
-        reply = self._ask(
-            "POST",
-            "submissions/bonus-payments/",
-            {"study_id": submission.group, "csv_bonuses": line},
-        )
-        return str(reply["id"])
+        line = f"{submission.assignment},{bonus.amount:.2f}"
+        body = {"study_id": submission.group, "csv_bonuses": line}
+        return str(self._ask("POST", "submissions/bonus-payments/", body)["id"])
 
     def pay(self, _submission: Submission, _bonus: Bonus, reference: str) -> None:
-        """Pay a bonus that was set up. Prolific pays the same one once only."""
+        """Order that a bonus is paid which was set up. Ordering it twice pays it twice.
+
+        Prolific pays in the minutes after it has answered.
+        """
         self._ask("POST", f"bulk-bonus-payments/{reference}/pay/", {})
+
+    def listed(self, submission: Submission, amount: Decimal) -> int:
+        """How many bonuses of an amount have arrived: an order may not have, yet."""
+        found = self._ask("GET", f"submissions/{submission.assignment}/")
+        return [Decimal(str(cents)) for cents in found["bonus_payments"] or ()].count(
+            amount * CENTS
+        )
 
     def close(self) -> None:
         """Close the connections."""
@@ -124,6 +163,54 @@ class Prolific:
 
     def _transition(self, submission: Submission, body: dict[str, Any]) -> None:
         self._ask("POST", f"submissions/{submission.assignment}/transition/", body)
+
+    def _known_study(self, label: str, calls: Calls) -> Any:
+        for study in self._studies():
+            if study["internal_name"] == label:
+                return study
+        made = calls.reference(label)
+        if made is None:
+            return None
+        reply = self._send("GET", f"studies/{made}/")
+        return None if reply.status_code == MISSING else _content(reply)
+
+    def _make(self, posting: Posting, about: str, calls: Calls) -> str:
+        body = _study(posting, self._project)
+        return calls.make(
+            posting.label, about, lambda: str(self._ask("POST", "studies/", body)["id"])
+        )
+
+    def _settle(self, calls: Calls, label: str, study: dict[str, Any]) -> None:
+        """Tell the ledger which of the calls in doubt were carried out."""
+        for key in calls.in_doubt():
+            is_made = key == label
+            if key.startswith(f"{label}{PLACES}"):
+                is_made = int(key.rpartition(" ")[2]) <= study["total_available_places"]
+            elif key == f"{label}{PUBLISHED}":
+                is_made = study["status"] != UNPUBLISHED
+            elif not is_made:
+                continue
+            calls.settle(key, study["id"] if is_made else None)
+
+    def _offer(
+        self,
+        calls: Calls,
+        key: str,
+        about: str,
+        study_id: str,
+        change: tuple[str, str, dict[str, Any]],
+    ) -> Any:
+        """Change a study in a way that does nothing more when it is done twice."""
+        method, path, body = change
+        replies = []
+
+        def do() -> str:
+            replies.append(self._ask(method, f"studies/{study_id}/{path}", body))
+            return study_id
+
+        calls.settle(key, None)
+        calls.make(key, about, do)
+        return replies[0]
 
     def _studies(self) -> Iterator[dict[str, Any]]:
         path = f"projects/{self._project}/studies/" if self._project else "studies/"
@@ -141,15 +228,38 @@ class Prolific:
     def _ask(
         self, method: str, path: str, body: dict[str, Any] | None = None, **options: Any
     ) -> Any:
+        return _content(self._send(method, path, body, **options))
+
+    def _send(
+        self, method: str, path: str, body: dict[str, Any] | None = None, **options: Any
+    ) -> httpx.Response:
         try:
-            reply = self._client.request(method, f"/api/v1/{path}", json=body, **options)
+            return self._client.request(method, f"/api/v1/{path}", json=body, **options)
+        except NOT_SENT as error:
+            raise PlatformError(str(error), where=NAME, fix="check the network") from error
         except httpx.HTTPError as error:
-            raise PlatformError(str(error), where="Prolific", fix="check the network") from error
-        if reply.is_error:
-            fix = f"check {TOKEN}" if reply.status_code in (401, 403) else ""
-            what = f"{reply.status_code}: {reply.text[:500]}"
-            raise PlatformError(what, where="Prolific", fix=fix)
+            what = f"there was no answer: {str(error) or type(error).__name__}"
+            raise _lost(method)(what, where=NAME, fix="check the network") from error
+
+
+def _content(reply: httpx.Response) -> Any:
+    """What a reply says, if the request was carried out."""
+    status, what = reply.status_code, f"{reply.status_code}: {reply.text[:500]}"
+    lost = _lost(reply.request.method)
+    if status == SLOW or status >= SERVER_ERROR:
+        raise lost(what, where=NAME)
+    if not reply.is_success:
+        fix = f"check {TOKEN}" if status in (401, 403) else ""
+        raise PlatformError(what, where=NAME, fix=fix)
+    try:
         return reply.json() if reply.content else {}
+    except ValueError:
+        raise lost(f"the answer can't be read: {what}", where=NAME) from None
+
+
+def _lost(method: str) -> type[PlatformError]:
+    """What to raise where there is no answer: reading can't have done anything."""
+    return PlatformError if method == "GET" else LostReplyError
 
 
 def open_prolific(*, sandbox: bool, endpoint: str | None = None) -> Prolific:
@@ -171,6 +281,11 @@ def open_prolific(*, sandbox: bool, endpoint: str | None = None) -> Prolific:
         timeout=TIMEOUT_S,
     )
     return Prolific(client, project=os.environ.get(PROJECT, ""), sandbox=sandbox)
+
+
+def _reward(study: dict[str, Any]) -> Decimal | None:
+    reward = study.get("reward")
+    return None if reward is None else (Decimal(str(reward)) / CENTS).quantize(CENT)
 
 
 def _filters(posting: Posting) -> Iterator[dict[str, Any]]:

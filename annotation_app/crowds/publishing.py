@@ -8,6 +8,8 @@ from decimal import Decimal
 from urllib.parse import urlencode, urlsplit
 
 from annotation_app.crowds.links import INVITATION
+from annotation_app.crowds.offering import Offers, offer_again
+from annotation_app.crowds.one_at_a_time import one_at_a_time
 from annotation_app.crowds.participation import Offer, completion_code, sign_offer
 from annotation_app.crowds.platform import Posted, Posting
 from annotation_app.crowds.session import CrowdSession
@@ -35,13 +37,21 @@ def publish_posting(
     minutes: int,
     min_approval: int,
     min_approved: int,
+    publish_again: tuple[int, ...] = (),
 ) -> Posted:
     """Offer work at a platform, as far as it isn't offered already.
+
+    Parameters
+    ----------
+    publish_again
+        Entries of the ledger in doubt, of which somebody has seen that they aren't there.
 
     Raises
     ------
     FormatError
         If the study can't be offered so.
+    PlatformError
+        If the platform refuses, or nobody knows whether it has offered the work.
     """
     assert session.platform is not None  # noqa: S101 - only commands of platforms offer work
     study = restored(session.study.config)
@@ -64,7 +74,12 @@ def publish_posting(
         min_approval=min_approval,
         min_approved=min_approved,
     )
-    return session.platform.post(posting)
+    with one_at_a_time(session.engine, session.study.id):
+        session.ledger.doubt_what_stopped()
+        offer_again(session.ledger, publish_again)
+        posted = session.platform.post(posting, Offers(session.ledger))
+        session.note("published", task=posting.task, people=posted.people, added=posted.added)
+    return posted
 
 
 def publish_links(

@@ -12,11 +12,13 @@ from decimal import Decimal
 from typing import Literal, TypeAlias
 
 from sqlalchemy import Engine, select
+from sqlalchemy.orm import Session
 
 from annotation_app.crowds.participation import done, receive
 from annotation_app.crowds.platform import Submission
 from annotation_app.database import reading, transaction
-from annotation_app.models import Participation, Person, Study
+from annotation_app.erasure import ERASED
+from annotation_app.models import LedgerEntry, Participation, Person, Study
 from annotation_app.people import hashed
 from annotation_app.study import restored
 
@@ -64,7 +66,7 @@ class Finding:
         What the items are worth that no reward is paid for.
     is_over
         Whether the worker can't send the assignment in any more.
-    was_paid
+    part
         Whether `due` has been paid as a bonus.
     """
 
@@ -77,7 +79,7 @@ class Finding:
     items: int = 0
     due: Decimal = Decimal(0)
     is_over: bool = False
-    was_paid: bool = False
+    part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
 
 
 def reconcile(
@@ -100,6 +102,7 @@ def reconcile(
     known = {submission.assignment: submission for submission in there}
     with transaction(engine) as session:
         counts = done(session, study, provider)
+        parts = _parts(session, study)
         rows = session.execute(
             select(Participation, Person)
             .join(Person, Person.id == Participation.person_id)
@@ -113,8 +116,10 @@ def reconcile(
             submission = known.pop(participation.assignment, None)
             count = counts[participation.id]
             receive(participation, done=count, nothing_left=False, now=now)
-            is_same = submission is None or (
-                hashed(salt, provider, submission.person) == person.external_hash
+            is_same = (
+                submission is None
+                or person.provider == ERASED  # whoever it was: nothing tells any more
+                or hashed(salt, provider, submission.person) == person.external_hash
             )
             state = _state(participation, count, submission) if is_same else "another worker"
             is_there = submission is not None and submission.standing not in ("working", "returned")
@@ -131,7 +136,7 @@ def reconcile(
                     participation.items,
                     _due(state, count, price),
                     state == "given back" or participation.begun_at < now - LONGEST_S,
-                    "paid_at" in participation.outcome.get("bonuses", {}).get("partial", {}),
+                    parts.get(participation.id, "unpaid"),
                 )
             )
     unknown = [
@@ -150,7 +155,7 @@ def reconcile(
 
 def unpaid_part(finding: Finding) -> Decimal:
     """What is to be paid for a part of an assignment that was given up."""
-    return finding.due if finding.is_over and not finding.was_paid else Decimal(0)
+    return finding.due if finding.is_over and finding.part == "unpaid" else Decimal(0)
 
 
 def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
@@ -175,6 +180,18 @@ def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str,
             )
         )
     return {person: submission for person, submission in sent.items() if person not in blocked}
+
+
+def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt", "paid"]]:
+    """By participation, what is known of a payment for a part of it."""
+    rows = session.execute(
+        select(LedgerEntry.participation_id, LedgerEntry.state).where(
+            LedgerEntry.study_id == study.id,
+            LedgerEntry.what == "partial payment",
+            LedgerEntry.state != "refused",
+        )
+    )
+    return {id_: "paid" if state == "done" else "in doubt" for id_, state in rows}
 
 
 def _state(participation: Participation, count: int, submission: Submission | None) -> State:

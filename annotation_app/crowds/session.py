@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -12,16 +13,21 @@ from pathlib import Path
 
 from sqlalchemy import Engine
 
+from annotation_app.audit import COMMAND_LINE, note
 from annotation_app.config import Config, open_instance
+from annotation_app.crowds.doubts import decide, read_decisions, resolve
+from annotation_app.crowds.ledger import Ledger
+from annotation_app.crowds.one_at_a_time import one_at_a_time
 from annotation_app.crowds.platform import Bonus, Platform
 from annotation_app.crowds.reconciliation import CENT, Finding, reconcile
 from annotation_app.crowds.registry import Provider
 from annotation_app.crowds.settlement import Deed, Wishes, settle
 from annotation_app.dashboard.workers import flagged_people
-from annotation_app.database import open_database, reading
+from annotation_app.database import open_database, reading, transaction
 from annotation_app.export import find_only_study
 from annotation_app.models import Study
-from annotation_app.schema import installation_salt, is_current
+from annotation_app.salt import installation_salt
+from annotation_app.schema import is_current
 from annotation_app.study import restored
 from g3.errors import FormatError
 
@@ -48,15 +54,53 @@ class CrowdSession:
             self.study,
             self.provider.name,
             there,
-            salt=installation_salt(self.engine),
+            salt=installation_salt(self.engine, self.config),
             now=time.time(),
         )
 
-    def settle(self, wishes: Wishes) -> list[Deed]:
-        """Approve, reject and pay."""
+    @property
+    def ledger(self) -> Ledger:
+        """What was done at the platform."""
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
-        findings = self.findings()
-        return settle(self.engine, self.platform, findings, wishes, now=time.time())
+        name = f"{self.provider.name} {self.platform.realm}".rstrip()
+        return Ledger(self.engine, self.study.id, name)
+
+    def settle(
+        self, wishes: Wishes, confirm_paid: tuple[int, ...] = (), pay_again: tuple[int, ...] = ()
+    ) -> list[Deed]:
+        """Look at what is in doubt; then approve, reject and pay.
+
+        Parameters
+        ----------
+        confirm_paid, pay_again
+            Entries of the ledger in doubt that somebody has decided about.
+
+        Raises
+        ------
+        FormatError
+            If there are no such entries in doubt.
+        """
+        assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
+        with one_at_a_time(self.engine, self.study.id):
+            self.ledger.doubt_what_stopped()
+            decisions = read_decisions(self.ledger, confirm_paid, pay_again)
+            there = {f.assignment: f.submission for f in self.findings() if f.submission}
+            deeds = [
+                *resolve(self.ledger, self.platform, there),
+                *decide(self.ledger, self.platform, there, decisions),
+            ]
+            # What was found out may change what is due.
+            deeds += settle(self.ledger, self.platform, self.findings(), wishes)
+            if deeds:
+                counts = Counter(deed.what for deed in deeds if not deed.problem)
+                self.note("collected", **{str(what): count for what, count in counts.items()})
+        return deeds
+
+    def note(self, action: str, **details: str | float) -> None:
+        """Note in the audit trail what was done at the platform."""
+        platform = self.ledger.provider
+        with transaction(self.engine) as session:
+            note(session, COMMAND_LINE, action, self.study.name, platform=platform, **details)
 
 
 @contextmanager

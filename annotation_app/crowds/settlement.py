@@ -1,25 +1,31 @@
 """Approving, rejecting and paying: each assignment by itself, and each thing once.
 
-The platform's word counts: what it has approved isn't approved again. A bonus is noted
-before it is paid, with a reference that the platform pays once only. The database is never
-locked while the platform is asked.
+Each call is in the ledger before it is made. What is in doubt is left alone; see
+:mod:`annotation_app.crowds.doubts`. The database is never locked while the platform is asked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
 
-from sqlalchemy import Engine
-
-from annotation_app.crowds.platform import Bonus, Platform, PlatformError, Submission
+from annotation_app.crowds.ledger import OPEN, Call, Ledger, What
+from annotation_app.crowds.paying import pay
+from annotation_app.crowds.platform import (
+    Bonus,
+    LostReplyError,
+    Platform,
+    PlatformError,
+    Submission,
+)
 from annotation_app.crowds.reconciliation import Finding, known_platform_ids, unpaid_part
-from annotation_app.database import transaction
-from annotation_app.models import Participation, Record
+from annotation_app.installation import now
 
-PARTIAL = Bonus("partial", Decimal(0), "For the part of the work that we have received")
+PART = "For the part of the work that we have received"
+HOUR_S = 3600
+"""So long a platform may still list an assignment as sent in that it has approved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,115 +64,148 @@ class Wishes:
 
 @dataclass(frozen=True, slots=True)
 class Deed:
-    """Something that was done, or could not be."""
+    """Something that was done, or found out, or could not be done.
+
+    Parameters
+    ----------
+    problem
+        Why it wasn't done; empty if it was.
+    note
+        What else there is to say.
+    in_doubt
+        Whether nobody knows if it was done.
+    """
 
     assignment: str
-    what: Literal["approve", "reject", "bonus", "partial payment", "held"]
+    what: What | Literal["held"]
     problem: str = ""
     amount: Decimal = Decimal(0)
+    note: str = ""
+    in_doubt: bool = False
 
 
 def settle(
-    engine: Engine, platform: Platform, findings: Sequence[Finding], wishes: Wishes, *, now: float
-) -> list[Deed]:
+    ledger: Ledger, platform: Platform, findings: Sequence[Finding], wishes: Wishes
+) -> Iterator[Deed]:
     """Do what can be done. One assignment's failure stops no other."""
-    deeds = []
+    approved = {
+        finding.assignment
+        for finding in findings
+        if finding.submission is not None and finding.submission.standing == "approved"
+    }
+    refused_rejections = {
+        entry.call.assignment
+        for entry in ledger.entries("refused", *OPEN)
+        if entry.call.what == "reject"
+    }
     for finding in findings:
         submission = finding.submission
         if submission is None or submission.standing != "submitted":
             continue
-        if finding.assignment in wishes.reject:
-            reason = wishes.reject[finding.assignment]
-            deeds.append(_reject(engine, platform, finding, submission, reason, now=now))
-        elif _is_held(finding, wishes):
-            deeds.append(Deed(finding.assignment, "held"))
-        elif finding.assignment in wishes.approve_also or (
-            wishes.approve and finding.state == "ready"
-        ):
-            deeds.append(_approve(engine, platform, finding, submission, now=now))
+        assignment = finding.assignment
+        if assignment in wishes.reject:
+            yield from _reject(ledger, platform, finding, submission, wishes.reject[assignment])
+        elif assignment in wishes.approve_also or (wishes.approve and finding.state == "ready"):
+            why = _held(finding, wishes, was_to_be_rejected=assignment in refused_rejections)
+            if why is not None:
+                yield Deed(assignment, "held", note=why)
+                continue
+            for deed in _approve(ledger, platform, finding, submission):
+                yield deed
+                if not deed.problem:
+                    approved.add(assignment)
+        elif wishes.hold_flagged and finding.person_id in wishes.flagged:
+            yield Deed(assignment, "held")
+    yield from _rewards(ledger, platform, findings, wishes, approved)
+    if wishes.pay_partial:
+        yield from _partial(ledger, platform, findings)
+
+
+def _rewards(
+    ledger: Ledger,
+    platform: Platform,
+    findings: Sequence[Finding],
+    wishes: Wishes,
+    approved: Iterable[str],
+) -> Iterator[Deed]:
+    """Bonuses: for what is approved of people about whom nothing is odd, and those named."""
     if wishes.quality_bonus is not None:
-        for finding in _to_be_rewarded(findings, wishes, deeds):
-            bonus = wishes.quality_bonus
-            deeds += _bonus(engine, platform, finding, finding.assignment, bonus, now=now)
+        for finding in findings:
+            is_odd = finding.person_id is None or finding.person_id in wishes.flagged
+            if finding.assignment in approved and not is_odd:
+                yield from _bonus(ledger, platform, finding, wishes.quality_bonus)
     by_assignment = {finding.assignment: finding for finding in findings}
     for assignment, bonus in wishes.bonuses:
-        deeds += _bonus(engine, platform, by_assignment.get(assignment), assignment, bonus, now=now)
-    if wishes.pay_partial:
-        deeds += _partial(engine, platform, findings, now=now)
-    return deeds
+        sent = by_assignment.get(assignment)
+        if sent is None or sent.submission is None or sent.participation_id is None:
+            yield Deed(assignment, "bonus", "nobody has sent this assignment in", bonus.amount)
+        else:
+            yield from _bonus(ledger, platform, sent, bonus)
 
 
-def _to_be_rewarded(
-    findings: Sequence[Finding], wishes: Wishes, deeds: Sequence[Deed]
-) -> list[Finding]:
-    """What is approved, of people about whom nothing is odd."""
-    now_approved = {
-        deed.assignment for deed in deeds if deed.what == "approve" and not deed.problem
-    }
-    return [
-        finding
-        for finding in findings
-        if finding.submission is not None
-        and (finding.assignment in now_approved or finding.submission.standing == "approved")
-        and finding.person_id is not None
-        and finding.person_id not in wishes.flagged
-    ]
-
-
-def _is_held(finding: Finding, wishes: Wishes) -> bool:
-    is_flagged = wishes.hold_flagged and finding.person_id in wishes.flagged
-    return is_flagged and finding.assignment not in wishes.approve_also
+def _held(finding: Finding, wishes: Wishes, *, was_to_be_rejected: bool) -> str | None:
+    """Why somebody is to look at an assignment before it is approved; None if it can be."""
+    if finding.assignment in wishes.approve_also:
+        return None
+    if wishes.hold_flagged and finding.person_id in wishes.flagged:
+        return ""
+    if was_to_be_rejected:
+        return "it was to be rejected, which failed: --reject or --approve it"
+    if finding.part != "unpaid":
+        return "a part of it was paid before: --approve it if it is to be paid wholly"
+    return None
 
 
 def _approve(
-    engine: Engine, platform: Platform, finding: Finding, submission: Submission, now: float
-) -> Deed:
-    try:
-        platform.approve(submission)
-    except PlatformError as error:
-        return Deed(finding.assignment, "approve", str(error))
-    _note(engine, finding, {"approved_at": now})
-    return Deed(finding.assignment, "approve")
+    ledger: Ledger, platform: Platform, finding: Finding, submission: Submission
+) -> Iterator[Deed]:
+    call = Call(
+        "approve",
+        finding.assignment,
+        finding.assignment,
+        finding.participation_id,
+        submission.reward,
+    )
+    yield from _judge(ledger, call, lambda: platform.approve(submission))
 
 
 def _reject(
-    engine: Engine,
-    platform: Platform,
-    finding: Finding,
-    submission: Submission,
-    reason: str,
-    *,
-    now: float,
-) -> Deed:
-    try:
-        platform.reject(submission, reason)
-    except PlatformError as error:
-        return Deed(finding.assignment, "reject", str(error))
-    _note(engine, finding, {"rejected_at": now, "reason": reason})
-    return Deed(finding.assignment, "reject")
+    ledger: Ledger, platform: Platform, finding: Finding, submission: Submission, reason: str
+) -> Iterator[Deed]:
+    assignment = finding.assignment
+    call = Call("reject", assignment, assignment, finding.participation_id, reason=reason)
+    yield from _judge(ledger, call, lambda: platform.reject(submission, reason))
 
 
-def _bonus(
-    engine: Engine,
-    platform: Platform,
-    finding: Finding | None,
-    assignment: str,
-    bonus: Bonus,
-    *,
-    now: float,
-) -> Iterable[Deed]:
-    if finding is None or finding.submission is None or finding.participation_id is None:
-        yield Deed(assignment, "bonus", "nobody has sent this assignment in", bonus.amount)
-        return
-    problem = _pay(engine, platform, finding, finding.submission, bonus, now=now)
-    if problem is not None:
-        yield Deed(assignment, "bonus", problem, bonus.amount)
+def _judge(ledger: Ledger, call: Call, do: Callable[[], None]) -> Iterator[Deed]:
+    before = ledger.find(call.what, call.key)
+    if before is not None:
+        is_young = before.ended_at is not None and now() - before.ended_at < HOUR_S
+        if before.state in OPEN or (before.state == "done" and is_young):
+            return
+    yield _told(call, lambda: ledger.carry_out(call, lambda _: do()))
 
 
-def _partial(
-    engine: Engine, platform: Platform, findings: Sequence[Finding], *, now: float
-) -> Iterable[Deed]:
-    payable = known_platform_ids(engine, findings)
+def _bonus(ledger: Ledger, platform: Platform, finding: Finding, bonus: Bonus) -> Iterator[Deed]:
+    assert finding.submission is not None  # noqa: S101 - it is checked before
+    key = f"{finding.assignment} {bonus.key}"
+    yield from _pay(
+        ledger,
+        platform,
+        finding.submission,
+        Call(
+            "bonus",
+            key,
+            participation_id=finding.participation_id,
+            amount=bonus.amount,
+            reason=bonus.reason,
+        ),
+        finding.assignment,
+    )
+
+
+def _partial(ledger: Ledger, platform: Platform, findings: Sequence[Finding]) -> Iterator[Deed]:
+    payable = known_platform_ids(ledger.engine, findings)
     for finding in findings:
         amount = unpaid_part(finding)
         if not amount:
@@ -174,59 +213,33 @@ def _partial(
         submission = payable.get(finding.person_id or "")
         if submission is None:
             problem = "the platform has nothing of this worker to pay by"
-        else:
-            # Platforms tell payments apart by their reasons.
-            reason = f"{PARTIAL.reason} (assignment {finding.assignment})"
-            bonus = replace(PARTIAL, amount=amount, reason=reason)
-            paid = _pay(engine, platform, finding, submission, bonus, now=now)
-            if paid is None:
-                continue
-            problem = paid
-        yield Deed(finding.assignment, "partial payment", problem, amount)
+            yield Deed(finding.assignment, "partial payment", problem, amount)
+            continue
+        call = Call(
+            "partial payment",
+            finding.assignment,
+            participation_id=finding.participation_id,
+            amount=amount,
+            reason=f"{PART} (assignment {finding.assignment})",
+        )
+        yield from _pay(ledger, platform, submission, call, finding.assignment)
 
 
 def _pay(
-    engine: Engine,
-    platform: Platform,
-    finding: Finding,
-    submission: Submission,
-    bonus: Bonus,
-    *,
-    now: float,
-) -> str | None:
-    """Pay a bonus. What went wrong, empty if nothing; None if it had been paid before."""
-    key = bonus.key
-    noted = _bonuses(engine, finding).get(key, {})
-    if "paid_at" in noted:
-        return None
+    ledger: Ledger, platform: Platform, submission: Submission, call: Call, assignment: str
+) -> Iterator[Deed]:
+    before = ledger.find(call.what, call.key)
+    if before is None or before.state == "refused":
+        deed = _told(call, lambda: pay(ledger, platform, submission, call))
+        yield replace(deed, assignment=assignment)
+
+
+def _told(call: Call, do: Callable[[], None]) -> Deed:
+    deed = Deed(call.assignment, call.what, amount=call.amount or Decimal(0))
     try:
-        reference = noted.get("reference")
-        if reference is None:
-            # The key names the assignment that is paid for, which may not be the one paid by.
-            named = replace(bonus, key=f"{key}-{finding.participation_id}")
-            reference = platform.prepare(submission, named)
-            noted = {"amount": str(bonus.amount), "reference": reference, "reason": bonus.reason}
-            _note_bonus(engine, finding, key, noted)
-        platform.pay(submission, replace(bonus, amount=Decimal(noted["amount"])), reference)
+        do()
+    except LostReplyError as error:
+        return replace(deed, problem=f"in doubt: {error}", in_doubt=True)
     except PlatformError as error:
-        return str(error)
-    _note_bonus(engine, finding, key, {**noted, "paid_at": now})
-    return ""
-
-
-def _bonuses(engine: Engine, finding: Finding) -> Record:
-    with transaction(engine) as session:
-        found: Record = session.get_one(Participation, finding.participation_id).outcome
-        return dict(found.get("bonuses", {}))
-
-
-def _note_bonus(engine: Engine, finding: Finding, key: str, noted: Record) -> None:
-    _note(engine, finding, {"bonuses": {**_bonuses(engine, finding), key: noted}})
-
-
-def _note(engine: Engine, finding: Finding, outcome: Record) -> None:
-    if finding.participation_id is None:
-        return
-    with transaction(engine) as session:
-        participation = session.get_one(Participation, finding.participation_id)
-        participation.outcome = {**participation.outcome, **outcome}
+        return replace(deed, problem=str(error))
+    return deed

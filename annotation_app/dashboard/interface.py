@@ -10,6 +10,7 @@ from flask import Blueprint, Response
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.browser_sessions import required_person
 from annotation_app.dashboard.consensus import Agreement, agreement
 from annotation_app.dashboard.queue import Dispute, disputes
 from annotation_app.dashboard.statistics import (
@@ -25,7 +26,6 @@ from annotation_app.dashboard.workers import Worker, workers
 from annotation_app.database import reading
 from annotation_app.installation import installation, now
 from annotation_app.models import Role, Study
-from annotation_app.people import required_person
 from annotation_app.work import find_study
 
 blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboard")

@@ -14,8 +14,10 @@ from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app import answer_tables
+from annotation_app import accounts, answer_tables
 from annotation_app.api import UUID
+from annotation_app.audit import name_of, note
+from annotation_app.browser_sessions import required_person
 from annotation_app.dashboard import queue
 from annotation_app.dashboard.consensus import agreement
 from annotation_app.dashboard.statistics import (
@@ -29,7 +31,8 @@ from annotation_app.database import reading, transaction
 from annotation_app.export import export_corpus
 from annotation_app.installation import installation, now
 from annotation_app.models import Item, Person, Record, Role, Study
-from annotation_app.people import RANKS, required_person
+from annotation_app.pages.needs_login import refused
+from annotation_app.people import RANKS
 from annotation_app.problems import Refusal
 from annotation_app.work import find_study
 from corpus_tools.corpus.writing import corpus_files
@@ -43,17 +46,9 @@ blueprint = Blueprint(
     template_folder="templates",
     static_folder="static",
 )
+blueprint.register_error_handler(Refusal, refused)
 FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
 TYPES = {**answer_tables.TYPES, "corpus": "application/zip", "slu-core": "application/zip"}
-
-
-@blueprint.errorhandler(Refusal)
-def refused(refusal: Refusal) -> ResponseReturnValue:
-    """Off to sign in and back, or the reason why not."""
-    if refusal.status == 401 and flask.request.method == "GET":
-        return flask.redirect(flask.url_for("account.login", next=flask.request.path))
-    page = flask.render_template("error.html", status=refusal.status, message=refusal.message)
-    return page, refusal.status
 
 
 @blueprint.get("/")
@@ -100,11 +95,13 @@ def people(study_name: str) -> str:
 def block(study_name: str, person_id: str) -> ResponseReturnValue:
     """Give somebody no more items, or items again."""
     with transaction(installation().engine) as session:
-        _opened(session, study_name, "admin")
+        admin, _ = _opened(session, study_name, "admin")
         person = session.get(Person, person_id)
         if person is None:
             raise Refusal(404, "There is no such person.")
-        person.blocked_at = now() if flask.request.form.get("block") == "yes" else None
+        wanted = flask.request.form.get("block") == "yes"
+        change = accounts.block if wanted else accounts.unblock
+        change(session, person, actor=name_of(admin))
     return flask.redirect(flask.url_for("dashboard.people", study_name=study_name), 303)
 
 
@@ -159,11 +156,13 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
     with reading(installation().engine) as session:
-        _, study = _opened(session, study_name, "adjudicator")
+        person, study = _opened(session, study_name, "adjudicator")
         try:
             content, name = _exported(session, study, form)
         except CorpusError as error:  # something isn't installed
             raise Refusal(501, str(error)) from error
+    with transaction(installation().engine) as session:
+        note(session, name_of(person), "exported", study.name, format=form)
     response = Response(content, mimetype=TYPES[form])
     response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return response

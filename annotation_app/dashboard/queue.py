@@ -50,7 +50,7 @@ class Side:
 
     answer: int
     subject: str
-    seconds: float
+    seconds: float | None
     notation: str
     drawing: str
     clauses: Mapping[str, str]

@@ -97,15 +97,16 @@ def progress_by_task(by_video: list[Progress]) -> list[Progress]:
 
 
 def durations(session: Session, study_id: str) -> list[Duration]:
-    """How long items take, by task."""
+    """How long items take, by task, as far as that is known."""
     rows = session.execute(
         select(Answer.task, Answer.seconds)
         .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id, Answer.seconds > 0)
+        .where(Item.study_id == study_id)
     )
     seconds: dict[Task, list[float]] = {}
     for task, taken in rows:
-        seconds.setdefault(task, []).append(taken)
+        if taken is not None:
+            seconds.setdefault(task, []).append(taken)
     return [
         Duration(task, len(seconds[task]), *map(float, np.percentile(seconds[task], (25, 50, 75))))
         for task in TASKS

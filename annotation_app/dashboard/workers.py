@@ -95,9 +95,11 @@ def passes(right: bool, rating: int) -> bool:
     return rating >= AGREES if right else rating <= DISAGREES
 
 
-def _add(mine: _Work, task: Task, seconds: float, body: Record, *, right: bool | None) -> None:
+def _add(
+    mine: _Work, task: Task, seconds: float | None, body: Record, *, right: bool | None
+) -> None:
     mine.answers += 1
-    if seconds > 0:
+    if seconds is not None:
         mine.seconds.setdefault(task, []).append(seconds)
     if right is not None:
         mine.checks.append(passes(right, body["rating"]))

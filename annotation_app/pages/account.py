@@ -1,76 +1,208 @@
-"""Signing in and out, and the making of the first admin."""
+"""Signing in and out, links that make logins, and everybody's own account."""
 
 from __future__ import annotations
+
+import math
 
 import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
+from sqlalchemy.orm import Session
 
+from annotation_app import accounts, failed_sign_ins
+from annotation_app.account_links import read_link, use_link
+from annotation_app.audit import name_of, note
+from annotation_app.browser_sessions import (
+    current_person,
+    end_sessions,
+    had_login,
+    required_person,
+    sign_in,
+    sign_out,
+)
 from annotation_app.database import reading, transaction
-from annotation_app.installation import installation
+from annotation_app.installation import installation, now
 from annotation_app.limits import limited, sign_ins
-from annotation_app.people import find_login, sign_in, sign_out, use_admin_token
+from annotation_app.models import Person
+from annotation_app.pages.needs_login import refused
 from annotation_app.problems import Refusal
 
 blueprint = Blueprint("account", __name__)
+blueprint.register_error_handler(Refusal, refused)
+
+WRONG = "There is no such login with this password. Check both."
+BLOCKED = "Your login has been blocked. Ask the people who run the study."
+DIFFER = "The two passwords differ. Type the same one twice."
 
 
 @blueprint.get("/login")
 def login() -> str:
     """The form to sign in."""
-    return flask.render_template("login.html", back=_local(flask.request.args.get("next", "")))
+    with reading(installation().engine) as session:
+        is_ended = had_login() and current_person(session) is None
+    return flask.render_template(
+        "login.html",
+        back=_local(flask.request.args.get("next", "")),
+        is_signed_out="signed_out" in flask.request.args,
+        is_ended=is_ended,
+    )
 
 
 @blueprint.post("/login")
-@limited(sign_ins)
+@limited(sign_ins, by_address=True)
 def sign_in_() -> ResponseReturnValue:
     """Sign in, and go back to where somebody wanted to go."""
     form = flask.request.form
-    back = _local(form.get("next", ""))
-    with reading(installation().engine) as session:
-        person = find_login(session, form.get("login", ""), form.get("password", ""))
-    if person is None:
-        problem = "There is no such login with this password. Check both."
-        page = flask.render_template(
-            "login.html", back=back, problem=problem, login=form.get("login", "")[:100]
-        )
-        return page, 422
+    back, name = _local(form.get("next", "")), form.get("login", "")[: accounts.LONGEST_LOGIN]
+    try:
+        person = _checked(name, form.get("password", ""))
+    except Refusal as refusal:
+        page = flask.render_template("login.html", back=back, problem=refusal.message, login=name)
+        return page, refusal.status, _headers(refusal)
     sign_in(person)
     return flask.redirect(back, 303)
 
 
 @blueprint.post("/logout")
 def logout() -> ResponseReturnValue:
-    """Sign out."""
+    """Sign out, in all browsers."""
+    with transaction(installation().engine) as session:
+        person = current_person(session)
+        if person is not None:
+            end_sessions(session, person)
+            note(session, name_of(person), "signed out")
     sign_out()
-    return flask.redirect("/", 303)
+    return flask.redirect(flask.url_for("account.login", signed_out="yes"), 303)
 
 
 @blueprint.get("/setup/<token>")
 def setup(token: str) -> str:
-    """The form for the first admin. Only sending it tells whether the token is right."""
-    return flask.render_template("setup.html", token=token)
+    """What a link asks for: a login and a password, or only a new password."""
+    with reading(installation().engine) as session:
+        return _setup_page(session, token)
 
 
 @blueprint.post("/setup/<token>")
-@limited(sign_ins)
-def make_admin(token: str) -> ResponseReturnValue:
-    """Make the first admin, once."""
+@limited(sign_ins, by_address=True)
+def use_link_(token: str) -> ResponseReturnValue:
+    """Make the login, or set the password."""
     form = flask.request.form
     try:
-        if form.get("password") != form.get("again"):
-            raise Refusal(422, "The two passwords differ. Type the same one twice.")
         with transaction(installation().engine) as session:
-            person = use_admin_token(
-                session, token, form.get("login", ""), form.get("password", "")
-            )
+            read_link(session, token)
+            _check_same(form.get("password", ""), form.get("again", ""))
+            person = use_link(session, token, form.get("login", ""), form.get("password", ""))
+            if person.blocked_at is None:
+                note(session, name_of(person), "signed in")
     except Refusal as refusal:
-        page = flask.render_template(
-            "setup.html", token=token, problem=refusal.message, login=form.get("login", "")[:100]
-        )
-        return page, refusal.status
+        if refusal.status != 422:
+            raise
+        with reading(installation().engine) as session:
+            return _setup_page(session, token, problem=refusal.message), 422
+    if person.blocked_at is not None:
+        raise Refusal(403, BLOCKED)
     sign_in(person)
     return flask.redirect("/", 303)
+
+
+@blueprint.get("/account")
+def own_account() -> str:
+    """Somebody's own account."""
+    with reading(installation().engine) as session:
+        return _account_page(required_person(session, "annotator"))
+
+
+@blueprint.post("/account/password")
+@limited(sign_ins, by_address=True)
+def change_password() -> ResponseReturnValue:
+    """Change one's own password. All other sessions end."""
+    form = flask.request.form
+    with reading(installation().engine) as session:
+        person = required_person(session, "annotator")
+    try:
+        _check_same(form.get("password", ""), form.get("again", ""))
+        accounts.check_password(form.get("password", ""), person.login or "")
+        _checked(person.login or "", form.get("current", ""), signs_in=False)
+        with transaction(installation().engine) as session:
+            person = required_person(session, "annotator")
+            accounts.set_password(session, person, form["password"], actor=name_of(person))
+    except Refusal as refusal:
+        if refusal.status not in (422, 429):
+            raise
+        problem = "This isn't your password." if refusal.message == WRONG else refusal.message
+        return _account_page(person, problem=problem), refusal.status, _headers(refusal)
+    sign_in(person)
+    return flask.redirect(flask.url_for("account.own_account", changed="yes"), 303)
+
+
+class TooMany(Refusal):
+    """Too many wrong passwords: when to come again."""
+
+    def __init__(self, wait_s: float) -> None:
+        self.wait_s = max(1, math.ceil(wait_s))
+        minutes = math.ceil(self.wait_s / 60)
+        when = f"{self.wait_s} seconds" if self.wait_s < 100 else f"{minutes} minutes"
+        super().__init__(429, f"There were too many wrong passwords. Try again in {when}.")
+
+
+def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
+    """Whose login and password these are; each look at a password is counted first."""
+    address, engine = flask.request.remote_addr or "", installation().engine
+    with transaction(engine) as session:
+        wait_s = failed_sign_ins.begin(session, login, address, now=now())
+        if wait_s > 0:  # and nothing is kept: rows of made-up logins would fill the table
+            raise TooMany(wait_s)
+    with reading(engine) as session:
+        known = accounts.find(session, login)
+        person = accounts.matching(session, login, password)
+    with transaction(engine) as session:
+        if person is None or person.blocked_at is not None:
+            # What was typed as a login may be a password: only those that there are are noted.
+            who = "somebody" if known is None else name_of(known)
+            reason = "wrong password" if person is None else "blocked"
+            note(session, who, "sign-in refused", reason=reason)
+        else:
+            failed_sign_ins.succeeded(session, login, address)
+            if signs_in:
+                note(session, name_of(person), "signed in")
+    if person is None:
+        raise Refusal(422, WRONG)
+    if person.blocked_at is not None:
+        raise Refusal(403, BLOCKED)
+    return person
+
+
+def _check_same(password: str, again: str) -> None:
+    if password != again:
+        raise Refusal(422, DIFFER)
+
+
+def _headers(refusal: Refusal) -> dict[str, str]:
+    return {"Retry-After": str(refusal.wait_s)} if isinstance(refusal, TooMany) else {}
+
+
+def _setup_page(session: Session, token: str, problem: str | None = None) -> str:
+    link, person = read_link(session, token)
+    return flask.render_template(
+        "setup.html",
+        token=token,
+        link=link,
+        whose=person,
+        problem=problem,
+        login=flask.request.form.get("login", "")[: accounts.LONGEST_LOGIN],
+        shortest=accounts.SHORTEST_PASSWORD,
+    )
+
+
+def _account_page(person: Person, problem: str | None = None) -> str:
+    return flask.render_template(
+        "account.html",
+        person=person,
+        problem=problem,
+        is_changed="changed" in flask.request.args,
+        shortest=accounts.SHORTEST_PASSWORD,
+        idle_hours=installation().config.idle_hours,
+    )
 
 
 def _local(address: str) -> str:

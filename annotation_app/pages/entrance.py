@@ -7,20 +7,20 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 
+from annotation_app.browser_sessions import current_person, had_login, is_signed_in, sign_in
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation
 from annotation_app.limits import arrivals, limited
 from annotation_app.models import Person, Record, Study
+from annotation_app.pages.needs_login import sign_in_page
 from annotation_app.pages.progress import progress
 from annotation_app.people import (
     OPEN,
     RANKS,
     accept_invitation,
     add_anonymous,
-    current_person,
     has_consented,
     keep_consent,
-    sign_in,
 )
 from annotation_app.problems import Refusal
 from annotation_app.study import StudyConfig, restored
@@ -51,6 +51,8 @@ def study_page(study_name: str) -> ResponseReturnValue:
     with reading(installation().engine) as session:
         study = find_study(session, study_name)
         person = current_person(session)
+        if person is None and had_login():
+            return sign_in_page()
         if person is None or wants_welcome(study, person):
             return flask.redirect(f"/s/{study.name}/welcome")
         config = restored(study.config)
@@ -106,7 +108,7 @@ def agree(study_name: str) -> ResponseReturnValue:
             return _welcome(study, answers, problems), 422
         person = person or add_anonymous(session)
         keep_consent(session.merge(person), study.id, answers)
-    if flask.session.get("person") != person.id:
+    if not is_signed_in(person):
         sign_in(person)
     return flask.redirect(_onwards(study), 303)
 
@@ -121,11 +123,6 @@ def may_try(person: Person | None) -> bool:
     if installation().config.open_trying:
         return True
     return person is not None and RANKS[person.role] > RANKS["worker"] and not person.blocked_at
-
-
-def sign_in_page() -> ResponseReturnValue:
-    """Off to sign in, and back here."""
-    return flask.redirect(flask.url_for("account.login", next=flask.request.path))
 
 
 def _welcome(study: Study, answers: Record, problems: Record) -> str:

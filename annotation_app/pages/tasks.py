@@ -8,10 +8,12 @@ from flask.typing import ResponseReturnValue
 
 from annotation_app.api import read_task
 from annotation_app.assignment import Lease
+from annotation_app.browser_sessions import had_login
 from annotation_app.database import reading, transaction
 from annotation_app.installation import installation, now
 from annotation_app.models import Person, Study, Task
-from annotation_app.pages.entrance import sign_in_page, wants_welcome
+from annotation_app.pages.entrance import wants_welcome
+from annotation_app.pages.needs_login import sign_in_page
 from annotation_app.pages.progress import TaskProgress, progress
 from annotation_app.pages.words import KEYS, LIKERT, STATEMENT, TASK_WORDS
 from annotation_app.payloads import page_data
@@ -31,6 +33,8 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     engine = installation().engine
     with reading(engine) as session:
         person, study = visit(session, study_name)
+    if person is None and had_login():
+        return sign_in_page()
     if person is None or wants_welcome(study, person):
         return flask.redirect(f"/s/{study.name}/welcome?task={task}")
     with transaction(engine) as session:

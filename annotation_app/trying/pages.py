@@ -11,13 +11,14 @@ from flask.typing import ResponseReturnValue
 
 from annotation_app.answers import clean_text
 from annotation_app.api import read_request
+from annotation_app.browser_sessions import current_person, unknown
 from annotation_app.database import reading
 from annotation_app.installation import installation
 from annotation_app.limits import limited, tries
 from annotation_app.models import Person
-from annotation_app.pages.entrance import may_try, sign_in_page
-from annotation_app.people import current_person
-from annotation_app.problems import TO_SIGN_IN, Refusal
+from annotation_app.pages.entrance import may_try
+from annotation_app.pages.needs_login import sign_in_page
+from annotation_app.problems import Refusal
 from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, scenarios
 
 LONGEST_COMMAND = 500
@@ -88,8 +89,11 @@ def _visitor() -> Person | None:
 
 def _require() -> None:
     person = _visitor()
-    if not may_try(person):
-        raise Refusal(401 if person is None else 403, TO_SIGN_IN)
+    if may_try(person):
+        return
+    if person is None:
+        raise unknown("annotator")
+    raise Refusal(403, "This is for people with a login.")
 
 
 def _found(name: str) -> Shown:

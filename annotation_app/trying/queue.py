@@ -10,6 +10,7 @@ import signal
 import threading
 import time
 from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from annotation_app.people import new_id
@@ -42,6 +43,7 @@ class Attempts:
         self.model = model
         self._lock = threading.Lock()
         self._pool: ProcessPoolExecutor | None = None
+        self._stop: Connection | None = None
         self._waiting: list[Future[None]] = []
 
     def submit(self, asked: Asked) -> str:
@@ -63,7 +65,10 @@ class Attempts:
             write_state(folder, Shown(asked))
             if self._pool is None:
                 context = multiprocessing.get_context("spawn")  # OpenGL doesn't survive a fork
-                self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_begin)
+                ended, self._stop = context.Pipe(duplex=False)
+                self._pool = ProcessPoolExecutor(
+                    1, mp_context=context, initializer=_begin, initargs=(ended,)
+                )
             future = self._pool.submit(attempt, folder, self.model)
             future.add_done_callback(lambda done: self._ended(folder, done))
             self._waiting.append(future)
@@ -79,6 +84,12 @@ class Attempts:
             pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(cancel_futures=True)
+
+    def stop(self) -> None:
+        """End the process at once; whoever looks at what it was doing is told."""
+        if self._stop is not None:
+            self._stop.close()
+        self.close()
 
     def _ended(self, folder: Path, done: Future[None]) -> None:
         """Tell of an attempt whose process has died, and start another process next time."""
@@ -97,17 +108,15 @@ class Attempts:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _begin() -> None:
+def _begin(ended: Connection) -> None:
     """Let the server's processes go first, and end with the one that started this one."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches the whole group of processes
     if hasattr(os, "nice"):  # there is none on Windows
         os.nice(NICENESS)
     os.environ["LP_NUM_THREADS"] = "1"  # Mesa would start threads for all cores
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(ended,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(0)
+def _end_with(ended: Connection) -> None:
+    ended.poll(None)  # until the other end is closed, by whatever end the server has come to
+    os._exit(0)

@@ -53,14 +53,9 @@ def read_arrays(path: Path) -> Arrays:
         If the file is missing, cut off or doesn't hold the four arrays.
     """
     fix = "restore the file, or import the corpus again"
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise FormatError("the file is missing", where=str(path), fix=fix) from None
-    except OSError as error:
-        what = f"the file can't be read: {error.strerror}"
-        raise FormatError(what, where=str(path), fix=fix) from error
-    arrays = array_file.read_arrays(content, _FIELDS, where=str(path), fix=fix, error=FormatError)
+    if not path.is_file():
+        raise FormatError("the file is missing", where=str(path), fix=fix)
+    arrays = array_file.read_arrays(path, _FIELDS, where=str(path), fix=fix, error=FormatError)
     offsets, t, xyz, yaw = (arrays[name] for name in _FIELDS)
     n = len(t)
     if not len(offsets) or xyz.shape != (n, 3) or yaw.shape != (n,):

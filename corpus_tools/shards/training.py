@@ -180,9 +180,7 @@ def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp])
 def _read_columns(
     path: Path,
 ) -> tuple[list[str], list[str], npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    found = read_arrays(
-        path.read_bytes(), _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError
-    )
+    found = read_arrays(path, _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError)
     return found["bases"].tolist(), found["words"].tolist(), found["keys"], found["column"]
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import os
 import pwd
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -22,9 +25,37 @@ def programs() -> Path | None:
     return next((folder for folder in folders if (folder / "initdb").exists()), None)
 
 
+@dataclass(frozen=True)
+class Cluster:
+    """A cluster, which can be stopped and started; it listens at a socket only.
+
+    Parameters
+    ----------
+    url
+        Where it is, without the database's name.
+    """
+
+    url: str
+    _control: Callable[..., None]
+    _options: str
+
+    def start(self) -> None:
+        self._control("-o", self._options, "start")
+
+    def stop(self, how: str = "immediate") -> None:
+        self._control("-m", how, "stop")
+
+
 @contextmanager
 def cluster(*, durable: bool = False) -> Iterator[str]:
-    """The URL of a new cluster, without the database's name; it listens at a socket only.
+    """The URL of a new cluster; see :func:`running_cluster`."""
+    with running_cluster(durable=durable) as running:
+        yield running.url
+
+
+@contextmanager
+def running_cluster(*, durable: bool = False) -> Iterator[Cluster]:
+    """A new cluster.
 
     Parameters
     ----------
@@ -55,12 +86,15 @@ def cluster(*, durable: bool = False) -> Iterator[str]:
         options = f"-c listen_addresses='' -c unix_socket_directories={home} -c max_connections=200"
         if not durable:
             options += " -c fsync=off -c full_page_writes=off -c autovacuum=off"
-        control = str(folder / "pg_ctl")
-        run(control, "-D", str(data), "-w", "-l", str(home / "log"), "-o", options, "start")
+        control = str(folder / "pg_ctl"), "-D", str(data), "-w", "-l", str(home / "log")
+        url = f"postgresql://tests@/{{name}}?host={home}"
+        made = Cluster(url, functools.partial(run, *control), options)
+        made.start()
         try:
-            yield f"postgresql://tests@/{{name}}?host={home}"
+            yield made
         finally:
-            run(control, "-D", str(data), "-m", "immediate", "stop")
+            with contextlib.suppress(subprocess.CalledProcessError):  # it may be stopped already
+                made.stop()
     finally:
         shutil.rmtree(home, ignore_errors=True)
 

@@ -155,7 +155,22 @@ def test_a_draft_never_overwrites_an_answer(app: Flask) -> None:
     assert person.draft(item, 2, {"text": "Go th"}).json["kept"] is False
     with reading(engine_of(app)) as session:
         assert session.scalars(select(Answer)).one().body["text"] == "Go there"
-        assert session.scalars(select(Draft)).one().body == {"text": "G"}
+        assert session.scalars(select(Draft)).all() == []
+
+
+def test_a_draft_goes_with_its_answer(app: Flask) -> None:
+    """What somebody typed and took back isn't kept; other drafts are."""
+    person, other = Browser(app), Browser(app)
+    item = person.take("describe")["item"]
+    for one in (person, other):
+        one.take("describe")
+        one.draft(item, 1, {"text": "My name is Ada."})
+    event = str(uuid.uuid4())
+    for _ in range(2):  # sent again it is the same answer
+        assert person.answer(item, described(), event).json["state"] == "accepted"
+    assert person.draft(item, 9, {"text": "late"}).json["kept"] is False
+    with reading(engine_of(app)) as session:
+        assert [draft.person_id for draft in session.scalars(select(Draft))] == [other.person.id]
 
 
 def test_drafts_that_come_out_of_order(app: Flask) -> None:

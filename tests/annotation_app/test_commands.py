@@ -116,9 +116,14 @@ def test_a_backup_is_restored(app: Flask, tmp_path: Path) -> None:
     Browser(app).do("describe", described("Go there 😀"))
     instance = str(installation_of(app).config.instance)
     archive, other = str(tmp_path / "backup.jsonl.gz"), str(tmp_path / "other")
-    assert run(["annotate", "backup", archive, "--instance", instance]) == 0
-    assert run(["annotate", "restore", archive, "--instance", other]) == 0
+    (tmp_path / "passphrase").write_text("correct horse battery\n")
+    keys = ["--passphrase-file", str(tmp_path / "passphrase")]
+    assert run(["annotate", "backup", archive, "--instance", instance]) == 2  # without a choice
+    assert run(["annotate", "backup", archive, "--instance", instance, *keys]) == 0
+    assert run(["annotate", "verify", archive]) == 0
     assert run(["annotate", "restore", archive, "--instance", other]) == 2
+    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 0
+    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 2
     files = [tmp_path / "before.jsonl", tmp_path / "after.jsonl"]
     for folder, file in zip((instance, other), files, strict=True):
         command = ["annotate", "export", str(file), "--format", "jsonl", "--instance", folder]

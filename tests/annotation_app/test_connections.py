@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import resource
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 import waitress
+from flask import Flask
 
+from annotation_app.config import Config
 from annotation_app.connections import Connections
+from annotation_app.room import Room, network_of
+from tests.annotation_app.browser import Browser, described
+from tests.annotation_app.real_server import new_uuid, running
 
 LARGE = 4_000_000
 PATIENCE_S = 60.0
@@ -22,14 +30,16 @@ def echo(environ: dict[str, Any], start_response: Callable[..., Any]) -> Iterabl
     body = environ["wsgi.input"].read()
     if environ["PATH_INFO"] == "/large":
         body = b"x" * LARGE
+    elif environ["PATH_INFO"] == "/slow":
+        time.sleep(0.2)
     start_response("200 OK", [("Content-Length", str(len(body)))])
     return [body]
 
 
 @contextmanager
-def served(**options: Any) -> Iterator[Callable[[], socket.socket]]:
-    """What connects to a server."""
-    connections = Connections()
+def served(room: Room | None = None, **options: Any) -> Iterator[Callable[..., socket.socket]]:
+    """What connects to a server, from an address of this machine."""
+    connections = Connections(room)
     is_over = False
     server = waitress.create_server(
         echo, map=connections, host="127.0.0.1", port=0, threads=2, **options
@@ -43,8 +53,9 @@ def served(**options: Any) -> Iterator[Callable[[], socket.socket]]:
     thread.start()
     opened: list[socket.socket] = []
 
-    def connect() -> socket.socket:
-        opened.append(socket.create_connection(("127.0.0.1", server.effective_port), PATIENCE_S))
+    def connect(address: str = "127.0.0.1") -> socket.socket:
+        there, here = ("127.0.0.1", server.effective_port), (address, 0)
+        opened.append(socket.create_connection(there, PATIENCE_S, source_address=here))
         return opened[-1]
 
     try:
@@ -159,5 +170,125 @@ def test_more_connections_than_it_takes_wait() -> None:
 
 
 def test_silent_connections_are_closed_in_the_end() -> None:
-    with served(channel_timeout=0, cleanup_interval=0) as connect:
+    with served(Room(idle_s=0)) as connect:
         assert connect().recv(1) == b""
+
+
+def test_the_head_of_a_request_must_come_soon() -> None:
+    with served(Room(head_s=0.5)) as connect:
+        silent, begun, begins_again, waits, sends = (connect() for _ in range(5))
+        begun.sendall(b"POST / HTTP/1.1\r\nHost:")
+        for connection in (begins_again, waits):
+            connection.sendall(request(b"first"))
+            assert reply(connection) == b"first"
+        begins_again.sendall(b"POST / HTTP/1.1\r\nHost:")
+        sent = request(b"a body may take longer")
+        sends.sendall(sent[:-5])
+        for connection in (silent, begun, begins_again):
+            assert connection.recv(1) == b""
+        sends.sendall(sent[-5:])
+        assert reply(sends) == b"a body may take longer"
+        waits.sendall(request(b"second"))
+        assert reply(waits) == b"second"
+
+
+def test_unfinished_heads_of_one_client_shut_nobody_out() -> None:
+    with served(Room(200), connection_limit=300) as connect:
+        for _ in range(1010):
+            connect("127.0.0.1").sendall(b"GET / HTTP/1.1\r\nX: ")
+        for address in ("127.0.0.2", "127.0.0.1"):
+            start = time.monotonic()
+            other = connect(address)
+            other.sendall(request(b"let me in"))
+            assert reply(other) == b"let me in"
+            assert time.monotonic() - start < 1
+
+
+@pytest.mark.parametrize("is_done", [True, False])
+def test_who_has_most_connections_gives_one_back(is_done: bool) -> None:
+    """Whether each has had an answer, or sends its body slowly."""
+    with served(Room(30), connection_limit=100) as connect:
+        few = [connect(f"127.0.0.{number}") for number in range(2, 12)]
+        many = []
+        for connection in few:
+            connection.sendall(request(b"few"))
+            assert reply(connection) == b"few"
+        for number in range(100):
+            many.append(connect())
+            sent = request(b"slow")
+            many[-1].sendall(sent if is_done else sent[:-1])
+            if is_done:
+                assert reply(many[-1]) == b"slow"
+            elif number % 10 == 0:
+                few[0].sendall(request(b"meanwhile"))
+                assert reply(few[0]) == b"meanwhile"
+        for connection in few:
+            connection.sendall(request(b"still here"))
+            assert reply(connection) == b"still here"
+        assert many[0].recv(1) == b""  # its oldest
+
+
+def test_nobody_is_sent_away_while_they_are_answered(caplog: pytest.LogCaptureFixture) -> None:
+    with served(Room(6), connection_limit=100) as connect:
+        answered = [connect() for _ in range(6)]
+        for connection in answered:
+            connection.sendall(request(b"x", "/slow"))
+        silent = connect()
+        for _ in range(10):  # each takes the place of the one before
+            before, silent = silent, connect()
+            assert before.recv(1) == b""
+        silent.sendall(request(b"y", "/slow"))
+        assert [reply(connection) for connection in (*answered, silent)] == [b"x"] * 6 + [b"y"]
+    told = [r.getMessage() for r in caplog.records if r.name == "annotation_app.room"]
+    assert told == [
+        "all 6 connections are in use, 8 of them by one address; "
+        "those that wait for longest are closed"
+    ]
+
+
+def test_the_network_of_an_ipv6_address_counts() -> None:
+    assert network_of("192.0.2.1") == "192.0.2.1"
+    assert network_of("2001:db8:1::1") == network_of("2001:db8:1:0:ffff::2%eth0")
+    assert network_of("2001:db8:1::1") != network_of("2001:db8:2::1")
+
+
+def test_who_never_reads_their_answers_gives_room_to_others() -> None:
+    with served(Room(3), connection_limit=100) as connect:
+        for _ in range(3):
+            connect().sendall(request(b"", "/large"))
+        time.sleep(2.5)
+        for address in ("127.0.0.2", "127.0.0.3", "127.0.0.4"):
+            other = connect(address)
+            other.sendall(request(b"let me in"))
+            assert reply(other) == b"let me in"
+
+
+@pytest.fixture
+def many_files() -> Iterator[None]:
+    """Each connection is one."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4096)), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("many_files")
+def test_the_server_itself_with_a_thousand_unfinished_requests(
+    app: Flask, config: Config, tmp_path: Path
+) -> None:
+    person = Browser(app)
+    item = person.take("describe")["item"]
+    with running(config, tmp_path) as server, ExitStack() as opened:
+        for _ in range(1010):
+            one = opened.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+            one.sendall(b"GET / HTTP/1.1\r\nX: ")
+        for number in range(20):
+            client = server.client(person)
+            client.connection.source_address = (f"127.0.0.{2 + number % 3}", 0)
+            start = time.monotonic()
+            status, reply, _ = client.answer(item, described(), new_uuid())
+            assert (status, reply["state"]) == (200, "repeated" if number else "accepted")
+            assert time.monotonic() - start < 1
+        assert server.end() == 0
+    assert server.logged() == []

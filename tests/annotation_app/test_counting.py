@@ -27,6 +27,7 @@ def test_threads_count_together() -> None:
 def test_what_is_old_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = [1000.0]
     monkeypatch.setattr("annotation_app.counting.time.time", lambda: clock[0])
+    monkeypatch.setattr("annotation_app.counting.time.monotonic", lambda: clock[0])
     storage = counting.ProcessStorage()
     assert [storage.acquire_entry("ann", 2, 60) for _ in range(3)] == [True, True, False]
     clock[0] += 30

@@ -11,7 +11,6 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -64,16 +63,7 @@ def test_videos_come_to_the_demo_one_by_one(cache: Path, tmp_path: Path) -> None
     assert all(before < after for before, after in pairwise(map(len, seen)))
 
 
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """A shell's background jobs ignore the signal, and so does what they start."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.slow
-@pytest.mark.usefixtures("interruptible")
 def test_it_opens_the_demo_ends_and_goes_on(cache: Path, tmp_path: Path) -> None:
     first = start_and_interrupt(cache, tmp_path)
     second = start_and_interrupt(cache, tmp_path)

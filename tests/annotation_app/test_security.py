@@ -15,16 +15,8 @@ from sqlalchemy import select
 from annotation_app.config import open_instance
 from annotation_app.database import opened, reading, transaction
 from annotation_app.factory import create_app
-from annotation_app.models import Media, Person, Secret
-from annotation_app.people import (
-    accept_invitation,
-    add_login,
-    find_login,
-    find_or_add,
-    invitation,
-    new_admin_token,
-    use_admin_token,
-)
+from annotation_app.models import Media, Person
+from annotation_app.people import accept_invitation, find_or_add, invitation
 from annotation_app.problems import Refusal
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.rendered import VIDEOS, WORDS
@@ -101,7 +93,7 @@ def test_changes_need_a_person(app: Flask) -> None:
     stranger.csrf = stranger.client.get("/api/session").json["csrf"]
     response = stranger.lease("describe")
     assert response.status_code == 401
-    assert "nothing that you typed is lost" in response.json["error"]
+    assert "Open the study's address again" in response.json["error"]
 
 
 def test_a_forged_cookie_is_nobody(app: Flask) -> None:
@@ -224,39 +216,6 @@ def test_ids_are_hashed_with_the_installations_salt(app: Flask) -> None:
         assert find_or_add(session, "prolific", "worker-one").id == person.id
         assert find_or_add(session, "mturk", "worker-one").id != person.id
         assert "worker-one" not in str(vars(person))
-
-
-def test_logins(app: Flask) -> None:
-    with app.app_context(), transaction(engine_of(app)) as session:
-        person = add_login(session, " Ann ", "a long password", "annotator")
-        assert person.password_hash is not None
-        assert person.password_hash.startswith("scrypt:")
-        assert find_login(session, "ann", "a long password") is person
-        assert find_login(session, "ann", "another password") is None
-        assert find_login(session, "bob", "a long password") is None
-        for login, password in (("ann", "a long password"), ("bob", "short"), ("", "long enough")):
-            with pytest.raises(Refusal):
-                add_login(session, login, password, "annotator")
-        person.blocked_at = 1.0
-        assert find_login(session, "ann", "a long password") is None
-
-
-def test_the_first_admin_is_made_once(app: Flask) -> None:
-    with app.app_context():
-        with transaction(engine_of(app)) as session:
-            old, token = new_admin_token(session), new_admin_token(session)
-            assert old is not None
-            assert token is not None
-            kept = session.get_one(Secret, "admin-token").value
-            assert token.encode() not in kept
-        for wrong in (old, "", "guess"):
-            with transaction(engine_of(app)) as session, pytest.raises(Refusal):
-                use_admin_token(session, wrong, "ann", "a long password")
-        with transaction(engine_of(app)) as session:
-            assert use_admin_token(session, token, "ann", "a long password").role == "admin"
-            assert new_admin_token(session) is None
-        with transaction(engine_of(app)) as session, pytest.raises(Refusal):
-            use_admin_token(session, token, "eve", "a long password")
 
 
 def test_invitations(app: Flask) -> None:

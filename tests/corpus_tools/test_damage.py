@@ -10,7 +10,6 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from corpus_tools.cli import run
@@ -18,7 +17,6 @@ from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.records import MANIFEST
 from corpus_tools.corpus.writing import corpus_files, write_corpus
 from g3.annotation import Judgment
-from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import CorpusError, FormatError
 from g3.examples import examples
 from g3.language.cooccurrence import count_list, table_from_bytes, table_to_bytes
@@ -129,17 +127,6 @@ def test_damaged_extractors_and_tag_tables():
     telling = {"where": "t.npz", "fix": "count again"}
     for _, content in damaged(table, 500, seed=3):
         outcome(lambda c=content: table_to_bytes(table_from_bytes(c, **telling)), table, "t.npz")
-
-
-def test_what_a_file_promises_is_not_believed():
-    """A shape of terabytes, and an array that is a thousand times as large as its file."""
-    fields = {"a": Field("|u1")}
-    telling = {"where": "a.npz", "fix": "restore it", "error": FormatError}
-    bomb = write_arrays({"a": np.zeros(1 << 26, dtype=np.uint8)})
-    with pytest.raises(FormatError, match=r"a.npz: a: .*promises 67108992 bytes, in a file of"):
-        read_arrays(bomb, fields, **telling)
-    small = write_arrays({"a": np.zeros(1 << 20, dtype=np.uint8)})
-    assert len(read_arrays(small, fields, **telling)["a"]) == 1 << 20
 
 
 def test_changes_by_hand_are_accepted_by_a_command(corpus, tmp_path, capsys):

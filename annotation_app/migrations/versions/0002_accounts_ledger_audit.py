@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import sqlalchemy as sa
 from alembic import op
+
+from annotation_app.person_codes import new_code
 
 revision = "0002"
 down_revision = "0001"
@@ -65,6 +70,7 @@ def upgrade() -> None:
         sa.Column("key", sa.String(length=500), nullable=False),
         sa.Column("assignment", sa.String(length=200), nullable=False),
         sa.Column("amount", sa.String(length=200), nullable=False),
+        sa.Column("listed_before", sa.Integer(), nullable=True),
         sa.Column("reason", sa.String(length=2000), nullable=False),
         sa.Column("reference", sa.String(length=200), nullable=True),
         sa.Column("state", sa.String(length=20), nullable=False),
@@ -100,3 +106,114 @@ def upgrade() -> None:
         batch_op.create_unique_constraint("person_code_key", ["code"])
 
     # ### end Alembic commands ###
+    _end_sessions_of_logins()
+    give_codes()
+    forget_answered_drafts()
+    _forget_wrong_durations()
+    _fill_ledger()
+
+
+def _end_sessions_of_logins() -> None:
+    """Cookies of older programs have no number, which counts as 1: workers stay signed in.
+
+    Those of people with a login don't say so, and would hold for 60 days however idle. The
+    first admin's link is in another table now.
+    """
+    op.execute("UPDATE person SET session_number = 2 WHERE login IS NOT NULL")
+    op.execute("DELETE FROM secret WHERE name = 'admin-token'")
+
+
+def give_codes() -> None:
+    """Give everybody a code by which they can ask for their data; imported people don't ask."""
+    person = sa.table("person", sa.column("id"), sa.column("provider"), sa.column("code"))
+    connection = op.get_bind()
+    wanted = sa.select(person.c.id).where(person.c.code.is_(None), person.c.provider != "import")
+    codes = [{"who": who, "new": new_code()} for who in connection.scalars(wanted)]
+    if codes:
+        given = sa.update(person).where(person.c.id == sa.bindparam("who"))
+        connection.execute(given.values(code=sa.bindparam("new")), codes)
+
+
+def forget_answered_drafts() -> None:
+    """Delete drafts whose answers are there: what people took back stayed in them."""
+    op.execute(
+        "DELETE FROM draft WHERE EXISTS (SELECT 1 FROM answer JOIN item ON item.id = draft.item_id"
+        " WHERE answer.person_id = draft.person_id AND answer.task = item.task"
+        " AND answer.subject = item.subject)"
+    )
+
+
+def _forget_wrong_durations() -> None:
+    # Zero stood for unknown, and less than zero came from clocks that were set back.
+    answer = sa.table("answer", sa.column("seconds", sa.Double()))
+    op.execute(answer.update().where(answer.c.seconds <= 0).values(seconds=None))
+
+
+def _fill_ledger() -> None:
+    """Move what was approved, rejected and paid out of ``participation.outcome``.
+
+    A bonus that was prepared and never noted as paid is in doubt: earlier programs noted that
+    only after they had an answer.
+    """
+    bind = op.get_bind()
+    participation = sa.table(
+        "participation",
+        *map(sa.column, ("id", "study_id", "provider", "assignment", "begun_at")),
+        sa.column("outcome", sa.JSON()),
+    )
+    columns = sa.inspect(bind).get_columns("ledger")
+    ledger = sa.table("ledger", *(sa.column(column["name"]) for column in columns))
+    for row in bind.execute(sa.select(participation).order_by(participation.c.id)).mappings():
+        kept = dict(row["outcome"])
+        entries = list(_past_calls(dict(row), kept))
+        if entries:
+            bind.execute(sa.insert(ledger), entries)
+            changed = sa.update(participation).where(participation.c.id == row["id"])
+            bind.execute(changed.values(outcome=kept))
+
+
+def _past_calls(
+    participation: Mapping[str, Any], outcome: dict[str, Any]
+) -> Iterator[dict[str, Any]]:
+    """The calls that an outcome tells of, which it doesn't any more afterwards."""
+    assignment = participation["assignment"]
+    common = {
+        "study_id": participation["study_id"],
+        "participation_id": participation["id"],
+        "provider": participation["provider"],
+        "problem": "",
+    }
+    reason = outcome.pop("reason", "")
+    for what, noted in (("approve", "approved_at"), ("reject", "rejected_at")):
+        at = outcome.pop(noted, None)
+        if at is not None:
+            yield {
+                **common,
+                "what": what,
+                "key": assignment,
+                "assignment": assignment,
+                "amount": "",
+                "reason": reason[:2000] if what == "reject" else "",
+                "reference": None,
+                "state": "done",
+                "attempted_at": at,
+                "ended_at": at,
+            }
+    for key, bonus in outcome.pop("bonuses", {}).items():
+        paid_at, reference = bonus.get("paid_at"), bonus["reference"]
+        is_partial = key == "partial"
+        # Mechanical Turk's references begin with the assignment that was paid by.
+        by = reference.partition("-")[0] if participation["provider"] == "mturk" else assignment
+        yield {
+            **common,
+            "what": "partial payment" if is_partial else "bonus",
+            "key": assignment if is_partial else f"{assignment} {key}",
+            "assignment": by,
+            "amount": bonus["amount"],
+            "reason": bonus.get("reason", "")[:2000],
+            "reference": reference,
+            "state": "in doubt" if paid_at is None else "done",
+            "attempted_at": participation["begun_at"] if paid_at is None else paid_at,
+            "ended_at": paid_at,
+            "problem": "an earlier program didn't note an answer" if paid_at is None else "",
+        }

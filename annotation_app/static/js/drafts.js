@@ -72,19 +72,20 @@ export class Drafts {
   async #save({ keepalive = false } = {}) {
     if (!this.isBehind || (this.#sending && !keepalive)) return;
     const sent = this.latest;
+    let again = AGAIN_MS;
     this.#sending = true;
     try {
-      const { status, data } = await send("PUT", this.path, sent, { keepalive });
+      const { status, data, againMs } = await send("PUT", this.path, sent, { keepalive });
+      again = Math.max(again, againMs);
       if (isPassing(status)) throw new Error(`status ${status}`);
       this.#onServer = sent.revision;
       if (this.stopped) return;
-      if (status === 401) this.show("local", "Not saved: sign in again in another tab");
-      else if (status !== 200) this.show("local", data.error ?? "Not saved");
+      if (status !== 200) this.show("local", data.error ?? "Not saved");
       else if (!data.kept) this.show("local", "Changed in another tab: load this page again");
       else if (!this.isBehind) this.show("saved", "Saved");
     } catch {
       if (!this.stopped) this.show("local", "Kept in this browser, not on the server yet");
-      this.#plan(AGAIN_MS);
+      this.#plan(again);
       return;
     } finally {
       this.#sending = false;

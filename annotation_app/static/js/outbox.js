@@ -6,6 +6,8 @@ import { erase, names, read, write } from "./storage.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30000;
+// So that not all browsers come at once when the server is back.
+const SPREAD = 0.25;
 
 const prefix = (who) => `g3:${who}:out:`;
 
@@ -31,15 +33,18 @@ export function entries(who) {
 export async function deliver(who, entry, waiting) {
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
     let message = "Not sent yet: there is no network. Your answer is kept and will be sent.";
+    let again = 0;
     try {
       const path = `/api/items/${entry.item}/answer`;
-      const { status, data } = await send("POST", path, { uuid: entry.uuid, body: entry.body });
+      const sent = { uuid: entry.uuid, body: entry.body };
+      const { status, data, againMs } = await send("POST", path, sent);
+      again = againMs;
       if (status === 200) {
         remove(who, entry.uuid);
         return { kept: true, ...data };
       }
-      if (status === 401) message = "Not sent yet: sign in again in another tab.";
-      else if (isPassing(status)) message = "Not sent yet: the server is busy. Trying again…";
+      if (status === 401) message = `Not sent yet. ${data.error}`;
+      else if (isPassing(status)) message = why(status);
       else {
         remove(who, entry.uuid);
         return { kept: false, error: data.error, problems: data.problems ?? [] };
@@ -48,8 +53,14 @@ export async function deliver(who, entry, waiting) {
       // no network
     }
     waiting(message);
-    await pause(wait);
+    await pause(Math.max(wait, again) * (1 + SPREAD * Math.random()));
   }
+}
+
+function why(status) {
+  if (status === 429) return "Not sent yet: that was a bit fast. Your answer waits here and is sent by itself.";
+  if (status >= 502) return "Not sent yet: the study can't be reached. Your answer waits in this browser and is sent by itself.";
+  return "Not sent yet: the server has a problem. Your answer waits in this browser and is sent by itself.";
 }
 
 /** Wait, or until there is network again. */

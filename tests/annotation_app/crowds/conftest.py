@@ -7,7 +7,8 @@ import pytest
 
 from annotation_app.study import Payment, StudyConfig, TaskConfig
 from tests.annotation_app.conftest import STUDY
-from tests.annotation_app.crowds.stand_ins import MechanicalTurk, Prolific, serving
+from tests.annotation_app.crowds.prolific_stand_in import Prolific
+from tests.annotation_app.crowds.stand_ins import MechanicalTurk, serving
 
 PAID = msgspec.structs.replace(
     STUDY,

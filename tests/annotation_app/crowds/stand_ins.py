@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 import json
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from socketserver import ThreadingMixIn
-from typing import Any
+from typing import Any, Literal, cast
 from urllib.parse import parse_qs
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
-Reply = tuple[int, dict[str, Any] | None]
-"""The status, and what is sent as JSON, if anything is."""
+Reply = tuple[int, Any] | None
+"""The status, and what is sent as JSON, if anything is; None cuts the connection."""
+Loss = Literal["unavailable", "cut", "slow", "never came", "too many"]
+"""How an answer is lost: 503, or the connection is cut, or it comes late, each after the request
+was carried out; or 503 before that; or a refusal that says that nothing was done."""
+LATE_S = 1.0
 NOW = 1_790_000_000.0
+
+
+def lossy(losses: dict[str, Loss], operation: str, reply: Callable[[], Reply]) -> Reply:
+    """A reply, unless it is to be lost."""
+    loss = losses.pop(operation, None)
+    if loss == "too many":
+        return 429, {"__type": "ThrottlingException", "Message": "too many requests"}
+    if loss == "never came":
+        return 503, {"__type": "ServiceUnavailable", "Message": "try again"}
+    answer = reply()
+    if loss == "cut":
+        return None
+    if loss == "unavailable":
+        return 503, {"__type": "ServiceUnavailable", "Message": "try again"}
+    if loss == "slow":
+        time.sleep(LATE_S)
+    return answer
 
 
 class MechanicalTurk:
@@ -27,8 +49,8 @@ class MechanicalTurk:
         self.bonuses: list[dict[str, Any]] = []
         self.bonus_tokens: set[str] = set()
         self.calls: list[str] = []
-        self.drop_reply_to: set[str] = set()
-        """Operations that are done, but whose answer is lost on the way."""
+        self.losses: dict[str, Loss] = {}
+        """Operations whose next answer is lost."""
 
     def __call__(self, method: str, path: str, headers: dict[str, str], body: bytes) -> Reply:
         if path == "/mturk/externalSubmit":
@@ -36,11 +58,15 @@ class MechanicalTurk:
         assert "AWS4-HMAC-SHA256" in headers["HTTP_AUTHORIZATION"]
         operation = headers["HTTP_X_AMZ_TARGET"].rpartition(".")[2]
         self.calls.append(operation)
-        reply = getattr(self, operation)(json.loads(body))
-        if operation in self.drop_reply_to:
-            self.drop_reply_to.discard(operation)
-            return 503, {"__type": "ServiceUnavailable", "Message": "try again"}
-        return reply
+        request = json.loads(body)
+        return lossy(
+            self.losses, operation, lambda: cast("Reply", getattr(self, operation)(request))
+        )
+
+    def let_a_day_pass(self) -> None:
+        """Tokens are known for 24 hours."""
+        self.tokens.clear()
+        self.bonus_tokens.clear()
 
     def accept(self, worker: str) -> dict[str, str]:
         """A worker accepts a HIT: what the platform adds to the address in the frame."""
@@ -162,77 +188,6 @@ class MechanicalTurk:
         return {**{n: hit[n] for n in names}, "NumberOfAssignmentsAvailable": available}
 
 
-class Prolific:
-    """Researchers' operations, and participants who come and go."""
-
-    def __init__(self) -> None:
-        self.studies: dict[str, dict[str, Any]] = {}
-        self.submissions: dict[str, dict[str, Any]] = {}
-        self.bulk: dict[str, dict[str, Any]] = {}
-        self.test_runs: list[str] = []
-
-    def __call__(self, method: str, path: str, headers: dict[str, str], body: bytes) -> Reply:
-        if headers.get("HTTP_AUTHORIZATION") != "Token secret":
-            return 401, {"error": {"title": "Unauthorised"}}
-        request = json.loads(body) if body else {}
-        return self._reply(request, [method, *path.strip("/").split("/")[2:]])
-
-    def _reply(self, request: dict[str, Any], route: list[str]) -> Reply:  # noqa: C901
-        match route:
-            case ["GET", "studies"]:
-                return 200, {"results": list(self.studies.values())}
-            case ["POST", "studies"]:
-                study_id = f"study{len(self.studies) + 1}"
-                self.studies[study_id] = {**request, "id": study_id, "status": "UNPUBLISHED"}
-                return 201, self.studies[study_id]
-            case ["PATCH", "studies", study_id]:
-                self.studies[study_id].update(request)
-                return 200, self.studies[study_id]
-            case ["POST", "studies", study_id, "transition"]:
-                assert request == {"action": "PUBLISH"}
-                self.studies[study_id]["status"] = "ACTIVE"
-                return 200, self.studies[study_id]
-            case ["POST", "studies", study_id, "test-study"]:
-                self.test_runs.append(study_id)
-                return 200, {"study_id": "t", "study_url": f"https://app.prolific.com/t/{study_id}"}
-            case ["GET", "studies", study_id, "submissions"]:
-                found = [s for s in self.submissions.values() if s["study_id"] == study_id]
-                return 200, {"results": found}
-            case ["POST", "submissions", "bonus-payments"]:
-                bulk_id = f"bulk{len(self.bulk) + 1}"
-                self.bulk[bulk_id] = {**request, "id": bulk_id, "paid": 0}
-                return 201, {"id": bulk_id}
-            case ["POST", "bulk-bonus-payments", bulk_id, "pay"]:
-                self.bulk[bulk_id]["paid"] += 1
-                return 202, {}
-            case ["POST", "submissions", submission_id, "transition"]:
-                return self._transition(submission_id, request)
-            case ["POST", "researchers", "participants"]:
-                return 201, {"participant_id": "tester1"}
-        return 404, {"error": route}
-
-    def begin(self, person: str) -> dict[str, str]:
-        (study_id,) = self.studies
-        submission = f"sub{len(self.submissions) + 1}"
-        self.submissions[submission] = {
-            "id": submission,
-            "participant_id": person,
-            "study_id": study_id,
-            "status": "ACTIVE",
-        }
-        return {"PROLIFIC_PID": person, "STUDY_ID": study_id, "SESSION_ID": submission}
-
-    def _transition(self, submission_id: str, request: dict[str, Any]) -> Reply:
-        submission = self.submissions[submission_id]
-        if submission["status"] != "AWAITING REVIEW":
-            return 400, {"error": {"detail": "Only submissions that await review"}}
-        if request["action"] == "REJECT":
-            assert len(request["message"]) >= 100
-            assert request["rejection_category"]
-        submission["status"] = {"APPROVE": "APPROVED", "REJECT": "REJECTED"}[request["action"]]
-        return 200, submission
-
-
 @contextmanager
 def serving(platform: Callable[[str, str, dict[str, str], bytes], Reply]) -> Iterator[str]:
     """Serve a platform at an address of this machine."""
@@ -240,7 +195,11 @@ def serving(platform: Callable[[str, str, dict[str, str], bytes], Reply]) -> Ite
     def application(environ: dict[str, Any], start_response: Any) -> list[bytes]:
         length = int(environ.get("CONTENT_LENGTH") or 0)
         body = environ["wsgi.input"].read(length)
-        status, value = platform(environ["REQUEST_METHOD"], environ["PATH_INFO"], environ, body)
+        reply = platform(environ["REQUEST_METHOD"], environ["PATH_INFO"], environ, body)
+        if reply is None:
+            environ["stand_in.socket"].shutdown(socket.SHUT_RDWR)
+            return []
+        status, value = reply
         content = b"" if value is None else json.dumps(value).encode()
         headers = [("Content-Type", "application/x-amz-json-1.1")]
         start_response(f"{status} -", [*headers, ("Content-Length", str(len(content)))])
@@ -262,6 +221,9 @@ class _Server(ThreadingMixIn, WSGIServer):
 
 
 class _Quiet(WSGIRequestHandler):
+    def get_environ(self) -> Any:
+        return {**super().get_environ(), "stand_in.socket": self.connection}
+
     def log_message(self, *_: Any) -> None:
         pass
 

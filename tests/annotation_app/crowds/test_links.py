@@ -41,6 +41,7 @@ def test_anybody_may_take_an_open_link(app: Flask, config: Config) -> None:
     assert "0 of 2" in other.finish()
     one.do("describe", described("Wait."))
     assert "completion code" in one.finish()
+    assert "Your code for questions about your data" in one.finish()
 
 
 def test_an_invitation_is_for_one_person(app: Flask, config: Config, videos: Path) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from decimal import Decimal
 from urllib.parse import urlsplit
 
 import pytest
@@ -13,7 +14,7 @@ from annotation_app.database import reading
 from annotation_app.models import Participation, Person
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
-from tests.annotation_app.crowds.stand_ins import Prolific
+from tests.annotation_app.crowds.prolific_stand_in import Prolific
 
 OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
 
@@ -70,12 +71,10 @@ def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) 
     prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
     told = json.loads(lab.collect("--bonus", "sub1", "0.50", "For care", "--json").stdout)
     deeds = [(deed["what"], deed["amount"], deed["problem"]) for deed in told["deeds"]]
-    assert deeds == [("approve", "0", ""), ("bonus", "0.50", "")]
+    assert deeds == [("approve", "0.20", ""), ("bonus", "0.50", "")]
     assert prolific.submissions["sub1"]["status"] == "APPROVED"
-    (bulk,) = prolific.bulk.values()
-    assert bulk["csv_bonuses"] == "5f0private,0.50"
     assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
-    assert bulk["paid"] == 1
+    assert prolific.orders == [("sub1", Decimal("0.50"))]
     told = lab.reconcile("--json").stdout
     (finding,) = json.loads(told)["assignments"]
     assert (finding["assignment"], finding["state"]) == ("sub1", "settled")
@@ -93,9 +92,7 @@ def test_who_gives_back_is_paid_for_their_part(app: Flask, lab: Lab, prolific: P
     prolific.submissions["sub1"]["status"] = "RETURNED"
     for _ in range(2):
         assert lab.collect("--pay-partial").exit_code == 0
-    (bulk,) = prolific.bulk.values()
-    assert bulk["csv_bonuses"] == "p1,0.10"
-    assert bulk["paid"] == 1
+    assert prolific.orders == [("sub1", Decimal("0.10"))]
 
 
 def test_a_rejection_says_why(app: Flask, lab: Lab, prolific: Prolific) -> None:

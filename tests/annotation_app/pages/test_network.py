@@ -147,7 +147,7 @@ def test_answer_waits_for_who_was_signed_out(site: Site, context: BrowserContext
     cookies = context.cookies()
     context.clear_cookies()
     page.get_by_role("button", name="Send", exact=True).click()
-    expect(page.locator("#saving")).to_contain_text("sign in again")
+    expect(page.locator("#saving")).to_contain_text("Open the study's address again")
     context.add_cookies(cookies)
     expect(page.get_by_role("heading", level=1)).to_contain_text("Thank you")
     assert len(site.answers("check")) == 1

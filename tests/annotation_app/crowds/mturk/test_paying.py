@@ -1,22 +1,32 @@
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import msgspec
 import pytest
 from flask import Flask
+from sqlalchemy import update
 
 from annotation_app.config import Config
 from annotation_app.database import open_database, transaction
 from annotation_app.factory import create_app
-from annotation_app.models import Participation
+from annotation_app.models import LedgerEntry
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import Payment
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
-from tests.annotation_app.crowds.mturk.turkers import grow_old, participations, work, worker
-from tests.annotation_app.crowds.stand_ins import MechanicalTurk
+from tests.annotation_app.crowds.mturk.turkers import (
+    DAY_S,
+    grow_old,
+    ledger,
+    participations,
+    work,
+    worker,
+)
+from tests.annotation_app.crowds.stand_ins import Loss, MechanicalTurk
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -36,11 +46,11 @@ def test_from_accepting_to_being_paid(
     one.submit(mturk)
     result = lab.collect()
     assert result.exit_code == 0, result.output
-    assert f"approve: {mine.assignment}" in result.output
+    assert f"approve 0.20: {mine.assignment}" in result.output
     assert mturk.status(mine.assignment) == "Approved"
     (mine,) = participations(app)
     assert mine.confirmed_at is not None
-    assert "approved_at" in mine.outcome
+    assert ("approve", mine.assignment, "done") in ledger(app)
 
     again = lab.collect()
     assert again.exit_code == 0
@@ -71,7 +81,7 @@ def test_one_that_never_reached_the_platform_stops_no_other(
     result = lab.collect()
     assert result.exit_code != 0
     assert "1 of 2 could not be done" in str(result.exception)
-    assert f"approve: {third} Mechanical Turk: " in result.output
+    assert f"approve 0.20: {third} Mechanical Turk: " in result.output
     assert f"{first}: not confirmed (2 of 2, 0.20 due)" in result.output
     assert mturk.status(second) == "Approved"
     states = [(p.received_at is not None, p.confirmed_at is not None) for p in participations(app)]
@@ -145,21 +155,11 @@ def test_bonuses_are_paid_once(app: Flask, lab: Lab, address: str, mturk: Mechan
     one.submit(mturk)
     (mine,) = participations(app)
     bonus = ("--bonus", mine.assignment, "0.50", "For care")
-    mturk.drop_reply_to = {"SendBonus"}
+    mturk.losses = {"SendBonus": "unavailable"}
     for _ in range(3):
         result = lab.collect(*bonus)
         assert result.exit_code == 0, result.output
     assert [b["BonusAmount"] for b in mturk.bonuses] == ["0.50"]
-
-    # A program that died after it had paid, and before it could note that.
-    with transaction(engine_of(app)) as session:
-        found = session.get_one(Participation, mine.id)
-        (noted,) = found.outcome["bonuses"].values()
-        key = next(iter(found.outcome["bonuses"]))
-        unpaid = {name: value for name, value in noted.items() if name != "paid_at"}
-        found.outcome = {**found.outcome, "bonuses": {key: unpaid}}
-    assert lab.collect(*bonus).exit_code == 0
-    assert len(mturk.bonuses) == 1
     assert lab.collect("--bonus", mine.assignment, "0.10", "For more").exit_code == 0
     assert len(mturk.bonuses) == 2
 
@@ -263,3 +263,87 @@ def test_a_dry_run_changes_nothing(
     one.submit(mturk)
     assert "1 ready" in lab.collect("--dry-run").output
     assert "ApproveAssignment" not in mturk.calls
+
+
+@pytest.mark.parametrize("loss", ["unavailable", "cut", "never came"])
+def test_a_lost_answer_pays_once_within_the_same_day(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk, loss: Loss
+) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+    assert lab.collect().exit_code == 0
+    mturk.losses["SendBonus"] = loss
+    for _ in range(2):
+        result = lab.collect(*bonus)
+        assert result.exit_code == 0, result.exception
+    assert len(mturk.bonuses) == 1
+    # What is listed isn't paid again; what isn't listed is, with the same token.
+    assert mturk.calls.count("SendBonus") == (2 if loss == "never came" else 1)
+
+
+def test_the_platform_refuses_a_token_that_it_knows(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    mturk.losses["SendBonus"] = "cut"
+    listed = mturk.ListBonusPayments
+    mturk.ListBonusPayments = lambda _: (200, {"BonusPayments": []})  # type: ignore[method-assign]
+    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
+    assert mturk.calls.count("SendBonus") == 3
+    mturk.ListBonusPayments = listed  # type: ignore[method-assign]
+    assert lab.collect(*bonus).exit_code == 0
+    assert len(mturk.bonuses) == 1
+
+
+def test_after_a_day_somebody_decides(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+    send = mturk.SendBonus
+    mturk.SendBonus = lambda _: (503, {})  # type: ignore[method-assign]
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
+    mturk.SendBonus = send  # type: ignore[method-assign]
+    mturk.let_a_day_pass()
+    with transaction(engine_of(app)) as session:
+        session.execute(update(LedgerEntry).values(attempted_at=LedgerEntry.attempted_at - DAY_S))
+    assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
+    assert mturk.bonuses == []
+    (number,) = re.findall(r"in doubt: (\d+): bonus 0.50", lab.reconcile().output)
+    assert lab.collect("--pay-again", number).exit_code == 0
+    assert len(mturk.bonuses) == 1
+
+
+@pytest.mark.parametrize("loss", ["unavailable", "cut", "never came"])
+def test_an_approval_is_sent_once_and_looked_at(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk, loss: Loss
+) -> None:
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    mturk.losses["ApproveAssignment"] = loss
+    assert "1 call is in doubt" in str(lab.collect().exception)
+    assert mturk.calls.count("ApproveAssignment") == 1
+    assert lab.collect().exit_code == 0
+    assert mturk.status(mine.assignment) == "Approved"
+    assert ("approve", mine.assignment, "done") in ledger(app)
+
+
+def test_the_sandbox_has_books_of_its_own(
+    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+) -> None:
+    assert json.loads(lab.reconcile("--json").stdout)["ledger"] == []
+    (entry,) = json.loads(lab.reconcile("--sandbox", "--json").stdout)["ledger"]
+    assert (entry["what"], entry["reason"]) == ("publish", "5 assignments at 0.20")

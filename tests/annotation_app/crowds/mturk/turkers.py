@@ -6,7 +6,7 @@ from flask import Flask
 from sqlalchemy import select, update
 
 from annotation_app.database import reading, transaction
-from annotation_app.models import Answer, Participation
+from annotation_app.models import Answer, LedgerEntry, Participation
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
@@ -26,6 +26,13 @@ def work(one: CrowdWorker, count: int = 2) -> None:
 def participations(app: Flask) -> list[Participation]:
     with reading(engine_of(app)) as session:
         return list(session.scalars(select(Participation).order_by(Participation.id)))
+
+
+def ledger(app: Flask) -> list[tuple[str, str, str]]:
+    """What was done, its key, and its state."""
+    with reading(engine_of(app)) as session:
+        rows = session.scalars(select(LedgerEntry).order_by(LedgerEntry.id))
+        return [(row.what, row.key, row.state) for row in rows]
 
 
 def grow_old(app: Flask) -> None:

@@ -1,0 +1,162 @@
+"""Calls of which nobody knows whether they were carried out: what the platform says of them.
+
+What the platform doesn't settle, somebody has to decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+
+from annotation_app.crowds.ledger import PAYMENTS, Call, Entry, Ledger
+from annotation_app.crowds.paying import pay, was_paid
+from annotation_app.crowds.platform import LostReplyError, Platform, PlatformError, Submission
+from annotation_app.crowds.settlement import Deed
+from g3.errors import FormatError
+
+CONFIRM, AGAIN = "--confirm-paid", "--pay-again"
+
+
+@dataclass(frozen=True, slots=True)
+class Decisions:
+    """What somebody says of calls in doubt: that they were carried out, or are to be made again."""
+
+    confirmed: tuple[Entry, ...] = ()
+    again: tuple[Entry, ...] = ()
+
+
+def read_decisions(
+    ledger: Ledger, confirm_paid: tuple[int, ...], pay_again: tuple[int, ...]
+) -> Decisions:
+    """Find the calls that somebody has decided about.
+
+    Raises
+    ------
+    FormatError
+        If there is no such call, or it isn't in doubt.
+    """
+    both = set(confirm_paid) & set(pay_again)
+    if both:
+        raise FormatError(
+            f"payment {min(both)} can't be confirmed and paid again",
+            where=CONFIRM,
+            fix="decide for one of them",
+        )
+    known = {entry.id: entry for entry in ledger.entries()}
+    return Decisions(
+        tuple(_find(known, number, CONFIRM) for number in dict.fromkeys(confirm_paid)),
+        tuple(_find(known, number, AGAIN) for number in dict.fromkeys(pay_again)),
+    )
+
+
+def resolve(
+    ledger: Ledger, platform: Platform, submissions: Mapping[str, Submission]
+) -> Iterator[Deed]:
+    """Ask the platform about each call in doubt; what it was found to be."""
+    for entry in ledger.entries("in doubt"):
+        submission = submissions.get(entry.call.assignment)
+        if submission is None:
+            continue
+        if entry.call.what in PAYMENTS:
+            yield from _look_at_payment(ledger, platform, submission, entry)
+        else:
+            yield from _look_at_standing(ledger, submission, entry)
+
+
+def decide(
+    ledger: Ledger,
+    platform: Platform,
+    submissions: Mapping[str, Submission],
+    decisions: Decisions,
+) -> Iterator[Deed]:
+    """Do what somebody has decided, as far as the platform hasn't settled it meanwhile."""
+    still = {entry.id: entry for entry in ledger.entries("in doubt")}
+    for entry in decisions.confirmed:
+        if entry.id in still:
+            ledger.decide(entry, "done", "confirmed as paid")
+            yield _deed(entry, note=f"{entry.id} is confirmed")
+    for entry in decisions.again:
+        if entry.id not in still:
+            if _is_done(ledger, entry):
+                yield _deed(entry, f"{entry.id} was carried out before, so it isn't done again")
+        elif entry.call.what in PAYMENTS:
+            yield _paid_again(ledger, platform, submissions, still[entry.id])
+        else:
+            ledger.decide(entry, "refused", "to be done again")
+
+
+def _find(known: Mapping[int, Entry], number: int, option: str) -> Entry:
+    entry = known.get(number)
+    if entry is None:
+        raise FormatError(
+            f"the ledger has no entry {number}",
+            where=option,
+            fix="`ct annotate reconcile` shows what is in doubt",
+        )
+    if entry.state != "in doubt":
+        raise FormatError(
+            f"entry {number} is not in doubt but {entry.state}",
+            where=option,
+            fix="`ct annotate reconcile` shows what is in doubt",
+        )
+    if entry.call.what == "publish":
+        raise FormatError(
+            f"entry {number} offers work and pays nobody",
+            where=option,
+            fix="`ct publish` looks whether the work is offered, and takes --publish-again",
+        )
+    return entry
+
+
+def _look_at_payment(
+    ledger: Ledger, platform: Platform, submission: Submission, entry: Entry
+) -> Iterator[Deed]:
+    try:
+        if was_paid(ledger, platform, submission, entry):
+            yield _deed(entry, note=f"payment {entry.id} was paid")
+        elif entry.reference is None:
+            yield _deed(entry, note=f"payment {entry.id} was not paid: it had not been ordered yet")
+    except PlatformError as error:
+        yield _deed(entry, f"payment {entry.id} could not be looked up: {error}")
+
+
+def _look_at_standing(ledger: Ledger, submission: Submission, entry: Entry) -> Iterator[Deed]:
+    wanted = "approved" if entry.call.what == "approve" else "rejected"
+    if submission.standing == wanted:
+        ledger.end(entry, "done")
+        yield _deed(entry, note=f"the platform says that it is {wanted}")
+    else:
+        ledger.end(entry, "refused", f"{entry.problem}; the platform says {submission.standing}")
+
+
+def _is_done(ledger: Ledger, entry: Entry) -> bool:
+    found = ledger.find(entry.call.what, entry.call.key)
+    return found is not None and found.state == "done"
+
+
+def _paid_again(
+    ledger: Ledger, platform: Platform, submissions: Mapping[str, Submission], entry: Entry
+) -> Deed:
+    submission = submissions.get(entry.call.assignment)
+    if submission is None:
+        return _deed(entry, "the platform doesn't list this assignment any more")
+    try:
+        pay(ledger, platform, submission, entry.call, instead_of=entry)
+    except LostReplyError as error:
+        return _deed(entry, str(error), in_doubt=True)
+    except PlatformError as error:
+        return _deed(entry, str(error))
+    return _deed(entry, note="paid again")
+
+
+def _deed(entry: Entry, problem: str = "", *, note: str = "", in_doubt: bool = False) -> Deed:
+    call: Call = entry.call
+    return Deed(
+        call.assignment,
+        call.what,
+        problem,
+        call.amount or Decimal(0),
+        note=note,
+        in_doubt=in_doubt,
+    )

@@ -1,0 +1,260 @@
+"""The ledger: each call that offers, approves, rejects or pays, noted before it is made.
+
+Nothing else writes this table. A call is ``attempted`` while it is under way. After an answer it
+is ``done`` or ``refused``. Without one it is ``in doubt``, and is not made again until somebody,
+or the platform itself, has said what came of it. A refused call may be made again, and one that
+is done where the platform says otherwise, unless it is a payment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any, Literal, TypeAlias, TypeVar
+
+from sqlalchemy import Engine, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from annotation_app.audit import COMMAND_LINE, note
+from annotation_app.crowds.platform import LostReplyError, PlatformError
+from annotation_app.database import reading, transaction
+from annotation_app.export import subject_of
+from annotation_app.installation import now
+from annotation_app.models import LedgerEntry, Participation, Person, Study
+
+What: TypeAlias = Literal["publish", "approve", "reject", "bonus", "partial payment"]
+State: TypeAlias = Literal["attempted", "in doubt", "done", "refused"]
+T = TypeVar("T")
+
+OPEN: tuple[State, ...] = ("attempted", "in doubt")
+"""States in which nobody knows whether the call was carried out."""
+PAYMENTS: tuple[What, ...] = ("bonus", "partial payment")
+STOPPED = "the program stopped before there was an answer"
+LONGEST = 2000
+"""Characters of what a platform says that are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """What is to be done at a platform.
+
+    Parameters
+    ----------
+    key
+        Tells calls of a kind apart: the same thing is done once.
+    assignment
+        The platform's id of the assignment that is approved or paid by.
+    participation_id
+        The assignment here that it is for.
+    amount
+        What it pays; None if nothing, or nobody knows.
+    listed_before
+        How many bonuses of this amount the assignment had before.
+    """
+
+    what: What
+    key: str
+    assignment: str = ""
+    participation_id: int | None = None
+    amount: Decimal | None = None
+    reason: str = ""
+    listed_before: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A call as the ledger has it. `subject` is what exports call the person it is for."""
+
+    id: int
+    call: Call
+    subject: str | None
+    reference: str | None
+    state: State
+    attempted_at: float
+    ended_at: float | None
+    problem: str
+
+
+class InDoubtError(PlatformError):
+    """A call that isn't made, because it may have been carried out before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ledger:
+    """A study's calls to one platform.
+
+    Parameters
+    ----------
+    provider
+        The platform's name; its sandbox has another one.
+    """
+
+    engine: Engine
+    study_id: str
+    provider: str
+
+    def entries(self, *states: State) -> list[Entry]:
+        """All calls, or those in some states, the oldest first."""
+        wanted = (
+            select(LedgerEntry, Person)
+            .outerjoin(Participation, Participation.id == LedgerEntry.participation_id)
+            .outerjoin(Person, Person.id == Participation.person_id)
+            .where(LedgerEntry.study_id == self.study_id, LedgerEntry.provider == self.provider)
+            .order_by(LedgerEntry.id)
+        )
+        if states:
+            wanted = wanted.where(LedgerEntry.state.in_(states))
+        with reading(self.engine) as session:
+            return [_entry(row, person) for row, person in session.execute(wanted)]
+
+    def find(self, what: What, key: str) -> Entry | None:
+        """What came of a call, if it was ever attempted."""
+        with reading(self.engine) as session:
+            row = session.scalars(self._row(what, key)).first()
+            return None if row is None else _entry(row, None)
+
+    def carry_out(
+        self,
+        call: Call,
+        do: Callable[[Entry], T],
+        *,
+        repeats: Entry | None = None,
+        instead_of: Entry | None = None,
+    ) -> T:
+        """Note a call, make it, and note what came of it.
+
+        Parameters
+        ----------
+        do
+            Makes the call.
+        repeats
+            The same call in doubt, which the platform knows again and doesn't carry out twice.
+            A refusal doesn't tell then whether it was carried out before.
+        instead_of
+            The same call in doubt, of which somebody has decided that it is made anew.
+
+        Raises
+        ------
+        InDoubtError
+            If nobody knows whether it was carried out before, or it is a payment that was.
+        LostReplyError
+            If nobody knows whether it was carried out now.
+        PlatformError
+            If it was refused.
+        """
+        entry = self._claim(call, repeats, instead_of)
+        try:
+            result = do(entry)
+        except LostReplyError as error:
+            self.end(entry, "in doubt", str(error))
+            raise
+        except PlatformError as error:
+            self.end(entry, "refused" if repeats is None else "in doubt", str(error))
+            raise
+        self.end(entry, "done")
+        return result
+
+    def refer(self, entry: Entry, reference: str) -> None:
+        """Note what the platform knows a call by."""
+        with transaction(self.engine) as session:
+            session.get_one(LedgerEntry, entry.id).reference = reference
+
+    def end(self, entry: Entry, state: State, problem: str = "") -> None:
+        """Note what came of a call, unless it was attempted anew meanwhile."""
+        with transaction(self.engine) as session:
+            row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
+            if row.attempted_at == entry.attempted_at:
+                row.state, row.problem, row.ended_at = state, problem[:LONGEST], now()
+
+    def decide(self, entry: Entry, state: State, decision: str) -> None:
+        """Note what somebody says came of a call in doubt, here and in the audit trail."""
+        with transaction(self.engine) as session:
+            row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
+            if row.state == "in doubt":
+                row.state, row.ended_at = state, now()
+                _note_decision(session, row, decision)
+
+    def doubt_what_stopped(self) -> None:
+        """Put calls in doubt that were under way when their program stopped.
+
+        Only for whom no other program can be at work; see
+        :func:`annotation_app.crowds.one_at_a_time.one_at_a_time`.
+        """
+        for entry in self.entries("attempted"):
+            self.end(entry, "in doubt", entry.problem or STOPPED)
+
+    def _row(self, what: What, key: str) -> Any:
+        return select(LedgerEntry).where(
+            LedgerEntry.provider == self.provider, LedgerEntry.what == what, LedgerEntry.key == key
+        )
+
+    def _claim(self, call: Call, repeats: Entry | None, instead_of: Entry | None) -> Entry:
+        """Note that a call is about to be made. One program alone can."""
+        try:
+            with transaction(self.engine) as session:
+                row = session.scalars(self._row(call.what, call.key).with_for_update()).first()
+                if row is None:
+                    row = LedgerEntry(study_id=self.study_id, provider=self.provider)
+                    session.add(row)
+                    row.what, row.key, row.attempted_at = call.what, call.key, now()
+                elif row.state == "refused" or (row.state == "done" and row.what not in PAYMENTS):
+                    row.attempted_at, row.reference = now(), None
+                else:
+                    doubted = repeats or instead_of
+                    if doubted is None or not _is_still(row, doubted):
+                        raise _in_doubt(row)
+                    if doubted is instead_of:
+                        row.attempted_at = now()
+                        _note_decision(session, row, "paid again")
+                _fill(row, call)
+                session.flush()
+                return _entry(row, None)
+        except IntegrityError:
+            raise InDoubtError("another program is just doing this", fix="wait for it") from None
+
+
+def _is_still(row: LedgerEntry, entry: Entry) -> bool:
+    return (row.id, row.state, row.attempted_at) == (entry.id, "in doubt", entry.attempted_at)
+
+
+def _in_doubt(row: LedgerEntry) -> InDoubtError:
+    return InDoubtError(f"entry {row.id} is {row.state} already", fix="look at it first")
+
+
+def _fill(row: LedgerEntry, call: Call) -> None:
+    row.participation_id = call.participation_id
+    row.assignment = call.assignment
+    row.amount = "" if call.amount is None else str(call.amount)
+    row.reason = call.reason[:LONGEST]
+    row.listed_before = call.listed_before
+    row.state, row.ended_at, row.problem = "attempted", None, ""
+
+
+def _note_decision(session: Session, row: LedgerEntry, decision: str) -> None:
+    study = session.get_one(Study, row.study_id)
+    about = {"entry": row.id, "what": row.what, "assignment": row.assignment, "amount": row.amount}
+    note(session, COMMAND_LINE, decision, study.name, platform=row.provider, **about)
+
+
+def _entry(row: LedgerEntry, person: Person | None) -> Entry:
+    call = Call(
+        row.what,
+        row.key,
+        row.assignment,
+        row.participation_id,
+        Decimal(row.amount) if row.amount else None,
+        row.reason,
+        row.listed_before,
+    )
+    return Entry(
+        id=row.id,
+        call=call,
+        subject=None if person is None else subject_of(person),
+        reference=row.reference,
+        state=row.state,
+        attempted_at=row.attempted_at,
+        ended_at=row.ended_at,
+        problem=row.problem,
+    )

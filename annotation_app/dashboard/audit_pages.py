@@ -1,0 +1,58 @@
+"""The audit trail as a page, for admins."""
+
+from __future__ import annotations
+
+import datetime
+
+import flask
+from flask import Blueprint
+
+from annotation_app.audit import actions, trail
+from annotation_app.browser_sessions import required_person
+from annotation_app.database import reading
+from annotation_app.installation import installation
+from annotation_app.pages.needs_login import refused
+from annotation_app.problems import Refusal
+
+PAGE = 50
+
+blueprint = Blueprint("audit_pages", __name__, url_prefix="/admin")
+blueprint.register_error_handler(Refusal, refused)
+
+
+@blueprint.get("/audit")
+def audit() -> str:
+    """Who did what and when, newest first."""
+    asked = flask.request.args
+    person, action = asked.get("person", "").strip(), asked.get("action", "")
+    before = asked.get("before", "")
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        found = trail(
+            session,
+            person=person,
+            action=action,
+            before=int(before[:15]) if before.isascii() and before.isdigit() else None,
+            most=PAGE + 1,
+        )
+        return flask.render_template(
+            "dashboard/audit.html",
+            person=admin,
+            entries=found[:PAGE],
+            older=found[PAGE - 1].id if len(found) > PAGE else None,
+            actions=actions(session),
+            asked_person=person,
+            asked_action=action,
+        )
+
+
+@blueprint.app_template_filter("moment")
+def moment(at: float | None) -> str:
+    """A time for people, in UTC, as the server can't know where they are."""
+    if at is None:
+        return "never"
+    try:
+        found = datetime.datetime.fromtimestamp(at, datetime.timezone.utc)
+    except (OverflowError, OSError, ValueError):  # a clock that was far out
+        return "?"
+    return found.strftime("%Y-%m-%d %H:%M UTC")

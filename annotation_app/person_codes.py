@@ -1,0 +1,27 @@
+"""The code by which people can ask for their data without telling who they are."""
+
+from __future__ import annotations
+
+import re
+import secrets
+
+ALPHABET = "23456789ABCDEFGHJKMNPQRSTVWXYZ"
+"""Without 0 and O, 1, I and L, and without U, so that no code is a rude word."""
+GROUPS, LENGTH = 3, 4
+_CODE = re.compile(rf"[{ALPHABET}]{{{GROUPS * LENGTH}}}")
+
+
+def new_code() -> str:
+    """A code that can't be guessed, such as ``7KQM-2XWD-HN5R``: one of 5 × 10¹⁷."""
+    letters = "".join(secrets.choice(ALPHABET) for _ in range(GROUPS * LENGTH))
+    return _grouped(letters)
+
+
+def read_code(given: str) -> str | None:
+    """A code as somebody has typed it, as it is kept; None if it can't be one."""
+    letters = re.sub(r"[\s-]", "", given).upper()
+    return _grouped(letters) if _CODE.fullmatch(letters) else None
+
+
+def _grouped(letters: str) -> str:
+    return "-".join(letters[i : i + LENGTH] for i in range(0, len(letters), LENGTH))

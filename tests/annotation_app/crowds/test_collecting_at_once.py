@@ -1,0 +1,157 @@
+"""Programs that collect at the same time, and programs that are killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from decimal import Decimal
+from typing import Any, Literal
+
+import pytest
+from flask import Flask
+
+from annotation_app.config import Config
+from annotation_app.crowds import one_at_a_time
+from annotation_app.crowds.platform import Bonus
+from annotation_app.crowds.registry import find_provider
+from annotation_app.crowds.session import open_session
+from annotation_app.crowds.settlement import Deed, Wishes
+from g3.errors import CorpusError
+from tests.annotation_app.browser import described
+from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
+from tests.annotation_app.crowds.prolific_stand_in import Prolific
+from tests.annotation_app.crowds.stand_ins import Reply, serving
+
+OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
+BONUS = ("--bonus", "sub1", "0.50", "For care")
+WISHES = Wishes(bonuses=[("sub1", Bonus("key", Decimal("0.50"), "For care"))])
+PAID = [("sub1", Decimal("0.50"))]
+
+
+class Killing(Prolific):
+    """Prolific, which kills the program that asks it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.victim: subprocess.Popen[bytes] | None = None
+        self.at: tuple[str, Literal["before", "after"]] | None = None
+
+    def _reply(self, request: dict[str, Any], route: list[str]) -> Reply:
+        operation = self.calls[-1]
+        if self._kills(operation, "before"):
+            return None
+        reply = super()._reply(request, route)
+        return None if self._kills(operation, "after") else reply
+
+    def _kills(self, operation: str, moment: Literal["before", "after"]) -> bool:
+        if self.victim is None or self.at != (operation, moment):
+            return False
+        os.kill(self.victim.pid, signal.SIGKILL)
+        self.victim.wait()
+        self.victim = None
+        return True
+
+
+@pytest.fixture
+def prolific() -> Any:
+    platform = Killing()
+    with serving(platform) as platform.address:  # type: ignore[attr-defined]
+        yield platform
+
+
+@pytest.fixture
+def lab(app: Flask, config: Config, prolific: Killing) -> Lab:
+    """Somebody has done an assignment and sent it in."""
+    lab = Lab(config, prolific.address, "prolific")  # type: ignore[attr-defined]
+    assert lab.publish(*OPTIONS).exit_code == 0
+    (study,) = prolific.studies.values()
+    one = CrowdWorker(app, study["external_study_url"], prolific.begin("p1"))
+    for _ in range(2):
+        one.do("describe", described())
+    one.finish()
+    prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
+    return lab
+
+
+def collect(config: Config, prolific: Killing) -> list[Deed]:
+    provider = find_provider("prolific")
+    assert provider is not None
+    with open_session(
+        provider,
+        "tests",
+        instance=config.instance,
+        database=str(config.database),
+        sandbox=False,
+        endpoint=prolific.address,  # type: ignore[attr-defined]
+    ) as session:
+        return session.settle(WISHES)
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_two_at_once_pay_once(lab: Lab, config: Config, prolific: Killing) -> None:
+    prolific.losses["pay"] = "slow"
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(collect, config, prolific)
+        wait_for(prolific, "pay")
+        with pytest.raises(CorpusError, match="is at work on this study"):
+            collect(config, prolific)
+        assert [deed.problem for deed in first.result()] == ["", ""]
+    assert collect(config, prolific) == []
+    assert prolific.orders == PAID
+
+
+def test_without_a_lock_too(
+    lab: Lab, config: Config, prolific: Killing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(one_at_a_time, "fcntl", None)
+    prolific.losses["pay"] = "slow"
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(collect, config, prolific)
+        wait_for(prolific, "pay")
+        assert collect(config, prolific) == []
+        assert [deed.problem for deed in first.result()] == ["", ""]
+    assert lab.collect().exit_code == 0
+    assert prolific.orders == PAID
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing) -> None:
+    command = [sys.executable, "-m", "corpus_tools", "collect", "prolific", "tests", *BONUS]
+
+    def is_killed(operation: str, moment: Literal["before", "after"], *options: str) -> bool:
+        prolific.at = operation, moment
+        prolific.victim = program = subprocess.Popen(
+            [*command, *options, *lab.rest], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        return program.wait(60) == -signal.SIGKILL
+
+    assert is_killed("approve", "before")
+    assert is_killed("approve", "after")
+    assert is_killed("set up", "after")
+    assert prolific.submissions["sub1"]["status"] == "APPROVED"
+    assert is_killed("pay", "before")
+    # Nothing was ordered, and nobody can tell that from here.
+    result = lab.collect(*BONUS)
+    assert "1 call is in doubt" in str(result.exception)
+    assert prolific.orders == []
+    number = result.output.partition("in doubt: ")[2].partition(":")[0]
+    assert is_killed("pay", "after", "--pay-again", number)
+    assert "1 call is in doubt" in str(lab.collect(*BONUS).exception)
+    assert prolific.orders == PAID
+    prolific.let_minutes_pass()
+    assert lab.collect(*BONUS).exit_code == 0
+    assert prolific.orders == PAID
+    assert prolific.submissions["sub1"]["status"] == "APPROVED"
+
+
+def wait_for(prolific: Prolific, operation: str) -> None:
+    for _ in range(500):
+        if operation in prolific.calls:
+            return
+        time.sleep(0.02)
+    raise AssertionError(operation)

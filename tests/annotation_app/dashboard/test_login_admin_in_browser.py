@@ -1,0 +1,124 @@
+"""An admin invites somebody, in two real browsers; and what the pages look like."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from flask import Flask
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from annotation_app.account_links import first_admin_link, path_of
+from annotation_app.audit import note
+from annotation_app.database import transaction
+from tests.annotation_app.browser import engine_of
+from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
+from tests.annotation_app.signing_in import PASSWORD, Member
+
+pytestmark = pytest.mark.slow
+
+WIDTHS = (1280, 390)
+PICTURES = os.environ.get("CT_PICTURES")
+"""A folder for pictures of the pages, if somebody wants to look at them."""
+ANY = ("minor", "moderate", "serious", "critical")
+
+
+@pytest.fixture
+def address(app: Flask) -> Iterator[str]:
+    with serving(app) as found:
+        yield found
+
+
+def look(page: Page, name: str) -> list[str]:
+    """What axe finds at each width; nothing may be wider than the window."""
+    found: list[str] = []
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 800})
+        found += violations(page, ANY)
+        assert width_of(page) <= width, name
+        if PICTURES:
+            page.screenshot(path=Path(PICTURES) / f"{name}-{width}.png", full_page=True)
+    page.set_viewport_size({"width": 1280, "height": 800})
+    return found
+
+
+def set_password(page: Page, login: str | None = None) -> None:
+    if login is not None:
+        page.get_by_label("Login").fill(login)
+    page.get_by_label("Password, of").fill(PASSWORD)
+    page.get_by_label("The password again").fill(PASSWORD)
+
+
+def test_an_admin_invites_a_person_who_signs_in(
+    app: Flask, address: str, context: BrowserContext, chromium: Browser
+) -> None:
+    context.grant_permissions(["clipboard-read", "clipboard-write"], origin=address)
+    with transaction(engine_of(app)) as session:
+        token = first_admin_link(session)
+    page = context.new_page()
+    errors = errors_of(page)
+    assert token is not None
+    page.goto(address + path_of(token))
+    found = look(page, "first-admin")
+    set_password(page, "ada")
+    page.get_by_role("button", name="Make the admin").click()
+    page.get_by_role("link", name="Dashboard").click()
+    page.get_by_role("link", name="Logins").click()
+    page.get_by_label("Role of the person you invite").select_option("adjudicator")
+    page.get_by_role("button", name="Make an invitation").click()
+    page.get_by_role("button", name="Copy the link").click()
+    expect(page.get_by_role("status")).to_have_text("The link is copied.")
+    link = page.get_by_label("The link").input_value()
+    assert page.evaluate("navigator.clipboard.readText()") == link
+    found += look(page, "link")
+
+    others = chromium.new_context(viewport={"width": 390, "height": 800})
+    guest = others.new_page()
+    guest_errors = errors_of(guest)
+    guest.goto(link)
+    found += look(guest, "invited")
+    set_password(guest, "grace")
+    guest.get_by_role("button", name="Make the login").click()
+    guest.get_by_role("link", name="Your account, grace").click()
+    expect(guest.get_by_text("adjudicator")).to_be_visible()
+    found += look(guest, "account")
+
+    page.get_by_role("link", name="Back to all logins").click()
+    Member(app, "a-rather-long-login-of-somebody@lab.example.org", "annotator")
+    page.get_by_role("button", name="Make an invitation").click()
+    page.get_by_role("link", name="Back to all logins").click()
+    found += look(page, "logins")
+    page.get_by_role("link", name="grace").click()
+    found += look(page, "login")
+    page.get_by_role("button", name="Block").click()
+    expect(page.get_by_role("button", name="Unblock")).to_be_visible()
+    guest.goto(f"{address}/dashboard")
+    expect(guest.get_by_role("heading", name="Sign in")).to_be_visible()
+    found += look(guest, "signed-out")
+    guest.get_by_label("Login").fill("grace")
+    guest.get_by_label("Password").fill(PASSWORD)
+    guest.get_by_role("button", name="Sign in").click()
+    expect(guest.get_by_role("alert")).to_contain_text("blocked")
+
+    page.get_by_role("link", name="Remove…").click()
+    found += look(page, "remove")
+    page.get_by_role("button", name="Remove the login").click()
+    expect(page.get_by_role("link", name="grace")).to_have_count(0)
+    with transaction(engine_of(app)) as session:
+        for number in range(60):
+            note(session, "ada", "exported", f"study-{number}", format="csv")
+    page.get_by_role("link", name="Audit trail").click()
+    found += look(page, "audit")
+    page.get_by_label("Person or study").fill("grace")
+    page.get_by_role("button", name="Show").click()
+    expect(page.get_by_role("main").get_by_role("listitem")).to_have_count(5)
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_text("You are signed out, in all browsers.")).to_be_visible()
+    found += look(page, "after-signing-out")
+    others.close()
+    assert found == []
+    assert errors == []
+    # The browser's console tells of the refusal.
+    assert [error for error in guest_errors if "/login" not in error] == []

@@ -1,0 +1,156 @@
+"""What people see while the study's database is gone, and what becomes of their answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, Route, expect
+from sqlalchemy import select
+
+from annotation_app.database import reading
+from annotation_app.models import Draft, Event
+from tests.annotation_app.in_browser import violations, width_of
+from tests.annotation_app.pages.conftest import Site
+from tests.annotation_app.pages.test_network import judge, saved
+from tests.annotation_app.pages.test_tasks import watch
+
+pytestmark = pytest.mark.slow
+
+
+@contextmanager
+def database_gone(site: Site) -> Iterator[None]:
+    file = Path(str(site.engine.url.database))
+    moved = file.rename(file.with_name("moved"))
+    yield
+    moved.rename(file)
+
+
+def send(page: Page) -> None:
+    page.get_by_role("button", name="Send", exact=True).click()
+
+
+def test_an_answer_waits_until_the_database_is_back(site: Site, context: BrowserContext) -> None:
+    context.clock.install()
+    page = site.open(context, "check")
+    judge(page)
+    saved(page)
+    tries: list[int] = []
+    page.on("response", lambda r: tries.append(r.status) if r.url.endswith("/answer") else None)
+    status = page.locator("#saving")
+    with database_gone(site):
+        send(page)
+        expect(status).to_contain_text("the study can't be reached")
+        expect(status).to_contain_text("waits in this browser and is sent by itself")
+        assert violations(page) == []
+        context.clock.fast_forward("00:09")  # the server asked for ten seconds
+        page.wait_for_timeout(300)
+        assert tries == [503]
+        with page.expect_response("**/answer"):
+            context.clock.fast_forward("00:05")
+    context.clock.fast_forward("00:41")
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Thank you")
+    (answer,) = site.answers("check")
+    assert answer.body["verdicts"] == {"2": True, "3": False}
+    with reading(site.engine) as session:
+        assert len(session.scalars(select(Event)).all()) == 1
+    assert tries[-1] == 200
+    assert set(tries[:-1]) == {503}
+
+
+def test_an_answer_outlives_its_tab_while_the_database_is_gone(
+    site: Site, context: BrowserContext
+) -> None:
+    page = site.open(context, "check")
+    judge(page)
+    with database_gone(site):
+        send(page)
+        expect(page.locator("#saving")).to_contain_text("Not sent yet")
+        page.close()
+        again = context.new_page()
+        again.goto(f"{site.url}/s/sea")
+        expect(again.get_by_role("heading", level=1)).to_contain_text("can't be reached")
+        expect(again.get_by_text("wait in your browser")).to_be_visible()
+        assert violations(again) == []
+        for width in (390, 1280):
+            again.set_viewport_size({"width": width, "height": 844})
+            assert width_of(again) == width
+    again.get_by_role("link", name="Try again").click()
+    expect(again.get_by_text("has now been sent")).to_be_visible()
+    assert len(site.answers("check")) == 1
+    with reading(site.engine) as session:
+        assert len(session.scalars(select(Event)).all()) == 1
+
+
+def test_a_draft_is_saved_when_the_database_is_back(site: Site, context: BrowserContext) -> None:
+    context.clock.install()
+    page = site.open(context, "describe")
+    with database_gone(site):
+        page.get_by_label("Type the command").fill("Go on")
+        context.clock.fast_forward("00:02")
+        expect(page.locator("#saving")).to_contain_text("Kept in this browser")
+    context.clock.fast_forward("00:11")
+    saved(page)
+    with reading(site.engine) as session:
+        assert [draft.body["text"] for draft in session.scalars(select(Draft))] == ["Go on"]
+
+
+@pytest.mark.parametrize(
+    ("status", "headers", "told"),
+    [
+        (429, {"Retry-After": "20"}, "a bit fast"),
+        (500, {}, "the server has a problem"),
+        (502, {}, "can't be reached"),
+        (504, {}, "can't be reached"),
+    ],
+)
+def test_what_proxies_and_limits_say_is_not_final(
+    site: Site, context: BrowserContext, status: int, headers: dict[str, str], told: str
+) -> None:
+    context.clock.install()
+    page = site.open(context, "describe")
+    page.get_by_label("Type the command").fill("Go to the crate")
+    watch(page)
+
+    def refuse(route: Route) -> None:
+        route.fulfill(status=status, headers=headers, body="<html>Bad Gateway</html>")
+
+    page.route("**/answer", refuse)
+    send(page)
+    expect(page.locator("#saving")).to_contain_text(told)
+    page.unroute("**/answer", refuse)
+    with page.expect_navigation():
+        context.clock.fast_forward("00:40")
+    assert [answer.body["text"] for answer in site.answers("describe")] == ["Go to the crate"]
+
+
+def test_a_cookie_that_is_not_taken_is_no_answer_that_is_wrong(
+    site: Site, context: BrowserContext
+) -> None:
+    """As where the server's clock was set back: 400 is said of the token that comes with it."""
+    context.clock.install()
+    page = site.open(context, "check")
+    judge(page)
+    saved(page)
+    cookies = context.cookies()
+    answers: list[str] = []
+
+    def refuse(route: Route) -> None:
+        answers.append(route.request.url)
+        route.fulfill(status=400, json={"error": "The CSRF session token is missing."})
+
+    def nobody(route: Route) -> None:
+        route.fulfill(json={"signed_in": False, "role": None, "csrf": "other"})
+
+    page.route("**/answer", refuse)
+    page.route("**/api/session", nobody)
+    send(page)
+    expect(page.locator("#saving")).to_contain_text("Not sent yet")
+    assert len(answers) == 2
+    page.unroute_all()
+    context.add_cookies(cookies)
+    with page.expect_navigation():
+        context.clock.fast_forward("00:40")
+    assert len(site.answers("check")) == 1

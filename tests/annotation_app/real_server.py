@@ -1,0 +1,122 @@
+"""``ct annotate serve`` as a process of its own, and clients that speak HTTP to it."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import signal
+import subprocess
+import sys
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from annotation_app.config import Config
+from tests.annotation_app.browser import Browser
+
+PATIENCE_S = 60.0
+
+
+@dataclass(frozen=True)
+class Server:
+    """A server, where it is, and what it has said."""
+
+    process: subprocess.Popen[str]
+    port: int
+    told: str
+    log: Path
+    clients: list[Client] = field(default_factory=list)
+
+    def client(self, person: Browser) -> Client:
+        """Somebody's browser."""
+        self.clients.append(Client(self.port, person))
+        return self.clients[-1]
+
+    def logged(self) -> list[str]:
+        """The lines of its log, which are those of its standard error."""
+        return self.log.read_text().splitlines()
+
+    def end(self, number: int = signal.SIGTERM) -> int:
+        """Ask it to end; its exit status."""
+        self.process.send_signal(number)
+        return self.process.wait(PATIENCE_S)
+
+
+@contextmanager
+def running(
+    config: Config, folder: Path, *options: str, in_background: bool = False
+) -> Iterator[Server]:
+    """A server that people can connect to.
+
+    Parameters
+    ----------
+    in_background
+        Whether it is started as shells do it with "&": Ctrl-C is ignored.
+    """
+    command = [sys.executable, "-m", "corpus_tools", "annotate", "serve", "--port", "0"]
+    command += ["--instance", str(config.instance), "--database", str(config.database), *options]
+    log = folder / "log"
+    usual = signal.signal(signal.SIGINT, signal.SIG_IGN) if in_background else None
+    with (
+        log.open("w") as errors,
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process,
+    ):
+        if usual is not None:
+            signal.signal(signal.SIGINT, usual)
+        clients: list[Client] = []
+        given_up = threading.Timer(2 * PATIENCE_S, process.kill)
+        given_up.start()
+        try:
+            assert process.stdout is not None
+            told = ""
+            for line in iter(process.stdout.readline, ""):
+                told += line
+                if "Ctrl-C" in line:
+                    break
+            found = re.search(r"localhost:(\d+)/", told)
+            assert found, (told, log.read_text())
+            yield Server(process, int(found[1]), told, log, clients)
+        finally:
+            for client in clients:
+                client.connection.close()
+            given_up.cancel()
+            process.kill()
+
+
+class Client:
+    """Somebody's browser, which keeps one connection."""
+
+    def __init__(self, port: int, person: Browser) -> None:
+        cookie = person.client.get_cookie("session")
+        assert cookie is not None
+        self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+        self.headers = {
+            "Cookie": f"session={cookie.value}",
+            "X-CSRFToken": person.csrf,
+            "Content-Type": "application/json",
+        }
+
+    def send(self, method: str, path: str, value: Any) -> tuple[int, Any, dict[str, str]]:
+        """A request, and its status, content and headers; the next one connects anew if need be."""
+        try:
+            self.connection.request(method, path, json.dumps(value), self.headers)
+            reply = self.connection.getresponse()
+            content = reply.read()
+        except (OSError, http.client.HTTPException):
+            self.connection.close()
+            raise
+        headers = {name.lower(): text for name, text in reply.getheaders()}
+        is_json = headers.get("content-type", "").startswith("application/json")
+        return reply.status, json.loads(content) if is_json else content.decode(), headers
+
+    def answer(self, item: str, body: Any, event: str) -> tuple[int, Any, dict[str, str]]:
+        return self.send("POST", f"/api/items/{item}/answer", {"uuid": event, "body": body})
+
+
+def new_uuid() -> str:
+    return str(uuid.uuid4())
