@@ -28,7 +28,7 @@ from annotation_app.models import Base
 from annotation_app.salt import SALT, installation_salt
 from annotation_app.schema import NEWEST, is_current
 from annotation_app.sealed_keys import seal
-from corpus_tools.atomic_file import replacing
+from g3.atomic_file import replacing
 from g3.errors import FormatError
 
 _BATCH = 1000

@@ -248,10 +248,10 @@ def export(
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
     from annotation_app.schema import is_current
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.corpus.atomic import write_folder
     from corpus_tools.corpus.writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
 
     told = "json" if as_json else PLAIN

@@ -13,7 +13,7 @@ import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
-from corpus_tools.atomic_file import flush_folder, write_bytes
+from g3.atomic_file import flush_folder, write_bytes
 from g3.errors import FormatError
 
 KEY_FILE = "secret-key"

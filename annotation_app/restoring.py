@@ -39,7 +39,7 @@ from annotation_app.salt import SALT, keep_check
 from annotation_app.schema import NEWEST
 from annotation_app.sealed_keys import unseal
 from annotation_app.tombstones import Tombstone
-from corpus_tools.atomic_file import flush_folder, write_bytes
+from g3.atomic_file import flush_folder, write_bytes
 from g3.errors import FormatError
 
 _BATCH = 1000

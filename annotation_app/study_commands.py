@@ -27,7 +27,7 @@ def init(*, study_file: Path, form: str) -> None:
       ct annotate init my-study.yaml
     """
     from annotation_app.study_template import TEMPLATE
-    from corpus_tools.atomic_file import write_bytes
+    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
 
     if study_file.exists():

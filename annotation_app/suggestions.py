@@ -24,12 +24,11 @@ def suggest(text: str) -> list[Record] | None:
     """A command's clauses as JSON; None if there is no extractor, or nothing was found."""
     if importlib.util.find_spec("spacy") is None:
         return None
-    from g3.language.extractor import extract  # noqa: PLC0415 - slow, and not always installed
-    from g3.language.extractor_file import default_extractor  # noqa: PLC0415
+    from g3.language.extractor import default_extractor  # noqa: PLC0415 - slow, may be missing
 
     try:
         with _ONE_AT_A_TIME:
-            parse = next(iter(extract(default_extractor(), [text])))
+            [sdcs] = default_extractor().predict([text])
     except CorpusError:  # the parser's English isn't installed
         return None
-    return to_json(parse.sdcs) or None
+    return to_json(sdcs) or None

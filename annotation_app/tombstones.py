@@ -15,7 +15,7 @@ from sqlalchemy import Engine, select
 
 from annotation_app.database import reading
 from annotation_app.models import Erasure
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 
 ERASED_FILE = "erased.jsonl"

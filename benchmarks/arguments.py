@@ -11,20 +11,15 @@ import sys
 import numpy as np
 
 from eval.correspondence import TYPES, predicted_true
-from eval.experiment import predict_splits, predictions, prepare
-from eval.protocol import Choices, set_up
+from eval.experiment import run
+from eval.protocol import Choices
 from eval.statistics import figures
-from g3.features.registry import select
 
 
 def main(corpus: str) -> None:
     choices = Choices(corpus=corpus, division="cv")
-    trial = set_up(choices)
-    rows, probability = predict_splits(
-        prepare(trial.items, select()), trial.splits, l2=choices.strength
-    )
-    items = [trial.items[i] for i in rows]
-    told = predictions(items, probability)
+    result = run(choices)
+    items, told = result.items, result.predictions
     said = predicted_true(told, choices.threshold)
     argument = np.array([bool(e.landmark or e.theme or e.goal) for e in items])
     for kind in TYPES:

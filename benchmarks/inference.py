@@ -105,7 +105,7 @@ def _scores(scorer: Scorer, scene: Scene, sdc: SDC) -> object:
 def _one_by_one(scorer: Scorer, scene: Scene, sdc: SDC) -> object:
     model = scorer.model
     return [
-        transform(_batch(scene, sdc, np.array([i])), model.sets, model.space) @ model.weights
+        transform(_batch(scene, sdc, np.array([i])), model.sets, model.space_) @ model.weights_
         for i in range(len(scene.groups))
     ]
 

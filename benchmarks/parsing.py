@@ -11,8 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.timing import best, best_of, compare, heading, show
 from corpus_tools.corpus.model import Corpus
-from g3.language.extractor import BATCH, extract, extract_analysed
-from g3.language.extractor_file import default_extractor
+from g3.language.extractor import BATCH, default_extractor
 from g3.language.pipeline import analyse, language_model
 
 COMMANDS = 1000
@@ -20,7 +19,7 @@ LOAD = """
 import time
 import numpy
 start = time.process_time()
-from g3.language.extractor_file import default_extractor
+from g3.language.extractor import default_extractor
 from g3.language.pipeline import language_model
 language_model(), default_extractor()
 print(time.process_time() - start)
@@ -48,14 +47,11 @@ def _load() -> float:
 def _throughput(texts: list[str]) -> None:
     nlp, extractor = language_model(), default_extractor()
     analyses = list(analyse(texts))
-    batches = [analyses[i : i + BATCH] for i in range(0, len(analyses), BATCH)]
     times = best_of(
         {
             "spaCy's pipe": lambda: len(list(nlp.pipe(texts, batch_size=BATCH))),
-            "text to trees": lambda: len(list(extract(extractor, texts))),
-            "analysed text to trees": lambda: sum(
-                len(extract_analysed(extractor, batch)) for batch in batches
-            ),
+            "text to trees": lambda: len(extractor.predict(texts)),
+            "analysed text to trees": lambda: len(extractor.predict(analyses)),
         },
         clock=time.process_time,
     )
@@ -64,8 +60,8 @@ def _throughput(texts: list[str]) -> None:
         show(name, count / seconds, "1/s", f"{plain / seconds:.2f} of spaCy's pipe")
     whole = times["text to trees"][0] / plain
     compare("text to SDC trees", "spaCy's pipe alone", whole, "spaCy's networks, which are in both")
-    few = batches[0][:64]
+    few = analyses[:64]
     seconds, parses = best(
-        lambda: extract_analysed(extractor, few, n_best=5), clock=time.process_time
+        lambda: list(extractor.predict_proba(few, n_best=5)), clock=time.process_time
     )
     show("analysed text to 5 best trees", len(parses) / seconds, "1/s")

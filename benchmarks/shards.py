@@ -21,7 +21,8 @@ from corpus_tools.labelled import Options
 from corpus_tools.parallel import Workers
 from corpus_tools.shards.files import MANIFEST, Manifest, ShardRecord, read_manifest, read_shard
 from corpus_tools.shards.making import write_shards
-from corpus_tools.shards.training import TOLERANCE, train_on_shards
+from corpus_tools.shards.training import TOLERANCE, fit_on_shards
+from g3.model import GroundingModel
 
 T = TypeVar("T")
 
@@ -87,7 +88,8 @@ def train(folder: Path, manifest: Manifest, size: int, tolerance: float, workers
         times = len(shards) / len(manifest.shards)
         print(f"  (every shard is read {times:.1f} times on average)")
     seconds, model = timed(
-        lambda: train_on_shards(
+        lambda: fit_on_shards(
+            GroundingModel(),
             folder,
             some,
             workers=workers,
@@ -95,7 +97,7 @@ def train(folder: Path, manifest: Manifest, size: int, tolerance: float, workers
             on_progress=on_progress,
         )
     )
-    show("rows", sum(shard.rows for shard in shards), "", f"{len(model.space)} features")
+    show("rows", sum(shard.rows for shard in shards), "", f"{len(model.space_)} features")
     show("training", 1e6 * seconds / some.examples, "µs each", f"{seconds:.0f} s")
     preparation = prepared - begun
     show("  finding and packing features", 1e6 * preparation / some.examples, "µs each")

@@ -12,11 +12,13 @@ import sys
 import numpy as np
 
 from eval.correspondence import predicted_true
-from eval.experiment import predictions, prepare, train_and_predict
+from eval.experiment import predictions
 from eval.protocol import Choices, set_up
 from eval.statistics import figures
+from g3.factor_matrix import matrix_of_examples
 from g3.features.registry import select
 from g3.language.words import normalise
+from g3.model import GroundingModel
 
 NOUNS = (
     "pallet skid crate palette tire tyre box truck trailer platform wheel load bricks lorry "
@@ -35,9 +37,8 @@ def main(arguments: list[str]) -> None:
     )
     choices = Choices(corpus=corpus, division="cv", negatives=negatives)  # type: ignore[arg-type]
     items = [e for e in set_up(choices).items if e.sdc.type == "OBJECT"]
-    data = prepare(items, sets)
-    scenario = np.array([e.annotation.command.scenario for e in items])
-    part = np.searchsorted(np.unique(scenario), scenario) % PARTS
+    factors = matrix_of_examples(items, sets)
+    part = np.searchsorted(np.unique(factors.scenario), factors.scenario) % PARTS
     rows, probability = [], []
     for noun in map(normalise, NOUNS.split()):
         named = np.array([noun in e.words["figure"] for e in items])
@@ -46,7 +47,8 @@ def main(arguments: list[str]) -> None:
             test = np.flatnonzero(named & (part == held_out))
             train = np.flatnonzero(free & (part != held_out))
             rows.append(test)
-            probability.append(train_and_predict(data, train, test, l2=choices.strength))
+            model = GroundingModel(l2=choices.strength).fit(factors[train])
+            probability.append(model.predict_proba(factors[test])[:, 1])
     told = predictions([items[i] for i in np.concatenate(rows)], np.concatenate(probability))
     said, label = predicted_true(told, choices.threshold), told.label
     counts = np.array([label & said, ~label & said, label & ~said, ~label & ~said])

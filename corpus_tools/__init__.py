@@ -1,3 +1,5 @@
 """Everything that makes, stores and moves corpora. Read :mod:`corpus_tools.corpus` first."""
 
-__version__ = "0.1.0"
+from g3 import __version__
+
+__all__ = ["__version__"]

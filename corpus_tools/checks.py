@@ -56,7 +56,7 @@ def image_tags() -> str:
 
 def parsing() -> str:
     """Whether commands can be parsed."""
-    from g3.language.extractor_file import default_extractor  # noqa: PLC0415 - slow to import
+    from g3.language.extractor import default_extractor  # noqa: PLC0415 - slow to import
     from g3.language.pipeline import language_model  # noqa: PLC0415 - slow to import
 
     meta = language_model().meta

@@ -170,12 +170,12 @@ def _start(scenario: str | None, context_name: str | None) -> State:
 
 def _grounder(model: Path | None) -> Grounder:
     from corpus_tools.following import default_model
-    from corpus_tools.model_file import load_model
     from corpus_tools.progress import progress_bar
     from g3.inference.grounder import Grounder
+    from g3.model import GroundingModel
 
     if model is not None:
-        return Grounder.load(load_model(model))
+        return Grounder.load(GroundingModel.load(model))
     with progress_bar("training on the bundled corpus") as on_progress:
         return Grounder.load(default_model(on_progress))
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from corpus_tools.bundled import cache_folder, open_corpus
 from corpus_tools.labelled import scenario_ids
-from corpus_tools.model_file import load_model, model_files, save_model
 from corpus_tools.progress import OnProgress
 from corpus_tools.world.state.recording import Recording, to_context
 from corpus_tools.world.state.robot_script import (
@@ -33,8 +32,9 @@ from g3.groundings import Context, PhysicalObject, Place, Prism
 from g3.inference.actions import Action, move, result
 from g3.inference.candidates import GROUND_M, ground, square
 from g3.inference.state import State, moved_to, start_state
-from g3.inference.training import train_rows, training_data
-from g3.model import Model
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
+from g3.model_file import TrainingCard
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 3
@@ -45,7 +45,7 @@ DECK_SHARE = 3.0
 puts loads on the spot that is nearest to the middle."""
 
 
-def default_model(on_progress: OnProgress | None = None) -> Model:
+def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     """The model trained on the bundled corpus; trained when first asked for, then kept.
 
     It is kept where the bundled corpora are, under a name that has the corpus's hash and the
@@ -55,14 +55,17 @@ def default_model(on_progress: OnProgress | None = None) -> Model:
     name = f"follow{TRAINING_VERSION}-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
     path = cache_folder() / name
     try:
-        return load_model(path, corpus_hash=corpus.hash)
+        return GroundingModel.load(path, corpus_hash=corpus.hash)
     except ModelError:
         data = training_data(corpus.annotations, select(), on_progress=on_progress)
-        model = train_rows(data, np.arange(len(data.correct)), corpus_hash=corpus.hash)
+        card: TrainingCard = {
+            "corpus_hash": corpus.hash,
+            "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
+            "training": {"corpus": corpus.name},
+        }
         path.parent.mkdir(parents=True, exist_ok=True)
-        scenarios = tuple(sorted(scenario_ids(examples(corpus.annotations))))
-        save_model(model, path, scenarios=scenarios, training={"corpus": corpus.name})
-        return load_model(model_files(path)[0])
+        GroundingModel(tolerance=TOLERANCE, card=card).fit(data).save(path)
+        return GroundingModel.load(path)
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,8 +48,8 @@ def graph(
     NOTATION holds clauses as in the paper's Figure 2a, one a line or separated by
     semicolons; "-" reads them from the standard input.
     """
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.format_option import as_json
+    from g3.atomic_file import write_bytes
     from g3.graph import GroundingGraph, grounding_graph
     from g3.graph_drawing import to_dot, to_record, to_svg, to_text
     from g3.sdc_notation import parse_brackets
@@ -239,10 +239,10 @@ def g3(
       ct train g3 --shards shards --jobs 2 --out g3.npz
     """
     from corpus_tools.labelled import Options
-    from corpus_tools.model_file import model_files, save_model
     from corpus_tools.parallel import Workers
     from corpus_tools.trained import from_corpus, from_shards
     from g3.model import DEFAULT_L2
+    from g3.model_file import model_files
 
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
@@ -254,14 +254,14 @@ def g3(
         options = Options(negatives, seed, ablate, plus)
         trained = from_corpus(name or "", strength, options, optimizer)
     model = trained.model
-    save_model(model, out, scenarios=trained.scenarios, training=trained.card)
+    model.save(out)
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
     arrays, card = model_files(out)
     record = {
         "corpus": trained.name,
         "examples": trained.sources,
         "feature_sets": len(model.sets),
-        "features": len(model.space),
+        "features": len(model.space_),
         "l2": strength,
         "files": [arrays, card],
     }
@@ -269,7 +269,7 @@ def g3(
         form,
         record,
         f"{trained.name}: {sum(trained.sources.values())} examples ({counts})",
-        f"{len(model.sets)} feature sets, {len(model.space)} features, l2 {strength:g}",
+        f"{len(model.sets)} feature sets, {len(model.space_)} features, l2 {strength:g}",
         f"wrote {arrays} and {card}",
     )
 
@@ -322,11 +322,10 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> No
       ct train sdc --corpus aaai11 --corpus warehouse --out sdc.npz
       ct parse "Put the pallet on the truck" --model sdc.npz
     """
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.bundled import open_corpus
     from corpus_tools.trees import annotated_trees
-    from g3.language.extractor_file import to_bytes
-    from g3.language.extractor_training import DEFAULT_L2, prepare, train_extractor
+    from g3.language.extractor import DEFAULT_L2, SDCExtractor
+    from g3.language.extractor_training import prepare
 
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
@@ -340,13 +339,12 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> No
         "l2": strength,
         "scenarios": sorted({item.command.scenario for item in items}),
     }
-    lessons = prepare([(item.command.text, item.sdcs) for item in items])
+    lessons = prepare(items)
     own, besides = lessons[: len(first)], lessons[len(first) :]
-    content = to_bytes(train_extractor(own, others=besides, l2=strength, card=card))
-    write_bytes(out, content)
+    SDCExtractor(l2=strength, card=card).fit(own, others=besides).save(out)
     tell(
         form,
         {**card, "files": [out]},
         f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}",
-        f"wrote {out} ({len(content) / 1024:.0f} KiB)",
+        f"wrote {out} ({out.stat().st_size / 1024:.0f} KiB)",
     )

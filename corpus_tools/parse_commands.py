@@ -13,7 +13,7 @@ from corpus_tools.terminal import note, say
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
-    from g3.language.extractor import Extractor, Parse
+    from g3.language.extractor import Parse, SDCExtractor
 
 
 @click.command(
@@ -67,14 +67,16 @@ def parse(
     TEXT is a command; "-" reads commands from the standard input, one a line. What can't be
     parsed, wholly or in part, is told on the standard error.
     """
-    from corpus_tools.atomic_file import write_bytes
+    from g3.atomic_file import write_bytes
+    from g3.language.extractor import SDCExtractor, default_extractor
 
     commands = _commands(text, source)
     if form == "svg" and len(commands) != 1:
         raise click.UsageError("--format svg draws one command.")
     if form in ("svg", "conllu") and n_best > 1:
         raise click.UsageError(f"--format {form} shows the best tree only; leave out --n-best.")
-    written = _write(commands, form, n_best, _extractor(model))
+    extractor = default_extractor() if model is None else SDCExtractor.load(model)
+    written = _write(commands, form, n_best, extractor)
     content = "\n".join(written)
     if out is None:
         say(content.encode(errors="backslashreplace").decode())
@@ -108,33 +110,17 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     return commands
 
 
-def _extractor(model: Path | None) -> Extractor:
-    from g3.language.extractor_file import default_extractor, from_bytes
-
-    if model is None:
-        return default_extractor()
-    try:
-        return from_bytes(model.read_bytes(), where=str(model))
-    except OSError as error:
-        raise FormatError(
-            f"the model can't be read: {error.strerror}",
-            where=str(model),
-            fix="give what 'ct train sdc --out' wrote",
-        ) from error
-
-
-def _write(commands: list[str], form: str, n_best: int, extractor: Extractor) -> list[str]:
+def _write(commands: list[str], form: str, n_best: int, extractor: SDCExtractor) -> list[str]:
     from g3.language.conllu import to_conllu
-    from g3.language.extractor import extract, extract_analysed
     from g3.language.pipeline import analyse
     from g3.sdc_drawing import to_svg
 
     if form == "conllu":
         analyses = list(analyse(commands))
-        parses = extract_analysed(extractor, analyses)
+        parses = list(extractor.predict_proba(analyses))
         texts = [to_conllu(a, p.sdcs) for a, p in zip(analyses, parses, strict=True)]
     else:
-        parses = list(extract(extractor, commands, n_best=n_best))
+        parses = list(extractor.predict_proba(commands, n_best=n_best))
         if form == "json":
             texts = [_json(p) for p in parses]
         elif form == "svg":

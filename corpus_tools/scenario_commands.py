@@ -128,10 +128,10 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
       ct scenarios show dock_pick_up_tires
       ct scenarios show my-scenario.yaml --out map.svg
     """
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
     from corpus_tools.world.scenarios.maps import draw_map
     from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from g3.atomic_file import write_bytes
 
     found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
     if out is not None:
@@ -172,11 +172,11 @@ def generate(
       ct scenarios generate --seed 1 --count 200 --out scenarios
       ct scenarios generate --seed 1 --count 10 --layout dock --layout yard --out scenarios
     """
-    from corpus_tools.atomic_file import write_bytes
     from corpus_tools.progress import progress_bar
     from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
     from corpus_tools.world.scenarios.random.generation import generate as make
     from corpus_tools.world.scenarios.scenario_writing import format_scenario
+    from g3.atomic_file import write_bytes
 
     known = read_layouts(dataset_folder(dataset), layouts)
     out.mkdir(parents=True, exist_ok=True)

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.progress import OnProgress
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 from g3.language.cooccurrence import (
     TagTable,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Options, labelled_examples, scenario_ids
@@ -14,30 +14,18 @@ from corpus_tools.parallel import Workers
 from corpus_tools.progress import progress_bar
 from g3.crf import Optimizer
 from g3.features.registry import select
-from g3.model import Model, train_model
+from g3.model import GroundingModel
+
+if TYPE_CHECKING:
+    from corpus_tools.shards.files import Manifest
 
 
-@dataclass(frozen=True, slots=True)
-class Trained:
-    """A model, and what it was trained on.
+class Trained(NamedTuple):
+    """A model, the corpus or the shards that it was trained on, and its examples by source."""
 
-    Parameters
-    ----------
-    name
-        Of the corpus or the shards, for people.
-    sources
-        How many examples of each source there were.
-    scenarios
-        :func:`corpus_tools.labelled.scenario_ids`.
-    card
-        What is recorded with the model.
-    """
-
-    model: Model
+    model: GroundingModel
     name: str
     sources: Mapping[str, int]
-    scenarios: tuple[str, ...]
-    card: Mapping[str, object]
 
 
 def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "newton") -> Trained:
@@ -45,19 +33,23 @@ def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "
     sets = select(without=options.ablated, plus=options.added)
     corpus = open_corpus(name)
     items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
-    model = train_model(items, sets, l2=l2, corpus_hash=corpus.hash, optimizer=optimizer)
     sources: dict[str, int] = dict(sorted(Counter(e.source for e in items).items()))
-    card = {
-        "corpus": corpus.name,
-        "examples": sources,
-        "negatives": options.negatives,
-        "seed": options.seed,
-        "ablated": list(options.ablated),
-        "added": list(options.added),
-        "optimizer": optimizer,
-    }
-    scenarios = tuple(sorted(scenario_ids(items)))
-    return Trained(model, f"corpus {corpus.name}", sources, scenarios, card)
+    model = GroundingModel(
+        l2=l2,
+        features=sets,
+        optimizer=optimizer,
+        card={
+            "corpus_hash": corpus.hash,
+            "scenarios": tuple(sorted(scenario_ids(items))),
+            "training": {
+                "corpus": corpus.name,
+                "examples": sources,
+                **_chosen(options),
+                "optimizer": optimizer,
+            },
+        },
+    )
+    return Trained(model.fit(items), f"corpus {corpus.name}", sources)
 
 
 def from_shards(
@@ -65,28 +57,36 @@ def from_shards(
 ) -> Trained:
     """Train on a folder of shards."""
     from corpus_tools.shards.files import read_manifest  # noqa: PLC0415 - small case stays light
-    from corpus_tools.shards.training import train_on_shards  # noqa: PLC0415 - as above
+    from corpus_tools.shards.training import fit_on_shards  # noqa: PLC0415 - as above
 
     manifest = read_manifest(folder)
     hashes = sorted(manifest.corpora.values())
     joined = f"sha256:{hashlib.sha256(' '.join(hashes).encode()).hexdigest()}"
+    model = GroundingModel(
+        l2=l2,
+        features=manifest.sets,
+        optimizer=optimizer,
+        card={
+            "corpus_hash": hashes[0] if len(hashes) == 1 else joined,
+            "scenarios": manifest.scenarios,
+            "training": {
+                "corpora": manifest.corpora,
+                "examples": manifest.sources,
+                **_chosen(manifest),
+                "optimizer": optimizer,
+            },
+        },
+    )
     with progress_bar("training") as on_progress:
-        model = train_on_shards(
-            folder,
-            manifest,
-            l2=l2,
-            workers=workers,
-            corpus_hash=hashes[0] if len(hashes) == 1 else joined,
-            optimizer=optimizer,
-            on_progress=on_progress,
-        )
-    card = {
-        "corpora": manifest.corpora,
-        "examples": manifest.sources,
-        "negatives": manifest.negatives,
-        "seed": manifest.seed,
-        "ablated": list(manifest.ablated),
-        "added": list(manifest.added),
-        "optimizer": optimizer,
+        fit_on_shards(model, folder, manifest, workers=workers, on_progress=on_progress)
+    return Trained(model, f"shards {folder}", manifest.sources)
+
+
+def _chosen(by: Options | Manifest) -> dict[str, object]:
+    """Which examples and features were chosen."""
+    return {
+        "negatives": by.negatives,
+        "seed": by.seed,
+        "ablated": list(by.ablated),
+        "added": list(by.added),
     }
-    return Trained(model, f"shards {folder}", manifest.sources, manifest.scenarios, card)

@@ -16,18 +16,17 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.parallel import Done, Team, Workers
 from corpus_tools.progress import OnProgress
-from eval.held_out_calibration import calibrated
-from eval.held_out_costs import data_of, learner, read, written
-from eval.held_out_trees import extractor_learner
+from eval.held_out import calibrated, costs_without, extractor_without
 from eval.judge import judge
 from eval.outcomes import JudgedRow, Outcome, judged_row
+from eval.search_examples import data_of, read, written
 from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.groundings import PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
 from g3.inference.tree import Tree
-from g3.language.extractor import Extractor
+from g3.language.extractor import SDCExtractor
 from g3.language.parser import parse_many
 from g3.sdc import SDC
 
@@ -158,23 +157,23 @@ def _followed(
 @functools.lru_cache(maxsize=1)
 def _lessons(
     asked: _Asked, file: Path
-) -> tuple[Callable[[str], Scorer], Callable[[str], Extractor], tuple[Annotation, ...]]:
+) -> tuple[Callable[[str], Scorer], Callable[[str], SDCExtractor], tuple[Annotation, ...]]:
     """What a process has made ready to learn from and to test on."""
     known = [open_corpus(name) for name in asked.train.split(",")]
     # A cluster's worker may not see the file.
     data = read(file) if file.is_file() else data_of(known, seed=asked.seed)
     tested = tuple(annotated_commands(open_corpus(asked.test)).values())
-    return learner(data, l2=asked.l2), extractor_learner(known), tested
+    return costs_without(data, l2=asked.l2), extractor_without(known), tested
 
 
 def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
     """The outcomes of a scenario's commands by configuration."""
-    cost_without, extractor_without, tested = _lessons(asked, file)
-    own, learned = [a for a in tested if a.command.scenario == scenario], cost_without(scenario)
+    cost_of, extractor_of, tested = _lessons(asked, file)
+    own, learned = [a for a in tested if a.command.scenario == scenario], cost_of(scenario)
     extracted: list[tuple[SDC, ...]] = []
     if "auto" in asked.configurations:
         texts = (a.command.text for a in own)
-        extracted = [p.sdcs for p in parse_many(texts, extractor=extractor_without(scenario))]
+        extracted = [p.sdcs for p in parse_many(texts, extractor=extractor_of(scenario))]
     outcomes: dict[str, list[Outcome]] = {}
     for which in asked.configurations:
         cost: Cost = RandomCost(asked.seed) if which == "random" else learned

@@ -1,4 +1,4 @@
-"""Training on one side of a split and predicting the other.
+"""What ``ct eval`` trains and predicts: one side of each split learned from, the other tested.
 
 Features don't depend on other examples, so they are computed once for all splits; each
 model sees only the columns that are active on its own training side.
@@ -7,97 +7,81 @@ model sees only the columns that are active on its own training side.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from corpus_tools.progress import OnProgress
 from eval.correspondence import TYPES, Predictions, RowType, predicted_true
+from eval.error_lists import Example as ShownExample
 from eval.learning_curve import CurvePoint
-from eval.splits import IntArray, Split
-from eval.statistics import BoolArray, FloatArray
-from g3 import crf
-from g3.examples import Example, labels, to_batch
-from g3.features.matrix import FeatureSpace, fit_space, prior_scale
-from g3.features.registry import FeatureSet
+from eval.protocol import Choices, Metadata, Trial, set_up, set_up_model
+from eval.splits import IntArray
+from eval.statistics import FloatArray
+from g3.examples import Example, labels
+from g3.factor_matrix import FactorMatrix, matrix_of_examples
+from g3.features.registry import select
+from g3.model import GroundingModel
+from g3.sdc import all_words
 
 SMALLEST_SIZE = 50
 """Annotated SDCs at the first point of a learning curve; each further point has twice as many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Data:
-    """Examples with their features.
+class Result:
+    """What was predicted of the tested examples.
 
     Parameters
     ----------
     items
-        The n examples.
-    space
-        The features that are active in any of them.
-    matrix
-        Which are active in which, shape (n, k).
-    correct
-        The correspondence variables, shape (n,).
+        The examples.
+    predictions
+        What the models said of them, aligned.
+    metadata
+        What to record with the results.
     """
 
     items: Sequence[Example]
-    space: FeatureSpace
-    matrix: sparse.csr_array
-    correct: BoolArray
+    predictions: Predictions
+    metadata: Metadata
+
+    @property
+    def shown(self) -> list[ShownExample]:
+        """What error lists show of the examples."""
+        return [
+            ShownExample(
+                id=f"{e.annotation.id}, clause {e.node + 1}",
+                words=" ".join(span.text for span in all_words(e.sdc)),
+                source=e.source,
+            )
+            for e in self.items
+        ]
 
 
-def prepare(items: Sequence[Example], sets: Sequence[FeatureSet]) -> Data:
-    """Compute the features of examples."""
-    space, matrix = fit_space(to_batch(items), sets)
-    return Data(items, space, matrix, labels(items))
-
-
-def train_and_predict(data: Data, train: IntArray, test: IntArray, *, l2: float) -> FloatArray:
-    """Train on some examples and give p(φ = True) of others.
-
-    The result is that of :func:`g3.model.train_model` and :func:`g3.model.predict`.
-
-    Parameters
-    ----------
-    data
-        All examples.
-    train, test
-        Indices of the examples to train on and of those to predict.
-    l2
-        Strength of the regularisation.
-
-    Returns
-    -------
-    ndarray
-        Shape (len(test),).
-    """
-    known = data.matrix[train]
-    active = np.unique(known.indices)
-    space = replace(data.space, keys=data.space.keys[active])
-    weights = crf.train(known[:, active], data.correct[train], l2=l2 / prior_scale(space) ** 2)
-    return crf.probabilities(data.matrix[test][:, active], weights)
-
-
-def predict_splits(
-    data: Data, splits: Sequence[Split], *, l2: float, on_progress: OnProgress | None = None
-) -> tuple[IntArray, FloatArray]:
-    """Predict the test side of each split with a model of its training side.
-
-    Returns
-    -------
-    rows, probability : ndarray
-        Indices of all tested examples, ascending, and their p(φ = True); both (m,).
-    """
-    rows = np.concatenate([split.test for split in splits])
+def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
+    """Train as chosen, or read the trained model, and predict the test side."""
+    if choices.model is not None:
+        model, items, metadata = set_up_model(choices)
+        return Result(items, predictions(items, model.predict_proba(items)[:, 1]), metadata)
+    trial, factors = _set_up(choices)
     parts = []
-    for done, split in enumerate(splits, start=1):
-        parts.append(train_and_predict(data, split.train, split.test, l2=l2))
+    for done, split in enumerate(trial.splits, start=1):
+        model = GroundingModel(l2=choices.strength).fit(factors[split.train])
+        parts.append(model.predict_proba(factors[split.test])[:, 1])
         if on_progress:
-            on_progress("training", done, len(splits))
+            on_progress("training", done, len(trial.splits))
+    rows = np.concatenate([split.test for split in trial.splits])
     order = np.argsort(rows, kind="stable")
-    return rows[order], np.concatenate(parts)[order]
+    tested = [trial.items[row] for row in rows[order]]
+    return Result(tested, predictions(tested, np.concatenate(parts)[order]), trial.metadata)
+
+
+def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:
+    """The examples and how they are divided, with the features that are chosen."""
+    sets = select(without=choices.ablate, plus=choices.plus)
+    trial = set_up(choices)
+    return trial, matrix_of_examples(trial.items, sets)
 
 
 def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:
@@ -112,15 +96,8 @@ def predictions(items: Sequence[Example], probability: FloatArray) -> Prediction
 
 
 def learning_curve(
-    data: Data,
-    splits: Sequence[Split],
-    *,
-    l2: float,
-    repeats: int,
-    seed: int,
-    threshold: float = 0.5,
-    on_progress: OnProgress | None = None,
-) -> tuple[CurvePoint, ...]:
+    choices: Choices, repeats: int, on_progress: OnProgress | None = None
+) -> tuple[tuple[CurvePoint, ...], Metadata]:
     """Measure the test error of models trained on more and more commands (section 4.2).
 
     Commands of the training side are added in a random order, each with all of its
@@ -129,45 +106,41 @@ def learning_curve(
 
     Parameters
     ----------
-    data
-        All examples.
-    splits
-        What is tested; the errors of several splits are pooled.
-    l2
-        Strength of the regularisation.
+    choices
+        What is trained and tested; the errors of several splits are pooled.
     repeats
         Number of random orders.
-    seed
-        What the orders are drawn with.
-    threshold
-        Probability from which φ counts as predicted true.
     on_progress
         Told how many models have been trained.
 
     Returns
     -------
-    tuple of CurvePoint
-        The mean error over the orders, with its least and its greatest value.
+    tuple
+        The mean error over the orders, with its least and its greatest value; and what to
+        record with it.
     """
-    sizes = curve_sizes(min(_annotated(data, split.train) for split in splits))
+    trial, factors = _set_up(choices)
+    items, splits = trial.items, trial.splits
+    sizes = curve_sizes(min(_annotated(items, split.train) for split in splits))
     tested = np.concatenate([split.test for split in splits])
     errors = np.empty((repeats, len(sizes), len(TYPES) + 1))
     trained_on = np.empty((repeats, len(sizes), len(splits)))
     for repeat in range(repeats):
-        rng = np.random.default_rng([seed, repeat])
-        orders = [_shuffled(data, split.train, rng) for split in splits]
+        rng = np.random.default_rng([choices.seed, repeat])
+        orders = [_shuffled(items, split.train, rng) for split in splits]
         for step, size in enumerate(sizes):
             parts = []
             for place, (split, order) in enumerate(zip(splits, orders, strict=True)):
-                train, trained_on[repeat, step, place] = _first_commands(data, order, size)
-                parts.append(train_and_predict(data, train, split.test, l2=l2))
+                train, trained_on[repeat, step, place] = _first_commands(items, order, size)
+                model = GroundingModel(l2=choices.strength).fit(factors[train])
+                parts.append(model.predict_proba(factors[split.test])[:, 1])
                 if on_progress:
                     done = (repeat * len(sizes) + step) * len(splits) + place + 1
                     on_progress("training", done, errors.shape[0] * errors.shape[1] * len(splits))
-            said = predictions([data.items[i] for i in tested], np.concatenate(parts))
-            errors[repeat, step] = _errors(said, threshold)
+            said = predictions([items[i] for i in tested], np.concatenate(parts))
+            errors[repeat, step] = _errors(said, choices.threshold)
     kinds: tuple[RowType, ...] = (*TYPES, "overall")
-    return tuple(
+    points = tuple(
         CurvePoint(
             type=kind,
             sdcs=round(float(trained_on[:, step].mean())),
@@ -178,6 +151,7 @@ def learning_curve(
         for row, kind in enumerate(kinds)
         for step in range(len(sizes))
     )
+    return points, {**trial.metadata, "repeats": repeats}
 
 
 def curve_sizes(total: int) -> tuple[int, ...]:
@@ -190,21 +164,23 @@ def curve_sizes(total: int) -> tuple[int, ...]:
     return (*sizes, total)
 
 
-def _annotated(data: Data, rows: IntArray) -> int:
+def _annotated(items: Sequence[Example], rows: IntArray) -> int:
     """How many different clauses of commands some examples are about."""
-    return len({(data.items[i].annotation.command.id, data.items[i].node) for i in rows})
+    return len({(items[i].annotation.command.id, items[i].node) for i in rows})
 
 
-def _shuffled(data: Data, rows: IntArray, rng: np.random.Generator) -> list[IntArray]:
+def _shuffled(items: Sequence[Example], rows: IntArray, rng: np.random.Generator) -> list[IntArray]:
     """The examples of each command, the commands in random order."""
-    names = np.array([data.items[i].annotation.command.id for i in rows])
+    names = np.array([items[i].annotation.command.id for i in rows])
     commands = np.unique(names)
     return [rows[names == command] for command in rng.permutation(commands)]
 
 
-def _first_commands(data: Data, commands: Sequence[IntArray], size: int) -> tuple[IntArray, int]:
+def _first_commands(
+    items: Sequence[Example], commands: Sequence[IntArray], size: int
+) -> tuple[IntArray, int]:
     """The examples of the first commands that annotate so many SDCs, and how many they do."""
-    annotated = np.cumsum([_annotated(data, rows) for rows in commands])
+    annotated = np.cumsum([_annotated(items, rows) for rows in commands])
     count = min(int(np.searchsorted(annotated, size)) + 1, len(commands))
     return np.sort(np.concatenate(commands[:count])), int(annotated[count - 1])
 

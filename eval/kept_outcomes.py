@@ -11,8 +11,8 @@ from typing import Any
 
 import msgspec
 
-from corpus_tools.atomic_file import write_bytes
 from eval.outcomes import Outcome
+from g3.atomic_file import write_bytes
 
 SUFFIX = ".part"
 """Of the file, beside the one that the table will be written to."""

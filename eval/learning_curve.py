@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from corpus_tools.atomic_file import write_bytes
 from eval.correspondence import ROW_TYPES, Row, RowType
 from eval.formats import delimited, metadata_text
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 
 if TYPE_CHECKING:

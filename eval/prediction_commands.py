@@ -144,13 +144,13 @@ def table_1(
     corpora (--train and --test), or a trained --model and a --test corpus.
     """
     from corpus_tools.parallel import Team, Workers
-    from eval import trials
+    from eval import experiment
     from eval.correspondence import table_rows
     from eval.formats import render
 
     with Team(Workers(jobs, scheduler)) as team:
         with progress_bar("extracting features") as on_progress:
-            result = trials.run(choices, on_progress)
+            result = experiment.run(choices, on_progress)
         rows = table_rows(
             result.predictions,
             threshold=choices.threshold,
@@ -184,11 +184,11 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
 
     Say what to train and test on as for --table 1.
     """
-    from eval import trials
+    from eval import experiment
     from eval.error_lists import error_lists, render_lists
 
     with progress_bar("extracting features") as on_progress:
-        result = trials.run(choices, on_progress)
+        result = experiment.run(choices, on_progress)
     lists = error_lists(result.predictions, result.shown, k=top, threshold=choices.threshold)
     metadata = {**result.metadata, "top": top}
     write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
@@ -231,11 +231,11 @@ def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> N
 
     Say what to train and test on as for --table 1.
     """
-    from eval import trials
+    from eval import experiment
     from eval.learning_curve import write_csv, write_plot
 
     with progress_bar("extracting features") as on_progress:
-        points, metadata = trials.curve(choices, repeats, on_progress)
+        points, metadata = experiment.learning_curve(choices, repeats, on_progress)
     bounds = f"range of {repeats} random orders"
     write_csv(points, out.with_suffix(".csv"), metadata=metadata)
     write_plot(points, out, metadata=metadata, bounds=bounds)

@@ -15,12 +15,11 @@ from corpus_tools import __version__
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.labelled import Negatives, labelled_examples, scenario_ids
-from corpus_tools.model_file import load_model, read_card
 from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
 from g3.examples import Example
 from g3.features.registry import CATALOGUE_VERSION
-from g3.model import DEFAULT_L2, Model
+from g3.model import DEFAULT_L2, GroundingModel
 
 Division = Literal["cv", "split"]
 Metadata = dict[str, object]
@@ -114,7 +113,7 @@ def set_up(choices: Choices) -> Trial:
     return _two_corpora(choices) if choices.train else _one_corpus(choices)
 
 
-def set_up_model(choices: Choices) -> tuple[Model, Sequence[Example], Metadata]:
+def set_up_model(choices: Choices) -> tuple[GroundingModel, Sequence[Example], Metadata]:
     """Read a trained model and the examples to test it on.
 
     Raises
@@ -124,18 +123,18 @@ def set_up_model(choices: Choices) -> tuple[Model, Sequence[Example], Metadata]:
     """
     if choices.model is None:
         raise ValueError("there is no model")
-    model, card = load_model(choices.model), read_card(choices.model)
+    model = GroundingModel.load(choices.model)
     corpus = open_corpus(choices.test)
     items = _examples(corpus, choices.tested_negatives, choices)
-    _refuse_shared(set(card.scenarios), items, choices.test)
+    _refuse_shared(set(model.card["scenarios"]), items, choices.test)
     metadata = {
         **_common(choices),
         "protocol": "a trained model on a test corpus",
-        "train_corpus": model.corpus_hash,
+        "train_corpus": model.card["corpus_hash"],
         "test_corpus": corpus.hash,
-        "feature_sets": list(model.space.sets),
+        "feature_sets": list(model.space_.sets),
         "l2": model.l2,
-        "model_training": card.training,
+        "model_training": model.card["training"],
         "test_examples": by_source(items),
     }
     return model, items, metadata

@@ -11,14 +11,12 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.trees import Annotated, annotated_trees
 from eval.reference_scores import reference_scores
 from eval.sdc_scores import Comparison, compare
+from eval.splits import leave_one_out
 from g3.errors import CorpusError
-from g3.language.extractor import Extractor, Parse, extract_analysed
-from g3.language.extractor_file import default_extractor, from_bytes
-from g3.language.extractor_training import DEFAULT_L2, Lesson, prepare, train_extractor
-from g3.sdc import SDC
+from g3.language.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
+from g3.language.extractor_training import Lesson, prepare
 
 OnProgress = Callable[[str, int, int], None]
-BATCH = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +68,7 @@ def run(
     l2 = DEFAULT_L2 if choices.l2 is None else choices.l2
     corpus = open_corpus(choices.corpus or choices.test)
     items = annotated_trees(corpus)
-    lessons = prepare(_texts_and_trees(items))
+    lessons = prepare(items)
     metadata: dict[str, object] = {"test": corpus.name, "test_hash": corpus.hash}
     metadata |= asdict(reference_scores(corpus.annotations))
     taught: list[Lesson] = []
@@ -82,11 +80,12 @@ def run(
         trials = _cross_validated(items, lessons, taught, l2, on_progress)
         return trials, {**metadata, "cv": "scenario", "l2": l2}
     if choices.train:
-        extractor = train_extractor(taught, l2=l2)
+        extractor = SDCExtractor(l2=l2).fit(taught)
         metadata |= {"l2": l2}
     else:
-        extractor = _trained(choices.model)
-        metadata |= {"model": str(choices.model or "the one that comes along")}
+        model = choices.model
+        extractor = SDCExtractor.load(model) if model else default_extractor()
+        metadata |= {"model": str(model or "the one that comes along")}
         metadata |= {"seen_scenarios": seen_scenarios(extractor, items)}
     return _tested(extractor, items, lessons), metadata
 
@@ -101,31 +100,14 @@ def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
             where="--train",
             fix="use --corpus with --cv scenario alone, or corpora of different scenarios",
         )
-    return prepare(_texts_and_trees(items))
+    return prepare(items)
 
 
-def _texts_and_trees(items: Iterable[Annotated]) -> list[tuple[str, tuple[SDC, ...]]]:
-    return [(item.command.text, item.sdcs) for item in items]
-
-
-def seen_scenarios(extractor: Extractor, items: Iterable[Annotated]) -> list[str]:
+def seen_scenarios(extractor: SDCExtractor, items: Iterable[Annotated]) -> list[str]:
     """Scenarios of tested commands that the model was trained on: figures are too good there."""
-    known = extractor.card.get("scenarios", ())
+    known = extractor.card_.get("scenarios", ())
     tested = {item.command.scenario for item in items}
     return sorted(tested & set(known)) if isinstance(known, (list, tuple)) else []
-
-
-def _trained(model: Path | None) -> Extractor:
-    if model is None:
-        return default_extractor()
-    try:
-        return from_bytes(model.read_bytes(), where=str(model))
-    except OSError as error:
-        raise CorpusError(
-            f"the model can't be read: {error.strerror}",
-            where=str(model),
-            fix="give what 'ct train sdc --out' wrote",
-        ) from error
 
 
 def _cross_validated(
@@ -135,33 +117,22 @@ def _cross_validated(
     l2: float,
     on_progress: OnProgress | None,
 ) -> list[Trial]:
-    scenarios = sorted({item.command.scenario for item in items})
-    if len(scenarios) < 2:
-        raise CorpusError(
-            "there is only one scenario, so none can be held out", fix="use --train and --test"
-        )
-    found: dict[str, Trial] = {}
-    for number, scenario in enumerate(scenarios):
+    splits = leave_one_out([item.command.scenario for item in items])
+    trials: dict[int, Trial] = {}
+    for number, split in enumerate(splits):
         if on_progress is not None:
-            on_progress(f"without {scenario}", number, len(scenarios))
-        held = [i for i, item in enumerate(items) if item.command.scenario == scenario]
-        own = zip(items, lessons, strict=True)
-        taught = [lesson for i, lesson in own if i.command.scenario != scenario]
-        extractor = train_extractor(taught, others=others, l2=l2)
-        trials = _tested(extractor, [items[i] for i in held], [lessons[i] for i in held])
-        found |= {trial.annotated.command.id: trial for trial in trials}
-    return [found[item.command.id] for item in items]
+            on_progress(f"without {split.name}", number, len(splits))
+        taught = [lessons[i] for i in split.train]
+        extractor = SDCExtractor(l2=l2).fit(taught, others=others)
+        own = _tested(extractor, [items[i] for i in split.test], [lessons[i] for i in split.test])
+        trials |= zip(split.test.tolist(), own, strict=True)
+    return [trials[i] for i in range(len(items))]
 
 
 def _tested(
-    extractor: Extractor, items: Sequence[Annotated], lessons: Sequence[Lesson]
+    extractor: SDCExtractor, items: Sequence[Annotated], lessons: Sequence[Lesson]
 ) -> list[Trial]:
-    commands = [lesson.command for lesson in lessons]
-    parses = [
-        parse
-        for start in range(0, len(commands), BATCH)
-        for parse in extract_analysed(extractor, commands[start : start + BATCH])
-    ]
+    parses = extractor.predict_proba([lesson.command for lesson in lessons])
     return [
         Trial(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
         for item, parse in zip(items, parses, strict=True)

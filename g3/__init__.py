@@ -1,10 +1,12 @@
 """Generalized Grounding Graphs: the model of Tellex et al. (AAAI 2011).
 
-The package knows nothing of files, simulators, web servers or the command line.
+The package knows nothing of corpora on disk, simulators, web servers or the command line.
+The only files that it writes are models: :meth:`GroundingModel.save`, :meth:`SDCExtractor.save`.
 Read :mod:`g3.sdc` first (what a command is made of), then :mod:`g3.groundings`
 (what it can mean), :mod:`g3.annotation` (both together), :mod:`g3.graph` (the
 factor graph), :mod:`g3.features` and :mod:`g3.crf` (the learned model).
-``g3.parse`` extracts the clauses of a command, ``g3.Grounder`` follows it.
+``g3.parse`` extracts the clauses of a command, ``g3.Grounder`` follows it. ``g3.SDCExtractor``
+and ``g3.GroundingModel`` are what they learn from annotations, with `fit` and `predict`.
 """
 
 from __future__ import annotations
@@ -14,19 +16,25 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from g3.inference.grounder import Grounder
+    from g3.language.extractor import SDCExtractor
     from g3.language.parser import parse, parse_many
+    from g3.model import GroundingModel
 
-__all__ = ["Grounder", "parse", "parse_many"]
+__all__ = ["Grounder", "GroundingModel", "SDCExtractor", "parse", "parse_many"]
+
+__version__ = "0.1.0"
 
 _MODULES = {
     "Grounder": "g3.inference.grounder",
+    "GroundingModel": "g3.model",
+    "SDCExtractor": "g3.language.extractor",
     "parse": "g3.language.parser",
     "parse_many": "g3.language.parser",
 }
 
 
 def __getattr__(name: str) -> Any:
-    """Load what parses and follows commands when it is first asked for."""
+    """Load what parses, follows and learns when it is first asked for."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(_MODULES[name]), name)

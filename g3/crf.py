@@ -24,6 +24,7 @@ from g3.newton import Local, Problem
 BoolArray = npt.NDArray[np.bool_]
 
 MAX_ITERATIONS = 1000
+TOLERANCE = 1e-4
 
 Optimizer = Literal["newton", "lbfgs"]
 
@@ -94,7 +95,7 @@ def train(
     correct: BoolArray,
     *,
     l2: float | FloatArray = 1.0,
-    tolerance: float = 1e-4,
+    tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     optimizer: Optimizer = "newton",
 ) -> FloatArray:

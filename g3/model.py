@@ -1,92 +1,162 @@
-"""A trained model: its feature sets, its feature space and its weights."""
+"""The grounding model: which features say that words and groundings correspond (section 3.2).
+
+``GroundingModel().fit(examples)`` learns from annotations, and ``.predict_proba(examples)`` is
+what Table 1 measures. `Grounder` follows commands with the same model.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-import g3.features  # noqa: F401  (fills the catalogue)
 from g3 import crf
-from g3.examples import Example, labels, to_batch
-from g3.features.batch import FactorBatch
-from g3.features.matrix import FeatureSpace, fit_space, prior_scale, transform
-from g3.features.registry import CATALOGUE_VERSION, FeatureSet, select
+from g3.errors import ModelError
+from g3.estimator import Estimator
+from g3.examples import Example, to_batch
+from g3.factor_matrix import FactorMatrix, matrix_of_examples
+from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
+from g3.features.registry import FeatureSet, select
 from g3.groundings import FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class Model:
-    """What training gives and inference needs.
-
-    Parameters
-    ----------
-    space
-        The binary features.
-    weights
-        One for each feature, shape (k,).
-    l2
-        Strength of the regularisation that it was trained with.
-    catalogue_version
-        :data:`g3.features.registry.CATALOGUE_VERSION` at training.
-    corpus_hash
-        Hash of the corpus that it was trained on.
-    """
-
-    space: FeatureSpace
-    weights: FloatArray
-    l2: float
-    catalogue_version: int
-    corpus_hash: str
-
-    @property
-    def sets(self) -> tuple[FeatureSet, ...]:
-        """The feature sets that it uses."""
-        names = set(self.space.sets)
-        return tuple(s for s in select(plus=names) if s.name in names)
-
+from g3.model_file import TrainingCard, read_model, write_model
 
 DEFAULT_L2 = 1.0
 
 
-def train_model(
-    items: Sequence[Example],
-    sets: Sequence[FeatureSet],
-    *,
-    l2: float = DEFAULT_L2,
-    corpus_hash: str = "",
-    batch: FactorBatch | None = None,
-    optimizer: crf.Optimizer = "newton",
-) -> Model:
-    """Train on labelled examples.
+def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]:
+    """Feature sets by themselves or by name, as the catalogue orders them."""
+    if features is None:
+        return select()
+    names = {one if isinstance(one, str) else one.name for one in features}
+    return tuple(one for one in select(plus=names) if one.name in names)
+
+
+@dataclass(eq=False)
+class GroundingModel(Estimator):
+    """Learns p(φ | words, groundings) from labelled factors.
 
     Parameters
     ----------
-    items
-        The examples.
-    sets
-        Feature sets, from :func:`g3.features.registry.select`.
     l2
         Strength of the regularisation.
-    corpus_hash
-        Recorded in the model.
-    batch
-        The examples packed, if that has been done already.
-    optimizer
+    features
+        The feature sets, or their names (`ct features list`); those that are on by default, if
+        left out. Where features are computed already (`FactorMatrix`), these are taken.
+    optimizer, tolerance
         As in :func:`g3.crf.train`.
+    card
+        What its file says of the training.
+
+    Attributes
+    ----------
+    space_
+        The binary features that were active in training.
+    weights_
+        One for each feature, shape (k,).
     """
-    space, matrix = fit_space(batch if batch is not None else to_batch(items), sets)
-    prior = l2 / prior_scale(space) ** 2
-    weights = crf.train(matrix, labels(items), l2=prior, optimizer=optimizer)
-    return Model(space, weights, l2, CATALOGUE_VERSION, corpus_hash)
 
+    l2: float = DEFAULT_L2
+    features: Sequence[FeatureSet | str] | None = None
+    optimizer: crf.Optimizer = "newton"
+    tolerance: float = crf.TOLERANCE
+    card: TrainingCard = field(default_factory=TrainingCard)
+    space_: FeatureSpace = field(init=False, repr=False)
+    weights_: FloatArray = field(init=False, repr=False)
 
-def predict(
-    model: Model, items: Sequence[Example], *, batch: FactorBatch | None = None
-) -> FloatArray:
-    """p(φ = True) of each example, shape (n,)."""
-    if not items:
-        return np.zeros(0)
-    matrix = transform(batch if batch is not None else to_batch(items), model.sets, model.space)
-    return crf.probabilities(matrix, model.weights)
+    classes_ = np.array([False, True])
+    """The values of φ, in the order of `predict_proba`."""
+
+    @property
+    def sets(self) -> tuple[FeatureSet, ...]:
+        """The feature sets that it has learned with."""
+        return _sets(self.space_.sets)
+
+    def fit(
+        self, X: Sequence[Example] | FactorMatrix, y: npt.ArrayLike | None = None
+    ) -> GroundingModel:
+        """Learn from labelled factors.
+
+        Parameters
+        ----------
+        X
+            Examples (:func:`g3.examples.examples`), or factors whose features are computed.
+        y
+            Their labels φ, shape (n,); those that `X` has, if left out.
+        """
+        known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
+        correct = known.correct if y is None else np.asarray(y, dtype=bool)
+        known = known.trimmed()
+        weights = crf.train(
+            known.matrix,
+            correct,
+            l2=self.l2 / prior_scale(known.space) ** 2,
+            tolerance=self.tolerance,
+            optimizer=self.optimizer,
+        )
+        return self.with_weights(known.space, weights)
+
+    def with_weights(self, space: FeatureSpace, weights: FloatArray) -> GroundingModel:
+        """Take what was learned elsewhere: in a file, or on shards."""
+        self.space_, self.weights_ = space, weights
+        return self
+
+    def predict(self, X: Sequence[Example] | FactorMatrix) -> npt.NDArray[np.bool_]:
+        """Whether φ is more probably true than not, shape (n,)."""
+        return self.predict_proba(X)[:, 1] >= 0.5
+
+    def predict_proba(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
+        """p(φ = False) and p(φ = True) of each factor, shape (n, 2)."""
+        true = self._probability(X)
+        return np.column_stack((1 - true, true))
+
+    def _probability(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
+        space, weights = self.space_, self.weights_
+        if not isinstance(X, FactorMatrix):
+            return crf.probabilities(transform(to_batch(X), self.sets, space), weights)
+        missing = sorted(set(space.sets) - set(X.space.sets))
+        if missing:
+            raise ModelError(f"the features {missing[0]!r} were not computed", where="predict")
+        return crf.probabilities(X.matrix, np.append(weights, 0.0)[columns_in(X.space, space)])
+
+    def save(self, path: Path | str) -> None:
+        """Write it to ``NAME.npz`` and ``NAME.json``; the same model gives the same bytes.
+
+        Parameters
+        ----------
+        path
+            ``NAME``, ``NAME.npz`` or ``NAME.json``; what is there is replaced.
+
+        Raises
+        ------
+        FormatError
+            If another program is writing this model, or there is no such folder.
+        """
+        write_model(path, self.space_, self.weights_, l2=self.l2, about=self.card)
+
+    @classmethod
+    def load(cls, path: Path | str, *, corpus_hash: str | None = None) -> GroundingModel:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path
+            ``NAME``, ``NAME.npz`` or ``NAME.json``.
+        corpus_hash
+            Hash of the corpus that it must have been trained on, if that matters.
+
+        Raises
+        ------
+        ModelError
+            If it is missing or damaged, needs other features or other data than there are, or
+            was trained on another corpus.
+        """
+        card, space, weights = read_model(path, corpus_hash=corpus_hash)
+        about: TrainingCard = {
+            "corpus_hash": card.corpus_hash,
+            "scenarios": card.scenarios,
+            "training": card.training,
+        }
+        return cls(l2=card.l2, features=card.sets, card=about).with_weights(space, weights)

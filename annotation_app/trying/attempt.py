@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import CorpusError
 from g3.groundings import Grounding, Place
 
@@ -180,11 +180,11 @@ _grounders: dict[Path | None, Grounder] = {}
 def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
     """A model's grounder, which is kept; without a model, of the one that comes along."""
     from corpus_tools.following import default_model  # noqa: PLC0415 - as above
-    from corpus_tools.model_file import load_model  # noqa: PLC0415
     from g3.inference.grounder import Grounder  # noqa: PLC0415
+    from g3.model import GroundingModel  # noqa: PLC0415
 
     if model not in _grounders:
-        found = default_model(on_progress) if model is None else load_model(model)
+        found = default_model(on_progress) if model is None else GroundingModel.load(model)
         _grounders[model] = Grounder.load(found)
     return _grounders[model]
 

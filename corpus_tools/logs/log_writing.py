@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.logs.channels import (
     ACTIONS,
     CHANNELS,
@@ -39,6 +38,7 @@ from corpus_tools.logs.log_records import RobotRecord, context_record, steps_rec
 from corpus_tools.logs.scene_messages import entities, frames
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
+from g3.atomic_file import write_bytes
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
 

@@ -12,8 +12,9 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import CorpusError, FormatError
+from g3.features.matrix import FeatureSpace
 from g3.features.registry import CATALOGUE_VERSION
 
 MANIFEST = "shards.json"
@@ -52,6 +53,11 @@ class Shard:
     offsets: npt.NDArray[np.int32]
     right: npt.NDArray[np.int32]
     wrong: npt.NDArray[np.int32]
+
+    @property
+    def space(self) -> FeatureSpace:
+        """The features."""
+        return FeatureSpace((), self.bases, self.words, self.keys)
 
 
 class _Names(msgspec.Struct, frozen=True):

@@ -14,7 +14,6 @@ import numpy as np
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Negatives, Options, labelled_examples, scenario_ids
-from corpus_tools.only_writer import only_writer
 from corpus_tools.parallel import Workers, work
 from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import (
@@ -33,6 +32,7 @@ from g3.examples import Example, to_batch
 from g3.features.matrix import fit_space
 from g3.features.registry import CATALOGUE_VERSION, select
 from g3.groundings import Grounding
+from g3.only_writer import only_writer
 
 EXAMPLES = 20_000
 """In one shard; what bounds the memory."""

@@ -19,14 +19,13 @@ from scipy import sparse
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.parallel import Team, Workers, work_in_order
 from corpus_tools.progress import OnProgress
-from corpus_tools.shards.files import Manifest, Shard, read_shard
+from corpus_tools.shards.files import Manifest, read_shard
 from g3 import crf
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import FormatError
-from g3.features.matrix import FeatureSpace, prior_scale
-from g3.features.registry import CATALOGUE_VERSION
+from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
-from g3.model import DEFAULT_L2, Model
+from g3.model import GroundingModel
 from g3.newton import Local, Problem
 
 PARTS = 16
@@ -46,37 +45,31 @@ _COLUMN_FIELDS = {
 }
 
 
-def train_on_shards(
+def fit_on_shards(
+    model: GroundingModel,
     folder: Path,
     manifest: Manifest,
     *,
-    l2: float = DEFAULT_L2,
     workers: Workers,
-    corpus_hash: str = "",
     tolerance: float | None = None,
-    optimizer: crf.Optimizer = "newton",
     on_progress: OnProgress | None = None,
-) -> Model:
-    """Train on all shards of a folder.
-
-    The optimum is that of :func:`g3.model.train_model` on the same examples.
+) -> GroundingModel:
+    """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
 
     Parameters
     ----------
+    model
+        The model; its `tolerance` isn't used.
     folder
         Where the shards are.
     manifest
         What the folder holds.
-    l2
-        Strength of the regularisation.
     workers
         Who reads the shards. The scratch folder is made in `folder`, so that those of a
         cluster see it.
     tolerance
         Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
-    optimizer
-        As in :func:`g3.crf.train`.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
@@ -104,7 +97,7 @@ def train_on_shards(
             team,
             on_done=told("packing", len(files)),
         )
-        unit, size = crf.shrinking(copy_of, (l2 / prior_scale(space) ** 2)[first])
+        unit, size = crf.shrinking(copy_of, (model.l2 / prior_scale(space) ** 2)[first])
         parts = [tuple(enumerate(packed))[i::PARTS] for i in range(min(PARTS, len(packed)))]
         evaluations = 0
 
@@ -116,21 +109,19 @@ def train_on_shards(
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, team)), unit)
 
-        found = crf.OPTIMIZERS[optimizer](
+        found = crf.OPTIMIZERS[model.optimizer](
             Problem(look, unit, manifest.examples / 4),
             tolerance=tolerance,
             max_iterations=crf.MAX_ITERATIONS,
         )
-    return Model(space, (found / size)[copy_of], l2, CATALOGUE_VERSION, corpus_hash)
+    return model.with_weights(space, (found / size)[copy_of])
 
 
 @dataclass(frozen=True, slots=True)
 class _Survey:
     """The features of a shard, and what tells their columns apart, shape (k, 2)."""
 
-    bases: tuple[str, ...]
-    words: tuple[str, ...]
-    keys: npt.NDArray[np.int64]
+    space: FeatureSpace
     signatures: Signatures
 
 
@@ -149,30 +140,19 @@ def _survey(numbered: tuple[int, File]) -> _Survey:
         (ones, shard.features, shard.offsets), shape=(len(rows), len(shard.keys))
     )
     signatures: Signatures = np.asarray(matrix.T @ rows)
-    return _Survey(shard.bases, shard.words, shard.keys, signatures)
+    return _Survey(shard.space, signatures)
 
 
 def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureSpace, Signatures]:
     """The features of all shards, and the sums of their signatures, shape (k, 2)."""
-    bases = tuple(sorted({name for s in surveys for name in s.bases}))
-    words = tuple(sorted({name for s in surveys for name in s.words}))
-    translated = [_translated(survey, bases, words) for survey in surveys]
+    bases = tuple(sorted({name for s in surveys for name in s.space.bases}))
+    words = tuple(sorted({name for s in surveys for name in s.space.words}))
+    translated = [renumbered(survey.space, bases, words) for survey in surveys]
     keys = np.unique(np.concatenate(translated))
     total = np.zeros((len(keys), 2), dtype=np.uint64)
     for own, survey in zip(translated, surveys, strict=True):
         total[np.searchsorted(keys, own)] += survey.signatures
     return FeatureSpace(sets, bases, words, keys), total
-
-
-def _translated(
-    shard: _Survey | Shard, bases: Sequence[str], words: Sequence[str]
-) -> npt.NDArray[np.int64]:
-    """The keys of a shard in a space with more names, in the shard's order."""
-    base_of, word_of = ({name: i for i, name in enumerate(names)} for names in (bases, words))
-    base = np.array([base_of[name] for name in shard.bases], dtype=np.int64)
-    word = np.array([word_of[name] for name in shard.words], dtype=np.int64)
-    own_base, own_word = np.divmod(shard.keys, len(shard.words))
-    return base[own_base] * len(words) + word[own_word]
 
 
 def _distinct(
@@ -208,7 +188,7 @@ def _pack(file: File, *, scratch: Path) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
     shard = read_shard(*file)
-    own = column[np.searchsorted(keys, _translated(shard, bases, words))]
+    own = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
     column_of = own[shard.features]
     kept = column_of >= 0
     before = np.concatenate(([0], np.cumsum(kept)))

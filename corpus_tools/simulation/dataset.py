@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.importers.authored.clauses import clause_names
 from corpus_tools.importers.authored.files import read_dataset
 from corpus_tools.importers.report import Journal
@@ -27,6 +26,7 @@ from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
 from corpus_tools.world.scenarios.scenario_logs import scenario_log
 from corpus_tools.world.scenarios.scenario_writing import format_scenario
+from g3.atomic_file import write_bytes
 from g3.errors import CorpusError, FormatError
 from g3.sdc import breadth_first
 from g3.sdc_notation import format_brackets

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.world.scenarios.documents import read_document
 from eval.plan_study.planning import PlanRecord, top
 from g3.annotation import Annotation
+from g3.atomic_file import write_bytes
 
 STUDY, VIDEOS = "study.yaml", "videos"
 INSTANCE = "annotation"

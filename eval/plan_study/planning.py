@@ -8,7 +8,6 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
@@ -17,11 +16,12 @@ from corpus_tools.progress import OnProgress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from eval.end_to_end import TOP, annotated_commands
-from eval.held_out_costs import data_of, learner
-from eval.held_out_trees import extractor_learner
+from eval.held_out import costs_without, extractor_without
 from eval.judge import judge
 from eval.plan_study.settings import Settings
+from eval.search_examples import data_of
 from g3.annotation import Annotation
+from g3.atomic_file import write_bytes
 from g3.inference.costs import RandomCost
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.state import start_state
@@ -131,15 +131,14 @@ def _planned(
         return
     known = [open_corpus(name) for name in settings.train.split(",")]
     data = data_of(known, seed=settings.seed, on_progress=on_progress)
-    cost_without = learner(data, l2=settings.l2)
-    extractor_without = extractor_learner(known)
+    cost_of, extractor_of = costs_without(data, l2=settings.l2), extractor_without(known)
     for unit in units:
         annotation, sdcs = unit.annotation, unit.annotation.sdcs
         scenario = annotation.command.scenario
         if unit.configuration == "auto":
-            sdcs = parse(annotation.command.text, extractor=extractor_without(scenario)).sdcs
+            sdcs = parse(annotation.command.text, extractor=extractor_of(scenario)).sdcs
         is_random = unit.configuration == "random"
-        grounder = Grounder(RandomCost(settings.seed) if is_random else cost_without(scenario))
+        grounder = Grounder(RandomCost(settings.seed) if is_random else cost_of(scenario))
         result = grounder.follow(sdcs, annotation.context, least=0.0)
         yield unit, result.plan, result.note
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.atomic_file import write_bytes
 from corpus_tools.bundled import open_corpus
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 
 SETTINGS = "settings.json"

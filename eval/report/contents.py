@@ -13,7 +13,7 @@ from typing import Any
 from corpus_tools import __version__
 from corpus_tools.bundled import open_corpus
 from corpus_tools.progress import OnProgress
-from eval import trials
+from eval import experiment
 from eval.correspondence import Row, table_rows
 from eval.error_lists import ErrorList, error_lists
 from eval.learning_curve import CurvePoint, write_plot
@@ -119,9 +119,10 @@ def gather(choices: ReportChoices, on_progress: OnProgress | None = None) -> Con
         threshold=choices.threshold,
         seed=choices.seed,
     )
-    result = trials.run(asked, on_progress)
+    result = experiment.run(asked, on_progress)
     draws = {"seed": choices.seed, "draws": choices.draws}
-    curve = trials.curve(asked, choices.repeats, on_progress)[0] if choices.repeats else ()
+    repeats = choices.repeats
+    curve = experiment.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
     ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
     return Contents(
         table_rows(

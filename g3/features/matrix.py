@@ -113,7 +113,7 @@ def joint_space(
     spaces = [space for space, _ in fitted]
     bases = _numbered(name for space in spaces for name in space.bases)
     words = _numbered((ALONE, *(name for space in spaces for name in space.words)))
-    own = [_renumbered(space, bases, words) for space in spaces]
+    own = [renumbered(space, bases, words) for space in spaces]
     keys = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *own]))
     ends = np.cumsum(np.concatenate([[0], *(np.diff(matrix.indptr) for _, matrix in fitted)]))
     narrow = max(ends[-1], len(keys)) <= np.iinfo(np.int32).max
@@ -133,15 +133,21 @@ def _numbered(names: Iterable[str]) -> dict[str, int]:
     return {name: i for i, name in enumerate(dict.fromkeys(names))}
 
 
-def _renumbered(
-    space: FeatureSpace, bases: dict[str, int], words: dict[str, int]
+def renumbered(
+    space: FeatureSpace, bases: Iterable[str], words: Iterable[str]
 ) -> npt.NDArray[np.int64]:
-    """A space's keys as they are among the names of several."""
+    """A space's keys among other names, shape (k,); -1 where a name isn't one of these."""
+    base_of, word_of = _numbered(bases), _numbered(words)
     base, word = np.divmod(space.keys, len(space.words))
-    base_number = np.array([bases[name] for name in space.bases], dtype=np.int64)
-    word_number = np.array([words[name] for name in space.words], dtype=np.int64)
-    keys: npt.NDArray[np.int64] = base_number[base] * len(words) + word_number[word]
-    return keys
+    base = np.array([base_of.get(name, -1) for name in space.bases], dtype=np.int64)[base]
+    word = np.array([word_of.get(name, -1) for name in space.words], dtype=np.int64)[word]
+    return np.where((base < 0) | (word < 0), -1, base * len(word_of) + word)
+
+
+def columns_in(space: FeatureSpace, other: FeatureSpace) -> IntArray:
+    """Where each feature of a space is in another, shape (k,); -1 where it isn't."""
+    keys = renumbered(space, other.bases, other.words)
+    return np.where(np.isin(keys, other.keys), np.searchsorted(other.keys, keys), -1)
 
 
 def prior_scale(space: FeatureSpace) -> FloatArray:
@@ -218,7 +224,7 @@ def _active(
     number = discretise(values(feature, batch), columns)
     width = max((max(c.bins, 1) for c in columns), default=1)
     levels = np.arange(width)
-    binary = np.array([c.bins == 0 for c in columns])
+    binary = np.array([c.bins == 0 for c in columns], dtype=bool)
     reached = (number[:, :, None] >= levels) & ((levels > 0) | binary[:, None])
     row, column, level = np.nonzero(reached)
     key = (batch.type[row].astype(np.intp) * len(columns) + column) * width + level

@@ -24,7 +24,7 @@ from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_others
 from g3.inference.tree import Tree
 from g3.language.words import field_words
-from g3.model import Model
+from g3.model import GroundingModel
 from g3.sdc import SDC, all_words
 
 LIKELY_NOTHING = 0.02
@@ -134,7 +134,7 @@ class Grounder:
         self.cost = cost
 
     @classmethod
-    def load(cls, model: Model) -> Grounder:
+    def load(cls, model: GroundingModel) -> Grounder:
         """A grounder with the learned cost of a model."""
         return cls(Scorer(model))
 
@@ -232,7 +232,7 @@ class Grounder:
         """The first verb of a command of whose verbs the model knows none; else empty."""
         if not isinstance(self.cost, Scorer):
             return ""
-        words = self.cost.model.space.words
+        words = self.cost.model.space_.words
         known = {word for word in words if word.startswith("relation:")}
         verbs = [sdc for sdc in sdcs if field_words(sdc.relation)]
         for sdc in verbs:

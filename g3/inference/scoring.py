@@ -19,7 +19,7 @@ from g3.features.batch import ROLES, FactorBatch, FieldWords
 from g3.features.matrix import ALONE, discretise, word_names
 from g3.features.registry import Columns, FeatureSet, values
 from g3.groundings import FloatArray
-from g3.model import Model
+from g3.model import GroundingModel
 from g3.sdc import SDC_TYPES, SDCType
 
 IntArray = npt.NDArray[np.intp]
@@ -56,11 +56,11 @@ class Scorer:
         The trained model.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: GroundingModel) -> None:
         self.model = model
         self._sets = model.sets
-        self._bases = {name: i for i, name in enumerate(model.space.bases)}
-        self._words = {name: i for i, name in enumerate(model.space.words)}
+        self._bases = {name: i for i, name in enumerate(model.space_.bases)}
+        self._words = {name: i for i, name in enumerate(model.space_.words)}
         self._levels: dict[tuple[str, SDCType, tuple[str, ...]], IntArray] = {}
         self._tables: dict[tuple[object, ...], tuple[float, FloatArray]] = {}
 
@@ -155,13 +155,13 @@ class Scorer:
 
     def _weights(self, bases: IntArray, words: IntArray) -> FloatArray:
         """Weights of all pairs, 0 for those that the model doesn't know; (bases, words)."""
-        space = self.model.space
+        space = self.model.space_
         if not len(space) or not len(words):
             return np.zeros((len(bases), len(words)))
         keys = bases[:, None] * len(space.words) + words
         place = np.minimum(np.searchsorted(space.keys, keys), len(space) - 1)
         found = (space.keys[place] == keys) & (bases >= 0)[:, None]
-        return np.where(found, self.model.weights[place], 0.0)
+        return np.where(found, self.model.weights_[place], 0.0)
 
     def reasons(self, batch: FactorBatch) -> list[Reason]:
         """What speaks for and against the only row of a batch, the weightiest first."""
@@ -182,7 +182,7 @@ class Scorer:
                 if columns[i].bins:
                     name += f" (bin {number[i] + 1} of {columns[i].bins})"
                 found += [
-                    Reason(name, self.model.space.words[word], float(w))
+                    Reason(name, self.model.space_.words[word], float(w))
                     for word, w in zip(ids, weight, strict=True)
                     if w != 0
                 ]

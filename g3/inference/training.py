@@ -13,49 +13,22 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
-from scipy import sparse
 
-from g3 import crf
 from g3.annotation import Annotation
-from g3.examples import examples, labels, to_batch
-from g3.features.batch import FactorBatch
-from g3.features.matrix import FeatureSpace, fit_space, joint_space, prior_scale
-from g3.features.registry import CATALOGUE_VERSION, FeatureSet
+from g3.examples import examples
+from g3.factor_matrix import FactorMatrix, joined, matrix_of_batch, matrix_of_examples
+from g3.features.registry import FeatureSet
 from g3.inference.action_examples import action_examples
 from g3.inference.candidates import object_groups
 from g3.inference.labelled import Labelled
 from g3.inference.scene import scene_of
 from g3.inference.state import start_state
 from g3.inference.thing_examples import thing_examples
-from g3.model import DEFAULT_L2, Model
 
 TOLERANCE = 0.1
-"""No component of the gradient exceeds it at the end; ranking needs no more."""
+"""Of a `GroundingModel` that learns from `training_data`; ranking needs no more."""
 
 OnProgress = Callable[[str, int, int], object]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Data:
-    """Labelled factors with their features.
-
-    Parameters
-    ----------
-    space
-        The features that are active in any of them.
-    matrix
-        Which are active in which, shape (n, k).
-    correct
-        The correspondence variables, shape (n,).
-    scenario
-        The scenario of each, shape (n,).
-    """
-
-    space: FeatureSpace
-    matrix: sparse.csr_array
-    correct: npt.NDArray[np.bool_]
-    scenario: npt.NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +43,8 @@ class Each(Protocol):
     """Applies a function to each task, as :class:`map` does, maybe in several processes."""
 
     def __call__(
-        self, function: Callable[[_Task], Data], tasks: Sequence[_Task], /
-    ) -> Iterable[Data]:
+        self, function: Callable[[_Task], FactorMatrix], tasks: Sequence[_Task], /
+    ) -> Iterable[FactorMatrix]:
         """What the function gives for each task, in their order."""
 
 
@@ -82,7 +55,7 @@ def training_data(
     seed: int = 0,
     each: Each = map,
     on_progress: OnProgress | None = None,
-) -> Data:
+) -> FactorMatrix:
     """Collect what a model for inference learns from.
 
     Parameters
@@ -100,15 +73,15 @@ def training_data(
     for annotation in (a for a in annotations if a.source == "positive"):
         of_context.setdefault(id(annotation.context), []).append(annotation)
     tasks = [_Task(annotations), *(_Task(own, i) for i, own in enumerate(of_context.values()))]
-    parts: list[Data] = []
+    parts: list[FactorMatrix] = []
     for part in each(functools.partial(_part, sets=sets, seed=seed), tasks):
         parts.append(part)
         if on_progress:
             on_progress("trying actions", len(parts), len(tasks))
-    return _joined(parts, sets)
+    return joined(parts, sets)
 
 
-def _part(task: _Task, *, sets: Sequence[FeatureSet], seed: int) -> Data:
+def _part(task: _Task, *, sets: Sequence[FeatureSet], seed: int) -> FactorMatrix:
     """The corpus's examples of OBJECTs and PLACEs, or a context's of the search's own space.
 
     The matrix says true and false instead of numbers: less to hand over to another process.
@@ -117,31 +90,14 @@ def _part(task: _Task, *, sets: Sequence[FeatureSet], seed: int) -> Data:
     return replace(data, matrix=data.matrix.astype(np.bool_))
 
 
-def _examples(task: _Task, sets: Sequence[FeatureSet], seed: int) -> Data:
+def _examples(task: _Task, sets: Sequence[FeatureSet], seed: int) -> FactorMatrix:
     if task.number is not None:
         rng = np.random.default_rng([seed, task.number])
         labelled = _own(task.annotations, rng)
-        return _joined([_data(o.batch, o.correct, [o.annotation], sets) for o in labelled], sets)
+        parts = [matrix_of_batch(o.batch, o.correct, [o.annotation], sets) for o in labelled]
+        return joined(parts, sets)
     items = [e for e in examples(task.annotations) if e.sdc.type in ("OBJECT", "PLACE")]
-    found = [_data(to_batch(items), labels(items), [e.annotation for e in items], sets)]
-    return _joined(found if items else [], sets)
-
-
-def _data(
-    batch: FactorBatch,
-    correct: npt.NDArray[np.bool_],
-    annotations: Sequence[Annotation],
-    sets: Sequence[FeatureSet],
-) -> Data:
-    scenario = np.array([a.command.scenario for a in annotations], dtype=np.str_)
-    return Data(*fit_space(batch, sets), correct, np.broadcast_to(scenario, len(correct)))
-
-
-def _joined(parts: Sequence[Data], sets: Sequence[FeatureSet]) -> Data:
-    space, matrix = joint_space([(part.space, part.matrix) for part in parts], sets)
-    correct = np.concatenate([np.empty(0, dtype=bool), *(part.correct for part in parts)])
-    scenario = np.concatenate([np.empty(0, dtype="U1"), *(part.scenario for part in parts)])
-    return Data(space, matrix, correct, scenario)
+    return joined([matrix_of_examples(items, sets)] if items else [], sets)
 
 
 def _own(positives: Sequence[Annotation], rng: np.random.Generator) -> Iterator[Labelled]:
@@ -151,19 +107,3 @@ def _own(positives: Sequence[Annotation], rng: np.random.Generator) -> Iterator[
     yield from thing_examples(positives, state, scene, rng)
     for annotation in positives:
         yield from action_examples(annotation, rng)
-
-
-def train_rows(
-    data: Data, rows: npt.NDArray[np.intp], *, l2: float = DEFAULT_L2, corpus_hash: str = ""
-) -> Model:
-    """Train on some rows, with the features that are active in them."""
-    known = data.matrix[rows]
-    active = np.unique(known.indices)
-    space = replace(data.space, keys=data.space.keys[active])
-    weights = crf.train(
-        known[:, active],
-        data.correct[rows],
-        l2=l2 / prior_scale(space) ** 2,
-        tolerance=TOLERANCE,
-    )
-    return Model(space, weights, l2, CATALOGUE_VERSION, corpus_hash)

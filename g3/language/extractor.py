@@ -12,18 +12,31 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib import resources
 from itertools import count, islice
 from math import prod
-from typing import NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from g3.atomic_file import write_bytes
+from g3.errors import ModelError
+from g3.estimator import Estimator
 from g3.language.assembly import Clause, assemble
 from g3.language.attachment import AttachmentModel, probabilities
-from g3.language.pipeline import Analysis, analyse
+from g3.language.extractor_file import from_bytes, to_bytes
+from g3.language.pipeline import Analysis, analysed
 from g3.language.role_model import RoleModel, Scores, best_roles, likely_roles, score
 from g3.language.roles import Role
 from g3.language.word_features import features
 from g3.sdc import SDC
 
+if TYPE_CHECKING:
+    from g3.language.extractor_training import Lesson, TreeOf
+
+DEFAULT_L2 = 1.2
+DEFAULT = "english.npz"
+"""The bundled extractor's file."""
 BATCH = 256
 """How many commands are worked on at once."""
 WIDTH = 2
@@ -69,66 +82,146 @@ class Parse:
         return self.trees[0].sdcs if self.trees else ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Extractor:
-    """What is learned from annotated trees.
+@dataclass(eq=False)
+class SDCExtractor(Estimator):
+    """Learns from annotated trees how commands are divided into clauses.
 
     Parameters
     ----------
-    roles
-        Gives words their roles.
-    attachments
-        Gives modifiers their nouns.
+    l2
+        Strength of the regularisation.
     card
+        What its file says of the training, besides what `fit` adds.
+
+    Attributes
+    ----------
+    roles_
+        Gives words their roles.
+    attachments_
+        Gives modifiers their nouns.
+    card_
         What it was trained on, for people.
     """
 
-    roles: RoleModel
-    attachments: AttachmentModel
+    l2: float = DEFAULT_L2
     card: Mapping[str, object] = field(default_factory=dict)
+    roles_: RoleModel = field(init=False, repr=False)
+    attachments_: AttachmentModel = field(init=False, repr=False)
+    card_: Mapping[str, object] = field(init=False, repr=False)
+
+    def fit(
+        self,
+        X: Sequence[TreeOf | Lesson | str],
+        y: Sequence[tuple[SDC, ...]] | None = None,
+        *,
+        others: Sequence[TreeOf | Lesson] = (),
+    ) -> SDCExtractor:
+        """Learn from annotated trees, and from those written for all (:mod:`g3.language.lessons`).
+
+        Parameters
+        ----------
+        X
+            Commands with their trees, maybe analysed already
+            (:func:`g3.language.extractor_training.prepare`); or their texts.
+        y
+            The trees of texts.
+        others
+            What to learn from besides, as far as it agrees: annotators of another corpus have
+            other habits.
+
+        Raises
+        ------
+        CorpusError
+            If there is nothing to learn from.
+        """
+        # Optimisers are slow to import, and who only extracts needs none.
+        from g3.language.extractor_training import learned, prepare, recipe  # noqa: PLC0415
+
+        taught: Sequence[Any] = X if y is None else list(zip(X, y, strict=True))
+        self.roles_, self.attachments_ = learned(prepare(taught), prepare(others), l2=self.l2)
+        self.card_ = {**self.card, "l2": self.l2, "recipe": recipe()}
+        return self
+
+    def predict(self, X: Iterable[str | Analysis]) -> list[tuple[SDC, ...]]:
+        """The top-level clauses of each command's most probable tree; none where there is none."""
+        return [parse.sdcs for parse in self.predict_proba(X)]
+
+    def predict_proba(self, X: Iterable[str | Analysis], *, n_best: int = 1) -> Iterator[Parse]:
+        """The most probable trees of commands with their probabilities, one after the other.
+
+        Parameters
+        ----------
+        X
+            Commands, maybe analysed already; many at once are faster.
+        n_best
+            How many trees to give for each, at most.
+        """
+        analyses = analysed(X)
+        while batch := list(islice(analyses, BATCH)):
+            yield from self._parses(batch, n_best)
+
+    def _parses(self, commands: Sequence[Analysis], n_best: int) -> Iterator[Parse]:
+        scores = score(self.roles_, features(commands))
+        lengths = [len(command.lower) for command in commands]
+        if n_best == 1:
+            found = best_roles(scores, lengths)
+            for command, roles in zip(commands, found, strict=True):
+                yield _parse(self.attachments_, command, *roles)
+            return
+        end = 0
+        for command, length in zip(commands, lengths, strict=True):
+            own = Scores(*(part[end : end + length] for part in scores))
+            yield _parse_n_best(self.attachments_, command, own, n_best)
+            end += length
+
+    def save(self, path: Path | str) -> None:
+        """Write it to a file; the same extractor gives the same bytes.
+
+        Features are hashed: of the words of the commands nothing is written.
+
+        Raises
+        ------
+        FormatError
+            If there is no such folder.
+        """
+        write_bytes(Path(path), to_bytes(self.roles_, self.attachments_, self.card_))
+
+    @classmethod
+    def load(cls, path: Path | str) -> SDCExtractor:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        ModelError
+            If it is missing or damaged, or was written for other roles or features than there are.
+        """
+        try:
+            content = Path(path).read_bytes()
+        except OSError as error:
+            raise ModelError(
+                f"the model can't be read: {error.strerror}",
+                where=str(path),
+                fix="give what 'ct train sdc --out' wrote",
+            ) from error
+        roles, attachments, card = from_bytes(content, where=str(path))
+        found = cls(l2=card.get("l2", DEFAULT_L2), card=card)
+        found.roles_, found.attachments_, found.card_ = roles, attachments, card
+        return found
 
 
-def extract(extractor: Extractor, texts: Iterable[str], *, n_best: int = 1) -> Iterator[Parse]:
-    """Extract the trees of commands, one after the other.
-
-    Parameters
-    ----------
-    extractor
-        The model.
-    texts
-        Commands.
-    n_best
-        How many trees to give for each, at most.
-    """
-    analyses = analyse(texts)
-    while batch := list(islice(analyses, BATCH)):
-        yield from extract_analysed(extractor, batch, n_best=n_best)
-
-
-def extract_analysed(
-    extractor: Extractor, commands: Sequence[Analysis], *, n_best: int = 1
-) -> list[Parse]:
-    """Extract the trees of analysed commands."""
-    scores = score(extractor.roles, features(commands))
-    lengths = [len(command.lower) for command in commands]
-    if n_best == 1:
-        found = best_roles(scores, lengths)
-        return [_parse(extractor, c, *roles) for c, roles in zip(commands, found, strict=True)]
-    parses = []
-    end = 0
-    for command, length in zip(commands, lengths, strict=True):
-        own = Scores(*(part[end : end + length] for part in scores))
-        parses.append(_parse_n_best(extractor, command, own, n_best))
-        end += length
-    return parses
+@lru_cache(maxsize=1)
+def default_extractor() -> SDCExtractor:
+    """The bundled extractor."""
+    with resources.as_file(resources.files("g3.language") / DEFAULT) as file:
+        return SDCExtractor.load(file)
 
 
 def _parse(
-    extractor: Extractor, command: Analysis, probability: float, roles: Sequence[Role]
+    model: AttachmentModel, command: Analysis, probability: float, roles: Sequence[Role]
 ) -> Parse:
     def choose(modifier: int, nouns: Sequence[Clause]) -> int:
         nonlocal probability
-        chances = probabilities(extractor.attachments, command, modifier, nouns)
+        chances = probabilities(model, command, modifier, nouns)
         best = max(chances)
         probability *= best
         return chances.index(best)
@@ -146,12 +239,12 @@ def _noted(command: Analysis, trees: tuple[Tree, ...]) -> Parse:
     return Parse(command.text, trees, note)
 
 
-def _parse_n_best(extractor: Extractor, command: Analysis, scores: Scores, n_best: int) -> Parse:
+def _parse_n_best(model: AttachmentModel, command: Analysis, scores: Scores, n_best: int) -> Parse:
     found: dict[tuple[SDC, ...], float] = {}
     for chance, roles in likely_roles(scores, n_best * WIDTH):
         if len(found) >= n_best and chance <= sorted(found.values())[-n_best]:
             break  # what follows is less probable still
-        for sdcs, share in islice(_attached(extractor, command, roles), n_best):
+        for sdcs, share in islice(_attached(model, command, roles), n_best):
             if sdcs:
                 found[sdcs] = max(found.get(sdcs, 0.0), chance * share)
     best = sorted(found.items(), key=lambda item: -item[1])[:n_best]
@@ -159,7 +252,7 @@ def _parse_n_best(extractor: Extractor, command: Analysis, scores: Scores, n_bes
 
 
 def _attached(
-    extractor: Extractor, command: Analysis, roles: Sequence[Role]
+    model: AttachmentModel, command: Analysis, roles: Sequence[Role]
 ) -> Iterator[tuple[tuple[SDC, ...], float]]:
     """The trees that roles allow and their probabilities given the roles, best first."""
 
@@ -168,7 +261,7 @@ def _attached(
         chances: list[list[float]] = []
 
         def choose(modifier: int, nouns: Sequence[Clause]) -> int:
-            chance = probabilities(extractor.attachments, command, modifier, nouns)
+            chance = probabilities(model, command, modifier, nouns)
             number = len(taken)
             best = chance.index(max(chance))
             taken.append(forced[number] if number < len(forced) else best)

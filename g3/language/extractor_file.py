@@ -1,10 +1,10 @@
-"""An extractor as bytes, and the one that comes along."""
+"""What an extractor has learned, as bytes."""
 
 from __future__ import annotations
 
 import json
-from functools import lru_cache
-from importlib import resources
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,6 @@ import numpy.typing as npt
 from g3.array_file import DIGEST, Array, Field, read_arrays, write_arrays
 from g3.errors import ModelError
 from g3.language.attachment import AttachmentModel
-from g3.language.extractor import Extractor
 from g3.language.pipeline import VECTOR
 from g3.language.role_model import TABLE_BITS, RoleModel, Weights, weigh
 from g3.language.roles import ROLES
@@ -20,7 +19,6 @@ from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES
 
 VERSION, UNSEALED_VERSION = 3, 2
 """Files of the second can be read; the first adds a digest of everything."""
-DEFAULT = "english.npz"
 RETRAIN = "train it again with 'ct train sdc'"
 _FIELDS = {
     "form": Field("|u1"),
@@ -37,30 +35,26 @@ SMALL = 1e-3
 """Weights below are left out."""
 
 
-def to_bytes(extractor: Extractor) -> bytes:
-    """Write an extractor as an archive of NumPy arrays. The same one gives the same bytes.
-
-    Features are hashed: of the words of the commands nothing is written. Weights are rounded to
-    half precision.
-    """
-    buckets = sorted(extractor.attachments.weights)
+def to_bytes(roles: RoleModel, attachments: AttachmentModel, card: Mapping[str, object]) -> bytes:
+    """Write an extractor as an archive of NumPy arrays; weights are rounded to half precision."""
+    buckets = sorted(attachments.weights)
     form = {
         "version": VERSION,
         "roles": ROLES,
         "templates": [" ".join(template) for template in TEMPLATES],
         "move_templates": [" ".join(template) for template in MOVE_TEMPLATES],
     }
-    role_keys, role_weights = _arrays(extractor.roles.roles)
-    move_keys, move_weights = _arrays(extractor.roles.moves)
-    values = [extractor.attachments.weights[bucket] for bucket in buckets]
+    role_keys, role_weights = _arrays(roles.roles)
+    move_keys, move_weights = _arrays(roles.moves)
+    values = [attachments.weights[bucket] for bucket in buckets]
     arrays: dict[str, Array] = {
         "form": _text(form),
-        "card": _text(dict(extractor.card)),
+        "card": _text(dict(card)),
         "role_keys": role_keys,
         "role_weights": role_weights,
         "move_keys": move_keys,
         "move_weights": move_weights,
-        "vector_weights": extractor.roles.vectors.astype(np.float16),
+        "vector_weights": roles.vectors.astype(np.float16),
         "attachment_keys": np.array(buckets, dtype=np.int32),
         "attachment_weights": np.array(values, dtype=np.float16),
     }
@@ -77,7 +71,9 @@ def _arrays(weights: Weights) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.flo
     return weights.keys[kept].astype(np.int32), values[kept].astype(np.float16)
 
 
-def from_bytes(content: bytes, *, where: str = "") -> Extractor:
+def from_bytes(
+    content: bytes, *, where: str = ""
+) -> tuple[RoleModel, AttachmentModel, dict[str, Any]]:
     """Read an extractor.
 
     Parameters
@@ -106,15 +102,12 @@ def from_bytes(content: bytes, *, where: str = "") -> Extractor:
                 where=where,
                 fix=RETRAIN,
             )
-        return Extractor(
-            RoleModel(
-                _weights(arrays, "role", (len(ROLES),)),
-                _weights(arrays, "move", (len(ROLES) + 1, len(ROLES))),
-                _vectors(arrays["vector_weights"]),
-            ),
-            _attachments(arrays),
-            json.loads(arrays["card"].tobytes()),
+        roles = RoleModel(
+            _weights(arrays, "role", (len(ROLES),)),
+            _weights(arrays, "move", (len(ROLES) + 1, len(ROLES))),
+            _vectors(arrays["vector_weights"]),
         )
+        return roles, _attachments(arrays), json.loads(arrays["card"].tobytes())
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise ModelError(
             f"the extractor can't be read: {error}", where=where, fix=RETRAIN
@@ -146,10 +139,3 @@ def _vectors(weights: npt.NDArray[np.generic]) -> npt.NDArray[np.float32]:
     if values.shape != (VECTOR, len(ROLES)):
         raise ValueError(f"vector_weights has the shape {values.shape}")
     return values
-
-
-@lru_cache(maxsize=1)
-def default_extractor() -> Extractor:
-    """The extractor that comes along."""
-    file = resources.files("g3.language") / DEFAULT
-    return from_bytes(file.read_bytes(), where=DEFAULT)

@@ -4,27 +4,30 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from g3.annotation import Command
 from g3.errors import CorpusError
+from g3.language.attachment import AttachmentModel
 from g3.language.attachment_training import train_attachments
-from g3.language.extractor import Extractor
 from g3.language.lessons import written_text, written_trees
 from g3.language.mending import ALIASES, VOCABULARY
 from g3.language.pipeline import Analysis, analyse
+from g3.language.role_model import RoleModel
 from g3.language.role_training import VECTOR_SCALE, train_roles
 from g3.language.roles import Reading, read_roles
 from g3.language.verb_classes import CLASSES
 from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES, Features, features
 from g3.sdc import SDC
 
-DEFAULT_L2 = 1.2
 LEAST = 2
 """How often a feature must occur to have a weight."""
+TreeOf = tuple[str | Command, tuple[SDC, ...]]
+"""A command and its top-level clauses, as annotated."""
 _SCALES = {1: 1.4, 2: 1.0}
 _SMALLEST_SCALE = 0.7
 SCALES = tuple(_SCALES.get(len(template), _SMALLEST_SCALE) for template in TEMPLATES)
@@ -53,15 +56,16 @@ class Lesson:
     features: Features
 
 
-def prepare(commands: Sequence[tuple[str, tuple[SDC, ...]]]) -> list[Lesson]:
-    """Analyse commands that have annotated trees."""
-    lessons = []
-    analyses = analyse(text for text, _ in commands)
-    for (_, sdcs), command in zip(commands, analyses, strict=True):
+def prepare(commands: Sequence[TreeOf | Lesson]) -> list[Lesson]:
+    """Analyse commands that have annotated trees; what is analysed already stays as it is."""
+    known = [one for one in commands if isinstance(one, Lesson)]
+    trees = [one for one in commands if not isinstance(one, Lesson)]
+    texts = (c.text if isinstance(c, Command) else c for c, _ in trees)
+    for (_, sdcs), command in zip(trees, analyse(texts), strict=True):
         starts = [span.start for span in command.spans]
         reading = read_roles(sdcs, starts, [span.end for span in command.spans])
-        lessons.append(Lesson(command, sdcs, reading, features([command])))
-    return lessons
+        known.append(Lesson(command, sdcs, reading, features([command])))
+    return known
 
 
 def recipe() -> str:
@@ -79,32 +83,10 @@ def _written() -> tuple[Lesson, ...]:
     return tuple(prepare(written_trees()))
 
 
-def train_extractor(
-    lessons: Sequence[Lesson],
-    *,
-    others: Sequence[Lesson] = (),
-    l2: float = DEFAULT_L2,
-    card: Mapping[str, object] | None = None,
-) -> Extractor:
-    """Train an extractor on some lessons and those written for all (:mod:`g3.language.lessons`).
-
-    Parameters
-    ----------
-    lessons
-        What to learn from.
-    others
-        What to learn from besides, as far as it agrees: annotators of another corpus have other
-        habits.
-    l2
-        Strength of the regularisation.
-    card
-        What to record of the training.
-
-    Raises
-    ------
-    CorpusError
-        If there is nothing to learn from.
-    """
+def learned(
+    lessons: Sequence[Lesson], others: Sequence[Lesson], *, l2: float
+) -> tuple[RoleModel, AttachmentModel]:
+    """Train as :meth:`g3.language.extractor.SDCExtractor.fit` says."""
     own, besides = (
         [lesson for lesson in part if lesson.command.lower and lesson.sdcs]
         for part in (lessons, others)
@@ -131,4 +113,4 @@ def train_extractor(
     attachments = train_attachments(
         [lesson.command for lesson in taught], [lesson.reading for lesson in taught], l2=l2
     )
-    return Extractor(roles, attachments, {**(card or {}), "recipe": recipe()})
+    return roles, attachments

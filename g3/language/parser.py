@@ -1,15 +1,14 @@
-"""Commands to SDC trees with the extractor that comes along, or another one."""
+"""Commands to SDC trees with the bundled extractor, or another one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
 from g3.errors import CorpusError
-from g3.language.extractor import Extractor, Parse, extract
-from g3.language.extractor_file import default_extractor
+from g3.language.extractor import Parse, SDCExtractor, default_extractor
 
 
-def parse(text: str, *, n_best: int = 1, extractor: Extractor | None = None) -> Parse:
+def parse(text: str, *, n_best: int = 1, extractor: SDCExtractor | None = None) -> Parse:
     """Extract the SDC trees of a command (section 3.1).
 
     Parameters
@@ -19,7 +18,7 @@ def parse(text: str, *, n_best: int = 1, extractor: Extractor | None = None) -> 
     n_best
         How many trees to give, at most.
     extractor
-        What to extract with; the one that comes along if left out.
+        What to extract with; the bundled one if left out.
 
     Returns
     -------
@@ -30,7 +29,7 @@ def parse(text: str, *, n_best: int = 1, extractor: Extractor | None = None) -> 
 
 
 def parse_many(
-    texts: Iterable[str], *, n_best: int = 1, extractor: Extractor | None = None
+    texts: Iterable[str], *, n_best: int = 1, extractor: SDCExtractor | None = None
 ) -> Iterator[Parse]:
     """Extract the SDC trees of commands; many at once are faster than one after the other.
 
@@ -43,4 +42,4 @@ def parse_many(
     """
     if n_best < 1:
         raise CorpusError(f"{n_best} trees were asked for", fix="ask for at least one")
-    return extract(extractor or default_extractor(), texts, n_best=n_best)
+    return (extractor or default_extractor()).predict_proba(texts, n_best=n_best)

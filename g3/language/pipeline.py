@@ -13,7 +13,8 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from itertools import groupby
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -163,6 +164,13 @@ def analyse(texts: Iterable[str], *, batch_size: int = 256) -> Iterator[Analysis
     prepared = (_prepare(nlp, text) for text in texts)
     for doc, (text, spans, kept, note) in nlp.pipe(prepared, as_tuples=True, batch_size=batch_size):
         yield _analysis(doc, text, spans, kept, note)
+
+
+def analysed(commands: Iterable[str | Analysis]) -> Iterator[Analysis]:
+    """Analyse commands, unless they are analysed already."""
+    for done, group in groupby(commands, lambda command: isinstance(command, Analysis)):
+        known = cast("Iterator[Analysis]", group)
+        yield from known if done else analyse(cast("Iterator[str]", known))
 
 
 _Typed = tuple[str, tuple[Span, ...], list[int], str]

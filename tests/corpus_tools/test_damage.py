@@ -16,14 +16,14 @@ from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.records import MANIFEST
 from corpus_tools.corpus.writing import corpus_files, write_corpus
-from corpus_tools.model_file import load_model, model_files, read_card, save_model
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
 from g3.examples import examples
-from g3.features.registry import select
 from g3.language.cooccurrence import count_list, table_from_bytes, table_to_bytes
-from g3.language.extractor_file import default_extractor, from_bytes, to_bytes
-from g3.model import train_model
+from g3.language.extractor import default_extractor
+from g3.language.extractor_file import from_bytes, to_bytes
+from g3.model import GroundingModel
+from g3.model_file import model_files, read_card
 from tests.damage import damaged
 from tests.tiny_corpus import tiny_corpus
 
@@ -47,13 +47,14 @@ def corpus():
 def model(corpus, tmp_path_factory):
     path = tmp_path_factory.mktemp("model") / "g3.npz"
     items = examples(corpus.annotations)
-    save_model(train_model(items, select()), path, scenarios=("a", "b"), training={"seed": 3})
+    card = {"scenarios": ("a", "b"), "training": {"seed": 3}}
+    GroundingModel(card=card).fit(items).save(path)
     return path
 
 
 def content_of(path: Path) -> tuple[object, ...]:
-    loaded = load_model(path)
-    return read_card(path), loaded.space.keys.tobytes(), loaded.weights.tobytes()
+    loaded = GroundingModel.load(path)
+    return read_card(path), loaded.space_.keys.tobytes(), loaded.weights_.tobytes()
 
 
 def outcome(read, expected, where: str) -> str:
@@ -118,9 +119,10 @@ def test_the_command_line_tells_each_in_one_line(corpus, model, tmp_path, capsys
 
 def test_damaged_extractors_and_tag_tables():
     """Each in one file, which holds its own digest."""
-    extractor = to_bytes(default_extractor())
+    default = default_extractor()
+    extractor = to_bytes(default.roles_, default.attachments_, default.card_)
     for _, content in damaged(extractor, 60, seed=2):
-        outcome(lambda c=content: to_bytes(from_bytes(c, where="x.npz")), extractor, "x.npz")
+        outcome(lambda c=content: to_bytes(*from_bytes(c, where="x.npz")), extractor, "x.npz")
     table = table_to_bytes(count_list(["truck tire", "truck trailer", "dog"]))
     telling = {"where": "t.npz", "fix": "count again"}
     for _, content in damaged(table, 500, seed=3):

@@ -9,14 +9,14 @@ from click.testing import CliRunner
 from corpus_tools.bundled import open_corpus
 from corpus_tools.follow_commands import follow
 from corpus_tools.following import state_after, to_script
-from corpus_tools.model_file import save_model
 from g3.actions import centre, covers
 from g3.errors import CorpusError
 from g3.features.registry import select
 from g3.inference.actions import Action
 from g3.inference.candidates import is_open, spots_about, square
 from g3.inference.state import start_state
-from g3.inference.training import train_rows, training_data
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
 
 SCENARIO = ["--scenario", "dock_pick_up_tires"]
 
@@ -27,7 +27,7 @@ def model(tmp_path_factory):
     known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
     data = training_data(known, select())
     path = tmp_path_factory.mktemp("model") / "small.npz"
-    save_model(train_rows(data, np.arange(len(data.correct))), path)
+    GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
     return ["--model", str(path)]
 
 

@@ -20,9 +20,10 @@ from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import Options
 from corpus_tools.parallel import Team, WorkerDiedError, Workers, work
 from corpus_tools.shards.making import write_shards
-from corpus_tools.shards.training import train_on_shards
+from corpus_tools.shards.training import fit_on_shards
 from eval.resampling import resampled_sums
 from g3.errors import CorpusError
+from g3.model import GroundingModel
 from tests.corpus_tools.parallel_work import die, die_once, square
 from tests.tiny_corpus import tiny_corpus
 
@@ -144,8 +145,9 @@ def test_training_on_a_cluster(cluster, tmp_path):
             [str(tmp_path / "tiny")], tmp_path / name, options, workers=workers, size=20
         )
         assert not failures
-        model = train_on_shards(tmp_path / name, manifest, workers=workers, tolerance=2.0)
-        made.append((manifest, model.weights.tobytes()))
+        folder = tmp_path / name
+        model = fit_on_shards(GroundingModel(), folder, manifest, workers=workers, tolerance=2.0)
+        made.append((manifest, model.weights_.tobytes()))
     assert made[0] == made[1]
 
 

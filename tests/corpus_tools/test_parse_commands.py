@@ -13,7 +13,7 @@ import pytest
 from corpus_tools.cli import run
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
-from g3.language.extractor_file import from_bytes
+from g3.language.extractor import SDCExtractor
 from g3.language.parser import parse
 from g3.sdc_notation import format_brackets, from_json, parse_brackets
 from tests.tiny_corpus import tiny_corpus
@@ -173,8 +173,8 @@ def test_training_gives_the_same_model_each_time(ct, folder):
         assert (status, err) == (0, "")
         assert f"wrote {name}" in out
     assert (folder / "a.npz").read_bytes() == (folder / "b.npz").read_bytes()
-    model = from_bytes((folder / "a.npz").read_bytes())
-    assert model.card["scenarios"] == sorted(
+    model = SDCExtractor.load(folder / "a.npz")
+    assert model.card_["scenarios"] == sorted(
         {command.scenario for command in tiny_corpus().commands.values()}
     )
     annotation = tiny_corpus().annotations[0]

@@ -14,16 +14,16 @@ from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import Options, labelled_examples
-from corpus_tools.model_file import load_model
 from corpus_tools.parallel import Workers
 from corpus_tools.shards.files import MANIFEST, read_manifest, read_shard
 from corpus_tools.shards.making import to_shard, write_shards
-from corpus_tools.shards.training import train_on_shards
+from corpus_tools.shards.training import fit_on_shards
 from g3 import crf
 from g3.errors import FormatError
 from g3.examples import labels, to_batch
 from g3.features.matrix import fit_space, prior_scale
 from g3.features.registry import select
+from g3.model import GroundingModel
 from tests.damage import damaged
 from tests.tiny_corpus import tiny_corpus
 
@@ -85,12 +85,18 @@ def test_the_optimum_is_that_in_memory(shards, items, optimizer):
     folder, manifest = shards
     assert len(manifest.shards) == 5
     assert manifest.examples == len(items)
-    model = train_on_shards(
-        folder, manifest, l2=0.5, workers=Workers(), tolerance=TIGHT, optimizer=optimizer
+    model = fit_on_shards(
+        GroundingModel(l2=0.5, optimizer=optimizer),
+        folder,
+        manifest,
+        workers=Workers(),
+        tolerance=TIGHT,
     )
     space, matrix = fit_space(to_batch(items), select())
     expected = crf.train(matrix, labels(items), l2=0.5 / prior_scale(space) ** 2, tolerance=TIGHT)
-    assert by_name(model.space, model.weights) == pytest.approx(by_name(space, expected), abs=1e-6)
+    assert by_name(model.space_, model.weights_) == pytest.approx(
+        by_name(space, expected), abs=1e-6
+    )
 
 
 @pytest.mark.slow
@@ -101,9 +107,10 @@ def test_jobs_change_no_byte(shards, corpora, tmp_path):
     for path in tmp_path.iterdir():
         assert path.read_bytes() == (folder / path.name).read_bytes()
     one, two = (
-        train_on_shards(folder, manifest, workers=Workers(jobs), tolerance=2.0) for jobs in (1, 2)
+        fit_on_shards(GroundingModel(), folder, manifest, workers=Workers(jobs), tolerance=2.0)
+        for jobs in (1, 2)
     )
-    assert one.weights.tobytes() == two.weights.tobytes()
+    assert one.weights_.tobytes() == two.weights_.tobytes()
     assert sorted(p.name for p in folder.iterdir()) == sorted(p.name for p in tmp_path.iterdir())
 
 
@@ -114,9 +121,9 @@ def test_commands(corpora, tmp_path, monkeypatch, capsys):
     assert run(["train", "g3", "--shards", "shards", "--out", "m", "--l2", "0.5"]) == 0
     out = capsys.readouterr().out
     assert "shards shards: 74 examples (37 positive, 37 random)" in out
-    model, card = load_model(tmp_path / "m"), read_manifest(tmp_path / "shards")
+    model, card = GroundingModel.load(tmp_path / "m"), read_manifest(tmp_path / "shards")
     assert model.l2 == 0.5
-    assert not any("/labels/" in name for name in model.space.bases)
+    assert not any("/labels/" in name for name in model.space_.bases)
     assert list(card.corpora) == list(corpora)
 
 
@@ -150,7 +157,7 @@ def test_damaged_files(shards, tmp_path, capsys):
     shutil.copytree(folder, copy)
     (copy / manifest.shards[1].file).write_bytes(b"PAR1")
     with pytest.raises(FormatError, match="can't be read"):
-        train_on_shards(copy, manifest, workers=Workers())
+        fit_on_shards(GroundingModel(), copy, manifest, workers=Workers())
     text = (copy / MANIFEST).read_text()
     (copy / MANIFEST).write_text(text.replace('"format_version": 2', '"format_version": 0'))
     with pytest.raises(FormatError, match="another version"):
@@ -179,7 +186,7 @@ def test_damage_to_any_file_is_found(shards, tmp_path):
                 assert np.array_equal(one, other)
     shutil.copy(folder / manifest.shards[1].file, path)
     with pytest.raises(FormatError, match=r"not the shard that shards\.json names"):
-        train_on_shards(copy, manifest, workers=Workers())
+        fit_on_shards(GroundingModel(), copy, manifest, workers=Workers())
     path = copy / MANIFEST
     for _, content in damaged(path.read_bytes(), 200, seed=2):
         path.write_bytes(content)
@@ -202,10 +209,10 @@ def test_shards_of_the_first_version_are_read(shards, tmp_path):
     assert read_manifest(tmp_path / "old") == old
     settings = {"workers": Workers(), "tolerance": 2.0}
     one, other = (
-        train_on_shards(path, read_manifest(path), **settings)
+        fit_on_shards(GroundingModel(), path, read_manifest(path), **settings)
         for path in (folder, tmp_path / "old")
     )
-    assert one.weights.tobytes() == other.weights.tobytes()
+    assert one.weights_.tobytes() == other.weights_.tobytes()
 
 
 def test_a_damaged_shard_is_made_again(shards, corpora, tmp_path):

@@ -12,12 +12,11 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from corpus_tools.cli import run
-from corpus_tools.model_file import load_model, save_model
 from corpus_tools.tag_lists import build_table
 from g3.errors import FormatError, ModelError
 from g3.features.registry import catalogue, select
 from g3.language.cooccurrence import count_list, table_from_bytes
-from g3.model import Model, train_model
+from g3.model import GroundingModel
 from tests.g3.language.installed import needs_wordnet
 
 TEXT = "# three pictures\ntruck,tires\ntruck,trailer\n\ndog\n"
@@ -88,9 +87,8 @@ def test_without_wordnet_the_command_says_so_and_shows_the_rest(tmp_path: Path) 
     assert "domain" in done.stdout
 
 
-def small_model(*sets: str) -> Model:
-    chosen = [s for s in select(plus=sets) if s.name in sets]
-    return train_model([], chosen)
+def small_model(*sets: str) -> GroundingModel:
+    return GroundingModel(features=sets).fit([])
 
 
 @needs_wordnet
@@ -98,12 +96,12 @@ def test_a_model_that_used_wordnet_says_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model = small_model("word-wordnet")
-    save_model(model, tmp_path / "m")
+    model.save(tmp_path / "m")
     assert json.loads((tmp_path / "m.json").read_text())["data"].keys() == {"word-wordnet"}
-    load_model(tmp_path / "m")
+    GroundingModel.load(tmp_path / "m")
     monkeypatch.setenv("CT_WORDNET", str(tmp_path))
     with pytest.raises(ModelError, match="wordnet-base") as caught:
-        load_model(tmp_path / "m")
+        GroundingModel.load(tmp_path / "m")
     assert "word-wordnet" in caught.value.where
     with pytest.raises(ModelError, match="wordnet-base"):
         _ = model.sets
@@ -112,12 +110,12 @@ def test_a_model_that_used_wordnet_says_what_is_missing(
 def test_a_model_is_refused_where_the_tag_table_is_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    save_model(small_model("word-tags"), tmp_path / "m")
-    load_model(tmp_path / "m")
+    small_model("word-tags").save(tmp_path / "m")
+    GroundingModel.load(tmp_path / "m")
     (tmp_path / "tags.txt").write_text("truck tire\n")
     monkeypatch.setenv("CT_TAGS", str(tmp_path / "tags.txt"))
     with pytest.raises(ModelError, match="other data"):
-        load_model(tmp_path / "m")
+        GroundingModel.load(tmp_path / "m")
 
 
 def test_without_wordnet_its_features_are_off_with_one_note(

@@ -53,6 +53,17 @@ def _imports(code: str) -> set[tuple[str | None, str]]:
     return {(n.module, alias.name) for n in nodes for alias in n.names}
 
 
+@pytest.mark.slow
+def test_the_models_python_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (code,) = PYTHON.findall((DOCS / "model.md").read_text())
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "model.md", "exec"), {})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["g3.json", "g3.npz"]
+    assert len(capsys.readouterr().out.split()) == 3
+
+
 @pytest.mark.parametrize("code", PYTHON.findall((ROOT / "README.md").read_text()))
 def test_the_readmes_python_runs(code: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(code, "README.md", "exec"), {})

@@ -12,7 +12,6 @@ import sys
 import threading
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from annotation_app.config import open_instance
@@ -22,9 +21,9 @@ from annotation_app.models import Item
 from corpus_tools.bundled import open_corpus
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.model_file import save_model
 from g3.features.registry import select
-from g3.inference.training import train_rows, training_data
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
 from g3.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.docs.blocks import ROOT, shown
@@ -173,5 +172,5 @@ def small_model() -> Path:
         if a.command.scenario == "hall_pick_up_boxes"
     ]
     data = training_data(known, select())
-    save_model(train_rows(data, np.arange(len(data.correct))), Path("small.npz"))
+    GroundingModel(tolerance=TOLERANCE).fit(data).save(Path("small.npz"))
     return Path("small.npz")

@@ -15,10 +15,11 @@ from corpus_tools.cli import run
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
 from eval.correspondence import ROW_TYPES
-from eval.experiment import curve_sizes, prepare, train_and_predict
+from eval.experiment import curve_sizes
 from g3.examples import examples
+from g3.factor_matrix import matrix_of_examples
 from g3.features.registry import select
-from g3.model import predict, train_model
+from g3.model import GroundingModel
 from tests.tiny_corpus import SCENARIOS, tiny_corpus
 
 CV = ["--corpus", "tiny", "--cv", "scenario"]
@@ -221,12 +222,16 @@ def test_error_lists(output):
 
 def test_slicing_gives_what_training_on_the_slice_gives():
     items = examples(tiny_corpus().annotations)
-    data = prepare(items, select())
+    factors = matrix_of_examples(items, select())
     test = np.flatnonzero([e.annotation.command.scenario == "to_truck" for e in items])
     train = np.setdiff1d(np.arange(len(items)), test)
-    model = train_model([items[i] for i in train], select(), l2=0.7)
-    expected = predict(model, [items[i] for i in test])
-    assert train_and_predict(data, train, test, l2=0.7) == pytest.approx(expected, abs=1e-4)
+    expected = (
+        GroundingModel(l2=0.7)
+        .fit([items[i] for i in train])
+        .predict_proba([items[i] for i in test])
+    )
+    found = GroundingModel(l2=0.7).fit(factors[train]).predict_proba(factors[test])
+    assert found == pytest.approx(expected, abs=1e-4)
 
 
 # What is refused

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eval.held_out_calibration import calibrated
+from eval.held_out import calibrated
 from eval.outcomes import Outcome, reliability
 
 

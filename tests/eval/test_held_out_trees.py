@@ -7,7 +7,7 @@ pytest.importorskip("spacy")
 from corpus_tools.bundled import open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.trees import annotated_trees
-from eval.held_out_trees import extractor_learner
+from eval.held_out import extractor_without
 from eval.sdc_trials import seen_scenarios
 from g3.language.parser import parse
 
@@ -28,7 +28,7 @@ def test_the_scenario_that_is_left_out_teaches_nothing():
     one, other, third = "dock_pick_up_tires", "hall_pick_up_boxes", "hall_put_tires_in_storage"
     tested = annotated_trees(part(one, other, third))
     # Of the first corpus nothing is left.
-    without = extractor_learner([part(one), part(other, third)])
+    without = extractor_without([part(one), part(other, third)])
     extractor = without(one)
     assert seen_scenarios(extractor, tested) == [other, third]
     assert parse("Pick up the boxes", extractor=extractor).sdcs

@@ -6,16 +6,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from flask import Flask
 from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.factory import create_app
 from corpus_tools.bundled import open_corpus
-from corpus_tools.model_file import save_model
 from g3.features.registry import select
-from g3.inference.training import train_rows, training_data
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
 from tests.annotation_app.browser import engine_of, installation_of
 from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
 
@@ -31,7 +30,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     known = [a for a in annotations if a.command.scenario == "hall_pick_up_boxes"]
     data = training_data(known, select())
     path = tmp_path_factory.mktemp("model") / "small.npz"
-    save_model(train_rows(data, np.arange(len(data.correct))), path)
+    GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
     return path
 
 

@@ -15,9 +15,9 @@ import pytest
 from corpus_tools.corpus import atomic, exchange
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.only_writer import lock_of, only_writer
 from corpus_tools.shipped import bundled
 from g3.errors import FormatError
+from g3.only_writer import lock_of, only_writer
 from tests.tiny_corpus import tiny_corpus
 
 KILLS = int(os.environ.get("CT_KILLS", "12"))

@@ -1,12 +1,12 @@
 """A model trained on a few bundled scenarios, and a world that it hasn't seen."""
 
-import numpy as np
 import pytest
 
 from corpus_tools.bundled import open_corpus
 from g3.features.registry import select
 from g3.inference.grounder import Grounder
-from g3.inference.training import train_rows, training_data
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
 
 KNOWN = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 """The scenarios that the model learns from."""
@@ -22,7 +22,7 @@ def model(warehouse):
     known = [a for a in warehouse.annotations if a.command.scenario in KNOWN]
     few = {c: i for i, c in enumerate(dict.fromkeys(a.command.id for a in known)) if i % 2 == 0}
     data = training_data([a for a in known if a.command.id in few], select())
-    return train_rows(data, np.arange(len(data.correct)))
+    return GroundingModel(tolerance=TOLERANCE).fit(data)
 
 
 @pytest.fixture(scope="session")

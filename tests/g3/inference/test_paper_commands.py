@@ -17,7 +17,8 @@ from g3.features.registry import select
 from g3.groundings import Place
 from g3.inference.candidates import beneath
 from g3.inference.grounder import Grounder, object_ids
-from g3.inference.training import train_rows, training_data
+from g3.inference.training import TOLERANCE, training_data
+from g3.model import GroundingModel
 
 UNSURE = 0.5
 """A plan that isn't what was meant must be less probable."""
@@ -31,7 +32,7 @@ def grounder():
     commands = dict.fromkeys(a.command.id for a in annotations)
     quarter = {command for i, command in enumerate(commands) if i % 4 == 0}
     data = training_data([a for a in annotations if a.command.id in quarter], select())
-    return Grounder.load(train_rows(data, np.arange(len(data.correct))))
+    return Grounder.load(GroundingModel(tolerance=TOLERANCE).fit(data))
 
 
 def world(carries=None, **things):

@@ -9,7 +9,8 @@ import pytest
 from corpus_tools.bundled import cache_folder, open_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.parallel import Team, Workers
-from eval.held_out_costs import data_of, learner, read, written
+from eval.held_out import costs_without
+from eval.search_examples import data_of, read, written
 from g3.errors import CorpusError
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
@@ -59,7 +60,7 @@ def test_what_is_written_is_read_and_gone_afterwards(data):
     assert_same(again, data)
     assert not file.parent.exists()
     left_out = SCENARIOS[0]
-    one, other = (learner(known)(left_out).model.weights for known in (data, again))
+    one, other = (costs_without(known)(left_out).model.weights_ for known in (data, again))
     np.testing.assert_array_equal(one, other)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.atomic_file import write_bytes
+from g3.atomic_file import write_bytes
 from g3.errors import FormatError
 
 

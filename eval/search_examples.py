@@ -1,8 +1,7 @@
-"""Costs of groundings, learned from all scenarios but one."""
+"""What costs are learned from: made by a team, and handed to other processes by a file."""
 
 from __future__ import annotations
 
-import functools
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,10 +17,10 @@ from corpus_tools.parallel import Team, WorkerDiedError, work_in_order
 from corpus_tools.progress import OnProgress
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import CorpusError, FormatError
+from g3.factor_matrix import FactorMatrix
 from g3.features.matrix import FeatureSpace
 from g3.features.registry import select
-from g3.inference.costs import Scorer
-from g3.inference.training import Data, train_rows, training_data
+from g3.inference.training import training_data
 
 Item = TypeVar("Item")
 _PREFIX = ".examples-"
@@ -37,27 +36,13 @@ _FIELDS = {
 }
 
 
-def learner(data: Data, *, l2: float = 1.0) -> Callable[[str], Scorer]:
-    """What learns the costs from all scenarios but the one with a name.
-
-    The last costs are kept, for scenarios in a row.
-    """
-    known = set(data.scenario)
-
-    @functools.lru_cache(maxsize=1)
-    def learned(left_out: str) -> Scorer:
-        return Scorer(train_rows(data, np.flatnonzero(data.scenario != left_out), l2=l2))
-
-    return lambda scenario: learned(scenario if scenario in known else "")
-
-
 def data_of(
     corpora: Sequence[Corpus],
     *,
     seed: int = 0,
     team: Team | None = None,
     on_progress: OnProgress | None = None,
-) -> Data:
+) -> FactorMatrix:
     """What costs are learned from, of several corpora.
 
     Parameters
@@ -76,7 +61,7 @@ def data_of(
     if team is None:
         return training_data(annotations, select(), seed=seed, on_progress=on_progress)
 
-    def each(function: Callable[[Item], Data], tasks: Sequence[Item]) -> list[Data]:
+    def each(function: Callable[[Item], FactorMatrix], tasks: Sequence[Item]) -> list[FactorMatrix]:
         def told(done: int) -> None:
             if on_progress:
                 on_progress("trying actions", done, len(tasks))
@@ -90,7 +75,7 @@ def data_of(
 
 
 @contextmanager
-def written(data: Data) -> Iterator[Path]:
+def written(data: FactorMatrix) -> Iterator[Path]:
     """A file for other processes, as long as they need it; :func:`read` reads it.
 
     It is in the cache, which the workers of a cluster may see, too.
@@ -130,7 +115,7 @@ def _new_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=_PREFIX, dir=cache_folder())
 
 
-def read(file: Path) -> Data:
+def read(file: Path) -> FactorMatrix:
     """Read what another process has written."""
     found = read_arrays(file, _FIELDS, where=str(file), fix="start again", error=FormatError)
     sets, bases, words = (tuple(found[name].tolist()) for name in ("sets", "bases", "words"))
@@ -138,4 +123,4 @@ def read(file: Path) -> Data:
     indices, indptr = found["indices"], found["indptr"]
     shape = (len(indptr) - 1, len(space))
     matrix = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=shape)
-    return Data(space, matrix, found["correct"], found["scenario"])
+    return FactorMatrix(space, matrix, found["correct"], found["scenario"])

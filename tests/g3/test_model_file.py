@@ -12,18 +12,16 @@ import pytest
 from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import scenario_ids
-from corpus_tools.model_file import (
-    ModelCard,
-    card_digest,
-    load_model,
-    model_files,
-    read_card,
-    save_model,
-)
 from g3.errors import ModelError
 from g3.examples import examples
 from g3.features.registry import CATALOGUE_VERSION, select
-from g3.model import predict, train_model
+from g3.model import GroundingModel
+from g3.model_file import (
+    ModelCard,
+    card_digest,
+    model_files,
+    read_card,
+)
 from tests.tiny_corpus import SCENARIOS, tiny_corpus
 
 
@@ -34,12 +32,13 @@ def items():
 
 @pytest.fixture(scope="module")
 def model(items):
-    return train_model(items, select(), corpus_hash="sha256:1")
+    card = {"corpus_hash": "sha256:1", "scenarios": ("s1",), "training": {"seed": 3}}
+    return GroundingModel(card=card).fit(items)
 
 
 @pytest.fixture
 def path(model, tmp_path):
-    save_model(model, tmp_path / "g3.npz", scenarios=("s1",), training={"seed": 3})
+    model.save(tmp_path / "g3.npz")
     return tmp_path / "g3.npz"
 
 
@@ -67,20 +66,20 @@ def replace_arrays(path, **arrays):
 
 @pytest.mark.parametrize("name", ["g3", "g3.npz", "g3.json", "v1.2", "v1.2.npz"])
 def test_a_model_comes_back(model, items, tmp_path, name):
-    save_model(model, tmp_path / name)
-    loaded = load_model(tmp_path / name, corpus_hash="sha256:1")
+    model.save(tmp_path / name)
+    loaded = GroundingModel.load(tmp_path / name, corpus_hash="sha256:1")
     stem = name.removesuffix(".npz").removesuffix(".json")
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"{stem}.json", f"{stem}.npz"]
-    assert loaded.space.keys.tobytes() == model.space.keys.tobytes()
-    assert loaded.weights.tobytes() == model.weights.tobytes()
-    assert (loaded.space.sets, loaded.space.bases) == (model.space.sets, model.space.bases)
-    assert loaded.space.words == model.space.words
-    assert (loaded.l2, loaded.corpus_hash) == (model.l2, model.corpus_hash)
-    assert predict(loaded, items).tobytes() == predict(model, items).tobytes()
+    assert loaded.space_.keys.tobytes() == model.space_.keys.tobytes()
+    assert loaded.weights_.tobytes() == model.weights_.tobytes()
+    assert (loaded.space_.sets, loaded.space_.bases) == (model.space_.sets, model.space_.bases)
+    assert loaded.space_.words == model.space_.words
+    assert (loaded.l2, loaded.card, loaded.sets) == (model.l2, model.card, model.sets)
+    assert loaded.predict_proba(items).tobytes() == model.predict_proba(items).tobytes()
 
 
-def test_the_same_model_gives_the_same_bytes(model, path, tmp_path):
-    save_model(model, tmp_path / "again", scenarios=("s1",), training={"seed": 3})
+def test_a_model_that_was_read_gives_the_same_bytes(path, tmp_path):
+    GroundingModel.load(path).save(tmp_path / "again")
     for one, other in zip(model_files(path), model_files(tmp_path / "again"), strict=True):
         assert one.read_bytes() == other.read_bytes()
 
@@ -88,19 +87,19 @@ def test_the_same_model_gives_the_same_bytes(model, path, tmp_path):
 def test_the_card_tells_of_the_training(path, model):
     card = read_card(path)
     assert (card.scenarios, card.training) == (("s1",), {"seed": 3})
-    assert card.features == len(model.space)
+    assert card.features == len(model.space_)
 
 
 def test_another_corpus_is_refused(path):
     with pytest.raises(ModelError, match=r"g3.json: corpus_hash: it was trained on another corpus"):
-        load_model(path, corpus_hash="sha256:2")
+        GroundingModel.load(path, corpus_hash="sha256:2")
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".json"])
 def test_a_missing_file_is_refused(path, suffix):
     path.with_suffix(suffix).unlink()
     with pytest.raises(ModelError, match=rf"g3\{suffix}: the model can't be read: No such file"):
-        load_model(path)
+        GroundingModel.load(path)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +125,7 @@ def test_a_missing_file_is_refused(path, suffix):
 def test_a_card_that_does_not_fit_is_refused(path, changes, message):
     edit_card(path, **changes)
     with pytest.raises(ModelError, match=message):
-        load_model(path)
+        GroundingModel.load(path)
 
 
 def test_every_value_of_a_card_is_under_its_digest(path):
@@ -149,14 +148,14 @@ def test_every_value_of_a_card_is_under_its_digest(path):
     for name, value in others.items():
         card_path.write_text(json.dumps(card | {name: value}))
         with pytest.raises(ModelError, match=r"g3.json: digest: the content is not what was writ"):
-            load_model(path)
+            GroundingModel.load(path)
     card_path.write_text(json.dumps(card, sort_keys=True))  # the same, written differently
-    load_model(path)
+    GroundingModel.load(path)
 
 
 def test_a_model_of_the_first_version_is_read_with_a_warning(path, model, caplog):
     edit_card(path, schema_version=1, digest="")
-    assert load_model(path).weights.tobytes() == model.weights.tobytes()
+    assert GroundingModel.load(path).weights_.tobytes() == model.weights_.tobytes()
     assert "g3.json: an older version of ct wrote this file" in caplog.text
 
 
@@ -164,7 +163,7 @@ def test_a_model_of_the_first_version_is_read_with_a_warning(path, model, caplog
 def test_a_card_that_is_no_json_object_is_refused(path, content):
     path.with_suffix(".json").write_bytes(content)
     with pytest.raises(ModelError, match=r"g3.json: the file is damaged"):
-        load_model(path)
+        GroundingModel.load(path)
 
 
 @pytest.mark.parametrize("keep", [0, 1, 200, -1])
@@ -172,14 +171,14 @@ def test_a_truncated_array_file_is_refused(path, keep):
     content = path.read_bytes()[:keep]
     path.write_bytes(content)
     with pytest.raises(ModelError, match=r"g3.npz: the content is not what was written"):
-        load_model(path)
+        GroundingModel.load(path)
     edit_card(path, arrays=digest(content))
     with pytest.raises(ModelError, match=r"g3.npz: the arrays can't be read"):
-        load_model(path)
+        GroundingModel.load(path)
 
 
 def test_arrays_that_do_not_fit_are_refused(path, model):
-    keys, weights = model.space.keys, model.weights
+    keys, weights = model.space_.keys, model.weights_
     for arrays, message in [
         ({"keys": keys}, "weights: the array is missing"),
         ({"keys": keys[::-1], "weights": weights}, "keys: they are not ascending"),
@@ -191,7 +190,7 @@ def test_arrays_that_do_not_fit_are_refused(path, model):
     ]:
         replace_arrays(path, **arrays)
         with pytest.raises(ModelError, match=message):
-            load_model(path)
+            GroundingModel.load(path)
 
 
 def test_train_writes_a_model_that_says_where_it_comes_from(tmp_path, capsys):
@@ -202,9 +201,12 @@ def test_train_writes_a_model_that_says_where_it_comes_from(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "corpus tiny: 44 examples (22 positive, 22 random)" in out
     assert f"wrote {tmp_path / 'm.npz'} and {tmp_path / 'm.json'}" in out
-    model, card = load_model(tmp_path / "m", corpus_hash=corpus.hash), read_card(tmp_path / "m")
+    model, card = (
+        GroundingModel.load(tmp_path / "m", corpus_hash=corpus.hash),
+        read_card(tmp_path / "m"),
+    )
     assert model.l2 == 2
-    assert "labels" not in model.space.sets
+    assert "labels" not in model.space_.sets
     assert set(card.scenarios) == scenario_ids(examples(corpus.annotations))
     assert [s.rpartition(" ")[0] for s in card.scenarios] == sorted(SCENARIOS)
     assert card.training["examples"] == {"positive": 22, "random": 22}

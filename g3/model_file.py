@@ -1,4 +1,9 @@
-"""A trained model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean."""
+"""A grounding model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean.
+
+A model that can't be kept is of little use, so the file is part of what the model is, and the
+one thing that it is told of the world outside is a path. Both files are written so that nobody
+reads half a model.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +11,20 @@ import hashlib
 import logging
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TypedDict
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools import __version__
-from corpus_tools.atomic_file import write_bytes
-from corpus_tools.only_writer import only_writer
+from g3 import __version__
 from g3.array_file import Field, read_arrays, write_arrays
+from g3.atomic_file import write_bytes
 from g3.errors import ModelError
 from g3.features.matrix import FeatureSpace
 from g3.features.registry import CATALOGUE_VERSION, catalogue
 from g3.groundings import FloatArray
-from g3.model import Model
+from g3.only_writer import only_writer
 
 SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
 """Models of the second can be read; the first adds a digest of the card itself."""
@@ -27,6 +32,14 @@ FIELDS = {"keys": Field("<i8"), "weights": Field("<f8", finite=True)}
 RETRAIN = "train the model again"
 RESTORE = f"restore both files of the model, or {RETRAIN}"
 logger = logging.getLogger(__name__)
+
+
+class TrainingCard(TypedDict, total=False):
+    """What whoever trains a model records of it; `ModelCard` says what each is."""
+
+    corpus_hash: str
+    scenarios: tuple[str, ...]
+    training: Mapping[str, object]
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -86,47 +99,31 @@ def model_files(path: Path | str) -> tuple[Path, Path]:
     return path.with_name(f"{stem}.npz"), path.with_name(f"{stem}.json")
 
 
-def save_model(
-    model: Model,
+def write_model(
     path: Path | str,
+    space: FeatureSpace,
+    weights: FloatArray,
     *,
-    scenarios: tuple[str, ...] = (),
-    training: Mapping[str, object] | None = None,
+    l2: float,
+    about: TrainingCard,
 ) -> None:
-    """Write a model. The same model gives the same bytes.
-
-    Parameters
-    ----------
-    model
-        What to write.
-    path
-        ``NAME``, ``NAME.npz`` or ``NAME.json``; what is there is replaced.
-    scenarios
-        What it was trained on.
-    training
-        What to record of the training, in types that JSON has.
-
-    Raises
-    ------
-    FormatError
-        If another program is writing this model.
-    """
+    """Write what :meth:`g3.model.GroundingModel.save` keeps."""
     arrays_path, card_path = model_files(path)
-    arrays = write_arrays({"keys": model.space.keys, "weights": model.weights})
+    arrays = write_arrays({"keys": space.keys, "weights": weights})
     card = ModelCard(
         schema_version=SCHEMA_VERSION,
         program=__version__,
-        catalogue_version=model.catalogue_version,
-        corpus_hash=model.corpus_hash,
-        l2=model.l2,
-        features=len(model.space),
+        catalogue_version=CATALOGUE_VERSION,
+        corpus_hash=about.get("corpus_hash", ""),
+        l2=l2,
+        features=len(space),
         arrays=_digest(arrays),
-        sets=model.space.sets,
-        bases=model.space.bases,
-        words=model.space.words,
-        data={s.name: s.data() for s in model.sets if s.data is not None},
-        scenarios=scenarios,
-        training=dict(training or {}),
+        sets=space.sets,
+        bases=space.bases,
+        words=space.words,
+        data={s.name: s.data() for s in catalogue() if s.name in space.sets and s.data is not None},
+        scenarios=about.get("scenarios", ()),
+        training=dict(about.get("training", {})),
     )
     card = msgspec.structs.replace(card, digest=card_digest(card))
     content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
@@ -135,22 +132,10 @@ def save_model(
         write_bytes(card_path, content)
 
 
-def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
-    """Read a model.
-
-    Parameters
-    ----------
-    path
-        ``NAME``, ``NAME.npz`` or ``NAME.json``.
-    corpus_hash
-        Hash of the corpus that it must have been trained on, if that matters.
-
-    Raises
-    ------
-    ModelError
-        If it is missing or damaged, needs other features or other data than there are, or
-        was trained on another corpus.
-    """
+def read_model(
+    path: Path | str, *, corpus_hash: str | None = None
+) -> tuple[ModelCard, FeatureSpace, FloatArray]:
+    """Read what :meth:`g3.model.GroundingModel.load` needs."""
     arrays_path, card_path = model_files(path)
     card = read_card(path)
     if not card.digest:
@@ -167,13 +152,7 @@ def load_model(path: Path | str, *, corpus_hash: str | None = None) -> Model:
             fix=f"{RETRAIN} on the corpus {corpus_hash}",
         )
     keys, weights = _read_arrays(arrays_path, card)
-    return Model(
-        space=FeatureSpace(card.sets, card.bases, card.words, keys),
-        weights=weights,
-        l2=card.l2,
-        catalogue_version=card.catalogue_version,
-        corpus_hash=card.corpus_hash,
-    )
+    return card, FeatureSpace(card.sets, card.bases, card.words, keys), weights
 
 
 def read_card(path: Path | str) -> ModelCard:

@@ -1,0 +1,37 @@
+"""What models that learn have in common: scikit-learn's shape, without scikit-learn.
+
+The constructor takes hyperparameters and keeps them as they are. `fit` learns, returns the model,
+and keeps what it has learned in attributes whose names end in ``_``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from g3.errors import ModelError
+
+
+class NotFittedError(ModelError, AttributeError):
+    """A model that is used before it has learned anything."""
+
+
+@dataclass(eq=False)
+class Estimator:
+    """A model with hyperparameters, which are its fields, and learned attributes."""
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Its hyperparameters: ``type(model)(**model.get_params())`` is the same, unfitted."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.init}
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to do where something learned is missing."""
+            what = f"{type(self).__name__} has no attribute {name!r}"
+            if name.startswith("_") or not name.endswith("_"):
+                raise AttributeError(what)
+            raise NotFittedError(
+                f"this {type(self).__name__} isn't fitted yet",
+                fix="call its fit(), or read one from a file with load()",
+            )

@@ -1,0 +1,82 @@
+"""Labelled factors with their features, computed once for all the models that learn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+import g3.features  # noqa: F401  (fills the catalogue)
+from g3.annotation import Annotation
+from g3.examples import Example, labels, to_batch
+from g3.features.batch import FactorBatch
+from g3.features.matrix import FeatureSpace, fit_space, joint_space
+from g3.features.registry import FeatureSet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FactorMatrix:
+    """Labelled factors with their features; ``factors[rows]`` are some of them.
+
+    Parameters
+    ----------
+    space
+        The features that are active in any of them.
+    matrix
+        Which are active in which, shape (n, k).
+    correct
+        The correspondence variables φ, shape (n,).
+    scenario
+        The scenario of each, shape (n,).
+    """
+
+    space: FeatureSpace
+    matrix: sparse.csr_array
+    correct: npt.NDArray[np.bool_]
+    scenario: npt.NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return len(self.correct)
+
+    def __getitem__(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> FactorMatrix:
+        return replace(
+            self,
+            matrix=self.matrix[rows],
+            correct=self.correct[rows],
+            scenario=self.scenario[rows],
+        )
+
+    def trimmed(self) -> FactorMatrix:
+        """With those features alone that are active in one of the factors."""
+        active = np.unique(self.matrix.indices)
+        if len(active) == len(self.space):
+            return self
+        space = replace(self.space, keys=self.space.keys[active])
+        return replace(self, space=space, matrix=self.matrix[:, active])
+
+
+def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> FactorMatrix:
+    """Compute the features of examples."""
+    return matrix_of_batch(to_batch(items), labels(items), [e.annotation for e in items], sets)
+
+
+def matrix_of_batch(
+    batch: FactorBatch,
+    correct: npt.NDArray[np.bool_],
+    annotations: Sequence[Annotation],
+    sets: Sequence[FeatureSet],
+) -> FactorMatrix:
+    """Compute the features of a batch, of one annotation or of one for each row."""
+    scenario = np.array([a.command.scenario for a in annotations], dtype=np.str_)
+    return FactorMatrix(*fit_space(batch, sets), correct, np.broadcast_to(scenario, len(correct)))
+
+
+def joined(parts: Sequence[FactorMatrix], sets: Sequence[FeatureSet]) -> FactorMatrix:
+    """The factors of several matrices, one after the other."""
+    space, matrix = joint_space([(part.space, part.matrix) for part in parts], sets)
+    correct = np.concatenate([np.empty(0, dtype=bool), *(part.correct for part in parts)])
+    scenario = np.concatenate([np.empty(0, dtype="U1"), *(part.scenario for part in parts)])
+    return FactorMatrix(space, matrix, correct, scenario)
