@@ -24,7 +24,6 @@ from g3.inference.roles import (
     tells_place,
     ways,
 )
-from g3.inference.rows import BETWEEN
 from g3.inference.scene import Group
 from g3.inference.state import State
 from g3.inference.surroundings import Candidate, Surroundings
@@ -38,6 +37,7 @@ from g3.inference.things import (
 )
 from g3.inference.tree import Tree
 from g3.language.groups import noun_words
+from g3.language.lexicon import BETWEEN
 from g3.language.words import field_words
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3

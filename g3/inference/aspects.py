@@ -10,6 +10,7 @@ import numpy as np
 
 from g3.features.registry import catalogue
 from g3.inference.scoring import Reason
+from g3.language.lexicon import ARTICLES
 from g3.language.words import normalise
 from g3.sdc import SDC, all_words
 
@@ -20,7 +21,6 @@ MOST = 4
 MOST_WORDS = 2
 MANY = 100
 """Odds that are larger are told as more than this."""
-ARTICLES = frozenset({"the", "a", "an"})
 
 _CALLED = "what it is called"
 _NUMBER = "how many things it is"

@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from g3.groundings import FloatArray
 from g3.inference.actions import Action
-from g3.inference.phrases import VERBS, verb_class
+from g3.inference.phrases import verb_class
 from g3.inference.roles import is_goal
 from g3.inference.tree import Tree
+from g3.language.lexicon import VERBS
 from g3.sdc import SDC
 
 PUTTING = ("carry", "put down")

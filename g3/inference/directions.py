@@ -9,14 +9,13 @@ import numpy as np
 from g3.groundings import FloatArray
 from g3.inference.actions import Action
 from g3.inference.clauses import UNUSUAL
-from g3.inference.phrases import YOU, is_measure, verb_class
+from g3.inference.phrases import is_measure, verb_class
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import AROUND, HANDLING_VERBS, WAYS, YOU
+from g3.language.words import field_words
 from g3.sdc import all_words
 
-AROUND = frozenset(normalise(word) for word in ("around", "round", "circle", "u-turn"))
-WAYS = frozenset({"front", "back", "left", "right", "around"})
 BARE = frozenset({"wait", "go straight", "back up", "turn"})
 """Actions that lead to nothing in particular."""
 
@@ -53,7 +52,7 @@ def told_side(tree: Tree, root: int) -> str:
     found = ""
     for node in range(root + 1):
         verb = set(verb_class(tree.nodes[node]).split("+"))
-        if node < root and verb & {"taking", "placing", "carrying"}:
+        if node < root and verb & HANDLING_VERBS:
             found = ""
         if tree.nodes[node].type == "EVENT" and (node == root or verb & {"going", "turning"}):
             named = _own_words(tree, node) & {"left", "right"}

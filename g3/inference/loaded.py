@@ -10,11 +10,10 @@ from g3.inference.proposals import is_load
 from g3.inference.roles import objects, spares
 from g3.inference.state import State
 from g3.inference.tree import Tree
+from g3.language.lexicon import HANDLING_VERBS
 from g3.language.negation import negated
 from g3.language.similarity import lemma
 from g3.language.words import figure_words
-
-_HANDLING_VERBS = frozenset({"placing", "carrying", "taking"})
 
 
 def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
@@ -27,7 +26,7 @@ def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
         return None
     held = state.thing(state.held)
     for root, sdc in enumerate(tree.sdcs):
-        verbs = _HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
+        verbs = HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
         if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, state.held):
             continue
         handled = objects(tree, root)

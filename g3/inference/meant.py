@@ -11,7 +11,6 @@ import numpy as np
 from g3.features.batch import FactorBatch
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.phrases import (
-    ROWS,
     is_bare,
     is_complement,
     named_places,
@@ -33,15 +32,12 @@ from g3.inference.surroundings import Group, Surroundings
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
 from g3.language.groups import group as group_of
+from g3.language.lexicon import EMPTY, LADEN, PARTS, ROWS, SIDES
 from g3.language.words import bare, field_words
 from g3.sdc import SDC, all_words
 
 UNLIKELY = float(np.log(0.01))
 """What it costs that "the other truck" is one that was meant before, or a pallet a place."""
-EMPTY = frozenset({"empty", "unloaded", "vacant", "bare"})
-LADEN = frozenset({"loaded", "full", "laden", "occupied", "nonempty", "non-empty"})
-PARTS = frozenset({"end", "side", "part", "half", "corner", "space", "spot", "area", "slot"})
-SIDES = frozenset({"left", "right", "front", "back"})
 
 
 def barred(sdc: SDC, about: Surroundings) -> Callable[[Group], float]:

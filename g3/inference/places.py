@@ -16,16 +16,14 @@ from g3.geometry import BoolArray, convex_hull, point_gap, rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.candidates import GROUND_M, beneath
 from g3.inference.facing import facing, turned
-from g3.inference.phrases import FLOOR
-from g3.inference.rows import ENDS, row_scores
+from g3.inference.rows import row_scores
 from g3.inference.sides import MISPLACED
 from g3.inference.state import State, centres
 from g3.language.concepts import CONCEPTS, concepts
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import BEHIND, BESIDE, ENDS, FLOOR
+from g3.language.words import field_words
 from g3.sdc import SDC, all_words
 
-BESIDE = frozenset({"near", "left", "right", "front", "back", "between"})
-BEHIND = frozenset({normalise("behind")})
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
 """Where the left, right, front and far side of a thing are for who looks along the first axis."""
 SAME_SPOT_M = 1.5

@@ -11,13 +11,10 @@ from g3.inference.phrases import (
 )
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
+from g3.language.lexicon import BESIDE, FILLING, LEAVING, UNTIL
 from g3.language.words import bare, field_words
 from g3.sdc import SDC, Field, all_words
 
-WHERE = frozenset({"left", "right", "front", "back", "between", "near"})
-UNTIL = frozenset({"until", "till", "when"})
-FILLING = frozenset({"load", "fill", "stack"})
-LEAVING = frozenset({"leave", "leaving"})
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 
 
@@ -39,7 +36,7 @@ def is_goal(path: SDC) -> bool:
 
 def tells_place(path: SDC) -> bool:
     """Whether a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
-    return bool(path.landmark1) and bool(WHERE & concepts(field_words(path.relation)))
+    return bool(path.landmark1) and bool(BESIDE & concepts(field_words(path.relation)))
 
 
 def objects(tree: Tree, root: int) -> list[int]:

@@ -11,11 +11,8 @@ from g3.groundings import FloatArray
 from g3.inference.facing import rows, turned
 from g3.inference.sides import MISPLACED
 from g3.language.concepts import concepts
-from g3.language.words import normalise
+from g3.language.lexicon import BETWEEN, ENDS, LATERAL
 
-ENDS = frozenset(normalise(word) for word in ("end", "outside"))
-LATERAL = frozenset(normalise(word) for word in ("next", "beside", "alongside", "by"))
-BETWEEN = frozenset({"between", "inbetween", "among"})
 OFF_LINE = float(np.log(0.1))
 """What it costs a place not to go on with the line of what it is next to, or at the end of."""
 OFF_LINE_M = 1.5

@@ -14,19 +14,13 @@ from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.groundings import FloatArray
 from g3.inference.sides import MISPLACED
 from g3.language.groups import noun_leaf
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import ALONE, FARTHEST, NEAREST, SELVES
+from g3.language.words import field_words
 from g3.sdc import SDC, all_words
 
 FARTHER = float(np.log(0.1))
 """What it costs that a thing alike is nearer to the load."""
 
-
-ALONE = frozenset(
-    normalise(word) for word in ("alone", "lone", "lonely", "single", "solitary", "isolated")
-)
-NEAREST = frozenset(normalise(word) for word in ("nearest", "closest"))
-FARTHEST = frozenset(normalise(word) for word in ("farthest", "furthest"))
-SELVES = frozenset({"itself", "themselves"})
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 

@@ -30,7 +30,6 @@ from g3.inference.candidates import (
 from g3.inference.meant import barred, on_scores, salience_scores, unmeant_scores
 from g3.inference.phrases import (
     MISCOUNTED,
-    YOU,
     factor_type,
     is_complement,
     is_measure,
@@ -39,11 +38,12 @@ from g3.inference.phrases import (
     names_origin,
 )
 from g3.inference.places import free_places, place_scores
-from g3.inference.rows import BETWEEN, OFF_LINE_M
+from g3.inference.rows import OFF_LINE_M
 from g3.inference.state import State, centres
 from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings
 from g3.inference.tree import Tree
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import BETWEEN, NEARER, YOU
+from g3.language.words import field_words
 from g3.sdc import SDCType
 
 FAR_BEHIND = 6.0
@@ -52,7 +52,6 @@ COMMON = 2
 """Places that are about no thing are tried with so many landmarks."""
 JOINT_LANDMARKS = 3
 """So many landmarks of each PLACE are tried where several name one place."""
-NEARER = frozenset({normalise("closer"), normalise("nearer")})
 HALF = float(np.log(0.5))
 """What it costs to go nearer to something, and then still nearer."""
 NOT_SEVERAL = float(np.log(0.001))
