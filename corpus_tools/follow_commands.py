@@ -27,6 +27,7 @@ FAILED = 3
     '  ct follow "Put the tire pallet on the truck" --scenario court_put_boxes_on_loaded_truck\n'
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
     '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
+    '  ct follow "Put it there" --scenario dock_pick_up_tires --plan-only --ablate last-goal\n'
     '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
     "  ct follow --scenario dock_pick_up_tires --interactive"
 )
@@ -65,6 +66,12 @@ FAILED = 3
     show_default=True,
     help="How many SDC trees of the command to try.",
 )
+@click.option(
+    "--ablate",
+    metavar="NAME",
+    multiple=True,
+    help="Switch a potential off, which `ct features list` shows (repeatable).",
+)
 @click.option("--explain", is_flag=True, help="Tell what each clause is grounded in, and why.")
 @click.option(
     "--confirm-below",
@@ -85,6 +92,7 @@ def follow(
     plan_only: bool,
     top: int,
     parses: int,
+    ablate: tuple[str, ...],
     explain: bool,
     confirm_below: float,
     form: str,
@@ -98,7 +106,7 @@ def follow(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
     )
     state = _start(scenario, context_name)
-    grounder = _grounder(model)
+    grounder = _grounder(model, ablate)
     options = {"top": top, "parses": parses, "explain": explain, "form": form}
     if interactive:
         _loop(grounder, state, plan_only, confirm_below, options)
@@ -161,16 +169,18 @@ def _start(scenario: str | None, context_name: str | None) -> State:
     return start_state(contexts[name])
 
 
-def _grounder(model: Path | None) -> Grounder:
+def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
     from corpus_tools.following import default_model
     from corpus_tools.model_file import load_model
     from corpus_tools.progress import progress_bar
     from g3.inference.grounder import Grounder
+    from g3.inference.potentials import check_potentials
 
+    without = check_potentials(ablate)
     if model is not None:
-        return Grounder.load(load_model(model))
+        return Grounder.load(load_model(model), without=without)
     with progress_bar("training on the bundled corpus") as on_progress:
-        return Grounder.load(default_model(on_progress))
+        return Grounder.load(default_model(on_progress), without=without)
 
 
 def _show(result: Result, options: dict[str, Any]) -> bool:

@@ -38,7 +38,10 @@ _SELECTION = (
         help="The corpus's own, or other plausible groundings in the same scene.",
     ),
     click.option(
-        "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
+        "--ablate",
+        metavar="NAME",
+        multiple=True,
+        help="Leave out a feature set, or a potential of the search for plans (repeatable).",
     ),
     click.option(
         "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."

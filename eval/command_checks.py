@@ -83,7 +83,8 @@ def check_plan_options(ctx: click.Context) -> None:
         )
     if ctx.params["form"] in ("csv", "latex"):
         raise click.UsageError("--table 3 has the formats text and json.")
-    own = {"table", "train", "test", "cv", "l2", "draws", "seed", "form", "out", "judge", *AT_ONCE}
+    own = {"table", "train", "test", "cv", "l2", "ablate", "draws", "seed", "form", "out", "judge"}
+    own |= set(AT_ONCE)
     others = tuple(str(p.name) for p in ctx.command.params if p.name not in own)
     _refuse(ctx, others, "doesn't go with --table 3")
 

@@ -26,9 +26,11 @@ from eval.studies.intervals import bootstrap
 from eval.studies.ratings import codes
 from g3.annotation import Annotation
 from g3.errors import CorpusError
+from g3.features.registry import FeatureSet, select
 from g3.groundings import PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
+from g3.inference.potentials import Ablation, ablation
 from g3.inference.tree import Tree
 from g3.language.extractor import Extractor
 from g3.language.parser import parse_many
@@ -89,6 +91,7 @@ def run(
     configurations: Iterable[str] = ("random", "gold", "auto"),
     l2: float = 1.0,
     seed: int = 0,
+    ablate: Iterable[str] = (),
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,
     workers: Workers | None = None,
@@ -108,6 +111,8 @@ def run(
         The corpus to test on.
     configurations
         Which to run.
+    ablate
+        Feature sets that costs are learned without, and potentials that are switched off.
     done
         Outcomes of scenarios that are known already, by configuration.
     on_scenario
@@ -119,11 +124,14 @@ def run(
     ------
     CorpusError
         If that fails for a scenario, after all others are done.
+    ModelError
+        If there is no feature set or potential of a name.
     """
+    left_out = ablation(ablate)
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
     names = sorted({a.command.scenario for a in annotated_commands(tested).values()})
-    asked = _Asked(train, test, tuple(configurations), l2, seed)
+    asked = _Asked(train, test, tuple(configurations), l2, seed, left_out)
     found = dict(done)
     left = [name for name in names if name not in found]
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -153,6 +161,7 @@ def run(
         "test_scenarios": names,
         "l2": l2,
         "seed": seed,
+        "ablated": sorted(left_out.sets | left_out.potentials),
     }
     together = {
         which: calibrated([o for name in names for o in found[name][which]])
@@ -170,6 +179,12 @@ class _Asked:
     configurations: tuple[str, ...]
     l2: float
     seed: int
+    without: Ablation
+
+    @property
+    def sets(self) -> tuple[FeatureSet, ...]:
+        """The feature sets that costs have."""
+        return select(without=self.without.sets)
 
 
 def _followed(
@@ -183,7 +198,7 @@ def _followed(
     if not scenarios:
         return
     with Team(workers) as team:
-        data = data_of(known, seed=asked.seed, team=team, on_progress=on_progress)
+        data = data_of(known, sets=asked.sets, seed=asked.seed, team=team, on_progress=on_progress)
         with written(data) as file:
             del data
             try:
@@ -199,7 +214,7 @@ def _lessons(
     """What a process has made ready to learn from and to test on."""
     known = [open_corpus(name) for name in asked.train.split(",")]
     # A cluster's worker may not see the file.
-    data = read(file) if file.is_file() else data_of(known, seed=asked.seed)
+    data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
     tested = tuple(annotated_commands(open_corpus(asked.test)).values())
     return learner(data, l2=asked.l2), extractor_learner(known), tested
 
@@ -217,7 +232,7 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
         cost: Cost = RandomCost(asked.seed) if which == "random" else learned
         trees = extracted if which == "auto" else [a.sdcs for a in own]
         outcomes[which] = [
-            outcome(annotation, sdcs, Grounder(cost))
+            outcome(annotation, sdcs, Grounder(cost, without=asked.without.potentials))
             for annotation, sdcs in zip(own, trees, strict=True)
         ]
     return outcomes

@@ -18,7 +18,7 @@ from corpus_tools.parallel import Team, WorkerDiedError, work_in_order
 from corpus_tools.progress import OnProgress
 from g3.errors import CorpusError
 from g3.features.matrix import FeatureSpace
-from g3.features.registry import select
+from g3.features.registry import FeatureSet, select
 from g3.inference.costs import Scorer
 from g3.inference.training import Data, train_rows, training_data
 
@@ -43,6 +43,7 @@ def learner(data: Data, *, l2: float = 1.0) -> Callable[[str], Scorer]:
 def data_of(
     corpora: Sequence[Corpus],
     *,
+    sets: Sequence[FeatureSet] | None = None,
     seed: int = 0,
     team: Team | None = None,
     on_progress: OnProgress | None = None,
@@ -51,6 +52,8 @@ def data_of(
 
     Parameters
     ----------
+    sets
+        Feature sets; those that models use by default if left out.
     seed
         What negatives are drawn with.
     team
@@ -62,8 +65,9 @@ def data_of(
         If processes of the team die of it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
+    chosen = select() if sets is None else sets
     if team is None:
-        return training_data(annotations, select(), seed=seed, on_progress=on_progress)
+        return training_data(annotations, chosen, seed=seed, on_progress=on_progress)
 
     def each(function: Callable[[Item], Data], tasks: Sequence[Item]) -> list[Data]:
         def told(done: int) -> None:
@@ -73,7 +77,7 @@ def data_of(
         return work_in_order(function, tasks, team, on_done=told)
 
     try:
-        return training_data(annotations, select(), seed=seed, each=each)
+        return training_data(annotations, chosen, seed=seed, each=each)
     except WorkerDiedError as error:
         raise CorpusError(f"examples to learn from can't be made: {error}") from error
 

@@ -39,8 +39,16 @@ def table_1(given: Given, *, terminal: bool) -> str:
     from eval import trials
     from eval.correspondence import table_rows
     from eval.formats import render
+    from g3.inference.potentials import ablation
 
     choices = _choices(given)
+    rules = ablation(choices.ablate).potentials
+    if rules:
+        click.echo(
+            f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
+            "--table 3 shows what potentials are worth",
+            err=True,
+        )
     draws = given["draws"] or DRAWS
     with _team(given) as team:
         with progress_bar("extracting features") as on_progress:
@@ -91,7 +99,7 @@ def table_3(given: Given, *, terminal: bool) -> str | None:
 
     train, test, seed, out = given["train"], given["test"], given["seed"], given["out"]
     drawn = {"draws": given["draws"] or DRAWS, "seed": seed}
-    options = {"l2": given["l2"] or 1.0, "seed": seed}
+    options = {"l2": given["l2"] or 1.0, "seed": seed, "ablate": sorted(set(given["ablate"]))}
     settings = {
         "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
         "program": __version__,

@@ -10,9 +10,8 @@ from eval.correspondence import Predictions
 from eval.error_lists import Example as ShownExample
 from eval.experiment import learning_curve, predict_splits, predictions, prepare
 from eval.learning_curve import CurvePoint
-from eval.protocol import Choices, Metadata, set_up, set_up_model
+from eval.protocol import Choices, Metadata, chosen_sets, set_up, set_up_model
 from g3.examples import Example
-from g3.features.registry import select
 from g3.model import predict
 from g3.sdc import all_words
 
@@ -53,7 +52,7 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
     if choices.model is not None:
         model, items, metadata = set_up_model(choices)
         return Result(items, predictions(items, predict(model, items)), metadata)
-    sets = select(without=choices.ablate, plus=choices.plus)
+    sets = chosen_sets(choices)
     trial = set_up(choices)
     rows, probability = predict_splits(
         prepare(trial.items, sets), trial.splits, l2=choices.strength, on_progress=on_progress
@@ -66,7 +65,7 @@ def curve(
     choices: Choices, repeats: int, on_progress: OnProgress | None = None
 ) -> tuple[tuple[CurvePoint, ...], Metadata]:
     """Measure the learning curve of what is chosen."""
-    sets = select(without=choices.ablate, plus=choices.plus)
+    sets = chosen_sets(choices)
     trial = set_up(choices)
     points = learning_curve(
         prepare(trial.items, sets),

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-import numpy as np
-
-from g3.features.bodies import IntArray
 from g3.features.order import is_ordinal
-from g3.groundings import FloatArray
-from g3.inference.facing import ROW
 from g3.language.concepts import concepts
 from g3.language.groups import group, noun_leaf
 from g3.language.lexicon import (
@@ -21,7 +16,6 @@ from g3.language.lexicon import (
     IT,
     OTHERS,
     ROBOT,
-    ROWS,
     STRESSED,
     TELLING,
     THESE,
@@ -33,11 +27,6 @@ from g3.sdc import SDC, SDCType, all_words
 
 ALIKE = 0.8
 """Words so alike are one, misspelt (:mod:`difflib`)."""
-MISCOUNTED = float(np.log(0.1))
-OTHER_NUMBER = float(np.log(0.001))
-"""What it costs that a group isn't of the number, or no row, that words speak of."""
-ONE_FOR_MANY = float(np.log(0.4))
-"""A plural often names one thing that holds many: "the tires"."""
 
 
 def verb_class(sdc: SDC) -> str:
@@ -111,18 +100,6 @@ def names_same(sdc: SDC) -> bool:
 def names_other(sdc: SDC) -> bool:
     """Whether a leaf names something else than what was meant before: "the other truck"."""
     return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
-
-
-def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
-    """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
-    said = group(sdc)
-    if said.collective in ROWS:
-        return np.where(sizes >= ROW, 0.0, OTHER_NUMBER)
-    if said.count is not None and said.count > 1:
-        return np.where(sizes == said.count, 0.0, OTHER_NUMBER)
-    if said.number == "singular":
-        return np.where(sizes == 1, 0.0, MISCOUNTED)
-    return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
 
 
 def names_origin(sdc: SDC) -> bool:

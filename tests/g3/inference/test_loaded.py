@@ -3,9 +3,10 @@
 import pytest
 
 from corpus_tools.bundled import open_corpus
+from g3.inference.cases import CommandCase
 from g3.inference.costs import ConstantCost
 from g3.inference.grounder import Grounder
-from g3.inference.loaded import load_in_the_way
+from g3.inference.potentials import refusal
 from g3.inference.state import start_state
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
@@ -58,13 +59,16 @@ CRATE = (
     ],
 )
 def test_another_load_by_its_name_has_to_wait(loaded, text, sdcs, in_the_way):
-    found = load_in_the_way(Tree(trees(text, sdcs)), loaded)
-    assert (found.id if found else None) == ("boxes-1" if in_the_way else None)
+    why = refusal(CommandCase(Tree(trees(text, sdcs)), loaded, ConstantCost()))
+    assert ("boxes-1" in why) is in_the_way
+    off = frozenset({"load-in-the-way"})
+    assert not refusal(CommandCase(Tree(trees(text, sdcs)), loaded, ConstantCost(), off))
 
 
 def test_free_forks_take_anything():
     free = start_state(open_corpus("warehouse").contexts["court_put_crate_on_trailer"])
-    assert load_in_the_way(Tree(trees("Put the crate on the trailer", CRATE)), free) is None
+    tree = Tree(trees("Put the crate on the trailer", CRATE))
+    assert refusal(CommandCase(tree, free, ConstantCost())) == ""
 
 
 def test_the_robot_says_what_it_holds(loaded):
