@@ -21,7 +21,7 @@ _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
 
 @potential("moved", kind="action", types=_CLAUSES, roles=("theme",), weight=log(0.001))
 def moved(case: ActionCase) -> BoolArray:
-    """Nobody asks to put something where it stood, or onto what it stood on.
+    """A load isn't put where it stood, nor onto what it stood on.
 
     What was on the forks stood nowhere.
     """
@@ -42,7 +42,7 @@ def moved(case: ActionCase) -> BoolArray:
     "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.05)
 )
 def taken_from(case: PathCase) -> FloatArray:
-    """What is taken off something stands on it: "off the truck"."""
+    """What is taken "off the truck" stands on it."""
     total = np.zeros(case.shape)
     if not is_source(case.sdc):
         return total
@@ -68,7 +68,7 @@ def _is_put_at_goal(case: ActionCase) -> BoolArray:
 
 @potential("to-floor", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
 def to_floor(case: ActionCase) -> Measured:
-    """What is put "to the floor" isn't put on the truck; of PLACEs the first pass knows."""
+    """A load that goes "to the floor" isn't put on the truck."""
     if case.path is None or not on_ground(case.path, case.path):
         return False
     return _is_put_at_goal(case) & _is_put_on(case)
@@ -76,7 +76,7 @@ def to_floor(case: ActionCase) -> Measured:
 
 @potential("onto", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
 def onto(case: ActionCase) -> Measured:
-    """What is put "to the truck" is put on it."""
+    """A load that goes "to the truck" is put on it."""
     if case.path is None or on_ground(case.path, case.path) or not is_goal(case.path):
         return False
     surfaces = [bool(_surface(goal)) for goal in case.found.goals]

@@ -32,7 +32,7 @@ _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
 
 @potential("reaches-goal", kind="action", types=_CLAUSES, roles=("goal",), weight=UNUSUAL)
 def reaches_goal(case: ActionCase) -> Measured:
-    """What is done leads to what words say that it leads to: "to the truck"."""
+    """An action leads to the goal that words name: "to the truck"."""
     return case.path is not None and is_goal(case.path) and case.each(lambda a: a.goal < 0)
 
 
@@ -154,28 +154,28 @@ def _reading(case: ActionCase, *senses: Sense) -> _Reading | None:
 
 @potential("verb-still", kind="action", types=_CLAUSES, weight=2 * UNUSUAL)
 def verb_still(case: ActionCase) -> Measured:
-    """Who goes, turns or waits handles nothing."""
+    """A verb of going, turning or waiting handles nothing."""
     found = _reading(case, "still")
     return found is not None and found.handles
 
 
 @potential("verb-leave", kind="action", types=_CLAUSES, weight=2 * UNUSUAL)
 def verb_leave(case: ActionCase) -> Measured:
-    """Who leaves something alone handles nothing."""
+    """A command to leave something alone handles nothing."""
     found = _reading(case, "spared")
     return found is not None and found.handles
 
 
 @potential("verb-unknown", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_unknown(case: ActionCase) -> Measured:
-    """Who does what no class of verbs knows handles nothing, unless it is led somewhere."""
+    """A verb of no known class handles nothing, unless the clause says where to."""
     found = _reading(case, "unknown")
     return found is not None and not (found.asked.leads and found.asked.theme) and found.handles
 
 
 @potential("verb-forks", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_forks(case: ActionCase) -> Measured:
-    """Who moves the forks handles nothing; forks that are lowered put down what is on them."""
+    """Moving the forks handles nothing; lowering them puts down what is on them."""
     found = _reading(case, "own-forks", "lowering")
     if found is None:
         return False
@@ -185,28 +185,28 @@ def verb_forks(case: ActionCase) -> Measured:
 
 @potential("verb-put-later", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_put_later(case: ActionCase) -> Measured:
-    """Who carries what a later clause puts down doesn't put it down yet."""
+    """What a later clause puts down isn't put down yet."""
     found = _reading(case, "before-putting")
     return found is not None and found.puts
 
 
 @potential("verb-put", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_put(case: ActionCase) -> Measured:
-    """Who places something puts it down, and so does who moves on what was picked up before."""
+    """A verb of placing puts down, and so does moving on what was picked up before."""
     found = _reading(case, "putting")
     return found is not None and ~found.puts
 
 
 @potential("verb-place", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_place(case: ActionCase) -> Measured:
-    """Who may place something doesn't just pick it up: "leave it there"."""
+    """A verb that may mean placing doesn't just pick up: "leave it there"."""
     found = _reading(case, "placing")
     return found is not None and found.picks
 
 
 @potential("verb-carry", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_carry(case: ActionCase) -> Measured:
-    """Who carries something to a place puts it down there; along a path it may just be driven."""
+    """Carrying to a place ends with putting down; along a path it may just be driving."""
     found = _reading(case, "carrying")
     if found is None:
         return False
@@ -216,7 +216,7 @@ def verb_carry(case: ActionCase) -> Measured:
 
 @potential("verb-take", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_take(case: ActionCase) -> Measured:
-    """Who takes something picks it up, and carries it only where the clause leads."""
+    """Taking picks up, and carries only where the clause leads."""
     found = _reading(case, "taking")
     if found is None:
         return False

@@ -21,7 +21,7 @@ BARE = frozenset({"wait", "go straight", "back up", "turn"})
 
 @potential("way", kind="action", types=("EVENT", "PATH"), weight=log(0.05))
 def way(case: ActionCase) -> Measured:
-    """What leads to nothing in particular leads the way that words name: "back up"."""
+    """An action without a goal goes the way that words name: "back up"."""
     below = (case.tree.nodes[n] for n in case.tree.all_below(case.root))
     things = (sdc for sdc in below if sdc.type == "OBJECT" and not sdc.is_implicit)
     if not all(map(is_measure, things)):

@@ -20,7 +20,7 @@ from g3.language.words import field_words, figure_words
 
 @potential("load-in-the-way", kind="command", types=("EVENT",), roles=(), weight=HARD)
 def load_in_the_way(case: CommandCase) -> str:
-    """A command doesn't first of all handle another load than the one on the forks.
+    """A command doesn't begin with another load than the one on the forks.
 
     It does where the first clause that handles something names a load by words that are labels
     of one that stands about, and not of the one on the forks.
@@ -49,7 +49,7 @@ def load_in_the_way(case: CommandCase) -> str:
 
 @potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)
 def known_verb(case: CommandCase) -> str:
-    """The model has learned some verb of a command."""
+    """The model knows at least one verb of the command."""
     if not isinstance(case.cost, Scorer):
         return ""
     known = {word for word in case.cost.model.space.words if word.startswith("relation:")}
@@ -63,13 +63,13 @@ def known_verb(case: CommandCase) -> str:
 
 @potential("load-as-theme", kind="argument", types=("EVENT",), roles=("theme",), weight=log(0.1))
 def load_as_theme(case: CandidateCase) -> Measured:
-    """What a clause handles is on the forks, if words say nothing but a kind: "the pallet"."""
+    """A plain noun means the load on the forks: "put the pallet down"."""
     return is_bare(case.sdc) and _is_not_held(case)
 
 
 @potential("load-as-company", kind="argument", types=("PATH",), roles=("goal",), weight=log(0.1))
 def load_as_company(case: CandidateCase) -> Measured:
-    """Who goes "with the pallet" has it on the forks."""
+    """In "go with the pallet" the pallet is on the forks."""
     return is_company(case.clause) and _is_not_held(case)
 
 

@@ -37,14 +37,14 @@ def _says(case: CandidateCase, test: Callable[[Group], bool]) -> Measured:
 
 @potential("place-name", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def place_name(case: CandidateCase) -> Measured:
-    """A place that has a name is meant by it, or by most of its words: "storage" may be A or B."""
+    """A place is meant by its name, or most of its words: "storage" may be A or B."""
     called = case.called
     return bool(called) and case.each(lambda g: not any(p.name in called for p in _places(g)))
 
 
 @potential("no-place", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def no_place(case: CandidateCase) -> Measured:
-    """A noun that is no place's name, and none of an area, names things: "the pallet"."""
+    """A noun that names no area, and no place by its name, names things: "the pallet"."""
     return names_thing(case.sdc) and _says(case, lambda g: bool(_places(g)))
 
 
@@ -68,7 +68,7 @@ def spoken_of(case: CandidateCase) -> Measured:
 
 @potential("other-one", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def other_one(case: CandidateCase) -> Measured:
-    """Another one is none that was spoken of, nor what the load stands on: "the other truck"."""
+    """Another one wasn't spoken of, nor does the load stand on it: "the other truck"."""
     if not names_other(case.sdc):
         return False
     load = case.problem.load
@@ -78,7 +78,7 @@ def other_one(case: CandidateCase) -> Measured:
 
 @potential("you", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def you(case: CandidateCase) -> Measured:
-    """Who is spoken to is the robot: "you"."""
+    """A word for who is spoken to names the robot: "you"."""
     robot = {case.problem.state.context.agent_id}
     return names_robot(case.sdc) and _says(case, lambda g: _ids(g) != robot)
 
@@ -107,7 +107,7 @@ def laden(case: CandidateCase) -> Measured:
 
 @potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))
 def load_elsewhere(case: CandidateCase) -> Measured:
-    """What is moved is no landmark of where it goes."""
+    """What is moved isn't the landmark of where it goes."""
     return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
 
 
@@ -115,7 +115,7 @@ def load_elsewhere(case: CandidateCase) -> Measured:
     "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
 )
 def stands_on(case: FactorCase) -> Measured:
-    """What is on something stands on it: "the pallet on the truck"."""
+    """A thing that is "on the truck" stands on it."""
     told = concepts(field_words(case.sdc.relation))
     if "on" not in told or told & (SIDES | {"between"}):
         return False

@@ -69,7 +69,7 @@ def _about_thing(batch: FactorBatch) -> BoolArray:
 
 @potential("floor", kind="factor", types=("PLACE",), weight=log(0.05))
 def floor(case: FactorCase) -> Measured:
-    """The ground isn't on the truck, nor is what is beside it."""
+    """A place on the ground, or beside something, isn't on top of a thing."""
     return on_ground(case.sdc, case.sdc) and _is_high(case)
 
 
@@ -77,7 +77,7 @@ def floor(case: FactorCase) -> Measured:
     "on-top", kind="factor", types=("PLACE",), roles=("figure", "landmark"), weight=log(0.05)
 )
 def on_top(case: FactorCase) -> Measured:
-    """What is put on something is put on top of it: "on the truck"."""
+    """A place "on the truck" is on top of it."""
     if on_ground(case.sdc, case.sdc) or not is_on_top(case.sdc):
         return False
     return _about_thing(case.batch) & ~_is_high(case)
@@ -130,7 +130,7 @@ def place_side(case: FactorCase) -> Measured:
 
 @potential("near", kind="factor", types=("PLACE",), weight=-1.0)
 def near(case: FactorCase) -> FloatArray:
-    """What has no landmark but the robot is near it, or near where what goes there is."""
+    """A place without a landmark, or with the robot as its landmark, is near."""
     bare, way = _way_to(case)
     robot = case.batch.landmark == case.batch.agent_body
     return np.where(bare | robot, np.linalg.norm(way, axis=1) / AWAY_M, 0.0)
@@ -138,7 +138,7 @@ def near(case: FactorCase) -> FloatArray:
 
 @potential("ahead", kind="factor", types=("PLACE",), weight=-1.0)
 def ahead(case: FactorCase) -> FloatArray:
-    """What has no landmark is ahead rather than aside, and aside rather than behind."""
+    """A place without a landmark is ahead rather than aside, and aside rather than behind."""
     bare, way = _way_to(case)
     away = np.linalg.norm(way, axis=1)
     return np.where(bare, 1 - way[:, 0] / np.maximum(away, 1e-9), 0.0)
@@ -223,7 +223,7 @@ def elsewhere(case: SpotCase) -> Measured:
 
 @potential("closer", kind="spot", types=("PLACE",), weight=log(0.5))
 def closer(case: SpotCase) -> Measured:
-    """Closer to something is a step on the way there, rather than two."""
+    """A place closer to something is one step on the way there, rather than two."""
     return bool(NEARER.intersection(case.relation)) and np.arange(1.0, len(case.spots) + 1)
 
 

@@ -31,7 +31,7 @@ WIDE = 0.2
 
 @potential("next-in-row", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.1))
 def next_in_row(case: FactorCase) -> Measured:
-    """Next to a thing of a row is in the row, neither before it nor behind it."""
+    """A place next to a thing of a row is in line with the row."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
     told = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
@@ -69,19 +69,19 @@ def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
 
 @potential("row-end", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.05))
 def row_end(case: FactorCase) -> BoolArray:
-    """The end of several things, or their left or right, is beyond all of them."""
+    """A place at the end or the side of several things is beyond all of them."""
     return case.batch.once(_off_end, _off_end)[0]
 
 
 @potential("row-line", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.1))
 def row_line(case: FactorCase) -> BoolArray:
-    """The end of several things, or their left or right, is in line with them."""
+    """A place at the end or the side of several things is in line with them."""
     return case.batch.once(_off_end, _off_end)[1]
 
 
 @potential("place-between", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.01))
 def place_between(case: FactorCase) -> Measured:
-    """Between things is on the way from one of them to another."""
+    """A place between things is on the way from one of them to another."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
     told = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
@@ -121,7 +121,7 @@ def between_several(case: CandidateCase) -> Measured:
     weight=log(0.1),
 )
 def between_neighbours(case: CandidateCase) -> Measured:
-    """A place between things is between two with nothing alike between them but what is moved."""
+    """A place between things is between two neighbours of a kind."""
     return _is_between_one(case) and case.each(lambda g: not _are_neighbours(g, case.problem))
 
 

@@ -35,7 +35,7 @@ def is_alone(sdc: SDC) -> bool:
 
 @potential("alone", kind="factor", types=("OBJECT",), weight=log(0.1))
 def alone(case: FactorCase) -> Measured:
-    """No thing alike is further from all its like than "the lonely one"; what is moved is none."""
+    """Nothing alike is further from its like than "the lonely one"."""
     if not is_alone(case.sdc):
         return False
     batch, load = case.batch, case.load
@@ -60,7 +60,7 @@ def alone(case: FactorCase) -> Measured:
     weight=2 * log(0.05),
 )
 def superlative(case: FactorCase) -> Measured:
-    """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest from it"."""
+    """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest"."""
     batch = case.batch
     relations = [words.get("relation", ()) for words in batch.words]
     sign = np.array(
@@ -81,7 +81,7 @@ def superlative(case: FactorCase) -> Measured:
 
 @potential("told-side", kind="factor", types=("OBJECT", "PLACE"), weight=log(0.1))
 def told_side(case: FactorCase) -> Measured:
-    """What the robot comes to isn't on the other side than it was told to go to: "swing left"."""
+    """What the robot comes to after "swing left" isn't on its right."""
     told = case.problem.told_side
     if not told or case.is_part or case.sdc.type != "OBJECT":
         return False
@@ -95,7 +95,7 @@ def told_side(case: FactorCase) -> Measured:
 
 @potential("near-load", kind="factor", types=("OBJECT",), weight=log(0.1))
 def near_load(case: FactorCase) -> Measured:
-    """No thing alike is nearer to what is moved than the landmark of where it goes."""
+    """Of things alike the landmark is nearest to what is moved: "next to the pallet"."""
     batch, load = case.batch, case.load
     if load is None or case.is_part or not is_bare(case.sdc):
         return False

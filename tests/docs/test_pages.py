@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from g3.features import registry
+from g3.inference.potentials import KINDS, potentials
 from tests.docs.blocks import ROOT, pages
 
 DOCS = ROOT / "docs"
@@ -67,3 +68,17 @@ def test_a_new_feature_can_be_registered_as_shown() -> None:
         assert "my-path-end" in {s.name for s in registry.catalogue()}
     finally:
         registry._CATALOGUE.pop("my-path-end", None)
+
+
+def test_inference_lists_every_potential() -> None:
+    """Run `ct features list` to see what a row must say."""
+    page = (DOCS / "inference.md").read_text()
+    rows = [
+        f"| `{rule.name}` | {rule.description} | {', '.join(rule.types)} "
+        f"| {', '.join(rule.roles) or 'the command'} "
+        f"| {'hard' if rule.is_hard else format(rule.weight, '.2f')} |"
+        for rule in potentials()
+    ]
+    listed = re.findall(r"^\| `[\w-]+` \|.*\|$", page, re.MULTILINE)
+    assert listed == rows
+    assert all(f"### `{kind}`: {about}\n" in page for kind, about in KINDS.items())

@@ -2,8 +2,10 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -22,6 +24,7 @@ from g3.inference.scoring import Scorer
 from g3.sdc import SDC_TYPES
 from g3.sdc_notation import parse_brackets
 
+PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 RULES = {rule.name: rule for rule in potentials()}
 LISTENING = [rule.name for rule in potentials() if rule.kind not in ("spot", "command")]
 COMMANDS = list(annotated_commands(open_corpus("warehouse")).values())[::23]
@@ -117,14 +120,7 @@ def test_a_refusal_can_be_switched_off(model):
     assert "on the forks" not in off.follow(lift, loaded, least=0.0).note
 
 
-OWN_RULE = '''
-from g3.inference.potentials import HARD, potential
-
-@potential("no-driving", kind="action", types=("EVENT",), weight=HARD)
-def no_driving(case):
-    """The robot doesn't drive."""
-    return case.each(lambda action: action.kind.startswith("drive"))
-'''
+PAGE = Path(__file__).parents[3] / "docs" / "inference.md"
 FOLLOW = """
 import sys
 from corpus_tools.bundled import open_corpus
@@ -144,8 +140,10 @@ def test_other_distributions_add_potentials(tmp_path):
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: own-rules\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[g3.potentials]\nown = own_rules\n")
-    (tmp_path / "own_rules.py").write_text(OWN_RULE)
-    paths = os.pathsep.join([str(tmp_path), os.getcwd()])  # noqa: PTH109
+    # The docs show how.
+    (code,) = (c for c in PYTHON.findall(PAGE.read_text()) if "@potential" in c)
+    (tmp_path / "own_rules.py").write_text(code)
+    paths = os.pathsep.join([str(tmp_path), str(Path.cwd())])
 
     def run(*command):
         done = subprocess.run(
