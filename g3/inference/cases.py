@@ -215,9 +215,9 @@ class FactorCase:
         """Names of potentials that are switched off."""
         return self.problem.disabled
 
-    def has(self, role: Role) -> BoolArray:
+    def has(self, role: Role) -> BoolArray | bool:
         """Which rows have a grounding in a role."""
-        return self.batch.role(role) >= 0
+        return self.batch.once(("has", role), lambda batch: _filled(batch, role))
 
     @property
     def nothing(self) -> FloatArray:
@@ -254,6 +254,11 @@ class FactorCase:
         """Where what goes to the place is, shape (2,); None for the robot itself."""
         state, load = self.problem.state, self.problem.load
         return centre(state.thing(load).prism) if load else None
+
+
+def _filled(batch: FactorBatch, role: Role) -> BoolArray | bool:
+    has: BoolArray = batch.role(role) >= 0
+    return has if has.any() != has.all() else bool(has.all())
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,10 +51,9 @@ def no_place(case: CandidateCase) -> Measured:
 @potential("whole-row", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def whole_row(case: CandidateCase) -> Measured:
     """A row is all that stands in it: "the row"."""
-    rows = case.problem.rows
-    if not rows or group_of(case.sdc).collective not in ROWS:
+    if group_of(case.sdc).collective not in ROWS or not case.problem.rows:
         return False
-    return _says(case, lambda g: frozenset(_ids(g)) not in rows)
+    return _says(case, lambda g: frozenset(_ids(g)) not in case.problem.rows)
 
 
 @potential("spoken-of", kind="noun", types=("OBJECT",), weight=UNLIKELY)
@@ -92,17 +91,20 @@ def _attributes(case: CandidateCase) -> set[str]:
 @potential("empty", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def empty(case: CandidateCase) -> Measured:
     """Nothing stands on what is empty: "the empty truck"."""
+    if not _attributes(case) & EMPTY:
+        return False
     laden = set(case.problem.carriers.values())
-    return bool(_attributes(case) & EMPTY) and _says(case, lambda g: bool(_ids(g) & laden))
+    return _says(case, lambda g: bool(_ids(g) & laden))
 
 
 @potential("laden", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def laden(case: CandidateCase) -> Measured:
     """Something stands on what is loaded: "the loaded truck"."""
     said = _attributes(case)
+    if said & EMPTY or not said & LADEN:
+        return False
     bare_ones = case.problem.surfaces - set(case.problem.carriers.values())
-    told = bool(said & LADEN) and not said & EMPTY
-    return told and _says(case, lambda g: bool(_ids(g) & bare_ones))
+    return _says(case, lambda g: bool(_ids(g) & bare_ones))
 
 
 @potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))

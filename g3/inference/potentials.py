@@ -188,25 +188,31 @@ def check_potentials(names: Iterable[str]) -> frozenset[str]:
 
 
 def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
-    """The measures of the potentials that apply to a case, where all their roles are filled."""
+    """The potentials that say something of a case, with what they measure."""
+    kind, disabled = case.type, case.disabled
     for own in _BY_KIND[case.kind]:
-        if case.type not in own.types or own.name in case.disabled:
+        if kind not in own.types or own.name in disabled:
             continue
         there = [case.has(role) for role in own.roles]
-        if all(map(np.any, there)):
-            measure = np.asarray(own.measure(case), dtype=float)
-            for has in there:
+        measure = False if any(has is False for has in there) else own.measure(case)
+        if measure is False:
+            continue
+        for has in there:
+            if has is not True:
                 measure = np.where(has, measure, 0.0)
-            yield own, np.broadcast_to(measure, case.shape)
+        known = np.asarray(measure, dtype=float)
+        if known.any():
+            yield own, known
 
 
 def added_by(case: Case) -> dict[str, FloatArray]:
     """What potentials add to the scores of a case, by name; those that add nothing are left out."""
-    return {
-        own.name: np.where(measure != 0, own.weight, 0.0) * measure
-        for own, measure in _measured(case)
-        if measure.any()
-    }
+    found: dict[str, FloatArray] = {}
+    for own, measure in _measured(case):
+        # Nothing times a hard constraint's weight is nothing.
+        weight = np.where(measure != 0, HARD, 0.0) if own.is_hard else own.weight * measure
+        found[own.name] = np.broadcast_to(weight, case.shape)
+    return found
 
 
 def added(case: Case) -> FloatArray:
@@ -214,8 +220,9 @@ def added(case: Case) -> FloatArray:
 
     What a noun doesn't name is ruled out once, whatever speaks against it: the strongest counts.
     """
-    found = [*added_by(case).values(), np.zeros(case.shape)]
-    total: FloatArray = (np.min if case.kind == "noun" else np.sum)(found, axis=0)
+    total = np.zeros(case.shape)
+    for scores in added_by(case).values():
+        total = np.minimum(total, scores) if case.kind == "noun" else total + scores
     return total
 
 
