@@ -28,8 +28,8 @@ def test_what_is_certain_is_told_without_a_large_number():
     (clause,) = parse_brackets("OBJ(f = it)")
     (aspect,) = aspects([Reason("besides/way", "", 12.0)], clause)
     assert aspect.text == (
-        "over 100 times likelier for the rule way: what leads to nothing in particular leads the "
-        'way that words name: "back up"'
+        "over 100 times likelier for the rule way: an action without a goal goes the way that "
+        'words name: "back up"'
     )
 
 
