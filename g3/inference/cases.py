@@ -15,7 +15,6 @@ from g3.features.bodies import IntArray
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray, Place
 from g3.inference.candidates import ground
-from g3.inference.costs import Cost
 from g3.inference.phrases import factor_type, is_complement, named_places
 from g3.inference.state import State
 from g3.inference.surroundings import Candidate, Group, Surroundings
@@ -38,12 +37,8 @@ class CommandCase:
     ----------
     tree
         Its clauses.
-    state
-        The state that it is given in.
-    cost
-        Scores of factors.
-    disabled
-        Names of potentials that are switched off.
+    problem
+        What it is to be grounded in.
     """
 
     kind: ClassVar[Kind] = "command"
@@ -51,9 +46,7 @@ class CommandCase:
     shape: ClassVar[tuple[int, ...]] = ()
 
     tree: Tree
-    state: State
-    cost: Cost
-    disabled: frozenset[str] = frozenset()
+    problem: Surroundings
 
     def has(self, role: Role) -> bool:
         """Nothing is grounded yet."""
@@ -90,11 +83,6 @@ class ReferentCase:
     def shape(self) -> tuple[int, ...]:
         """Number of candidates."""
         return (len(self.groups),)
-
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
 
     def has(self, role: Role) -> bool:
         """There are figures alone."""
@@ -152,11 +140,6 @@ class CandidateCase:
         """Number of candidates."""
         return (len(self.groups),)
 
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
-
     def has(self, role: Role) -> bool:
         """Whether the candidates have a role."""
         return role == self.role
@@ -209,11 +192,6 @@ class FactorCase:
     def shape(self) -> tuple[int, ...]:
         """Number of rows."""
         return (len(self.batch),)
-
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
 
     def has(self, role: Role) -> BoolArray | bool:
         """Which rows have a grounding in a role."""
@@ -287,11 +265,6 @@ class SpotCase:
         """Number of spots."""
         return (len(self.spots),)
 
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
-
     def has(self, role: Role) -> bool:
         """There are spots, and maybe something that is put there."""
         return role == "figure" or (role == "theme" and self.problem.load is not None)
@@ -339,11 +312,6 @@ class ActionCase:
     def shape(self) -> tuple[int, ...]:
         """Number of actions."""
         return (len(self.actions),)
-
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
 
     def has(self, role: Role) -> bool:
         """Whether the clause has a candidate for a role, or actions imply one."""
@@ -410,11 +378,6 @@ class PathCase:
     def shape(self) -> tuple[int, ...]:
         """Numbers of actions and of candidates."""
         return len(self.actions), len(self.marks)
-
-    @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
-        return self.problem.disabled
 
     def has(self, role: Role) -> bool:
         """Whether there are actions and landmarks."""

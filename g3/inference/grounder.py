@@ -207,9 +207,6 @@ class Grounder:
             return Result((), (), "there is no clause to follow in the text")
         start = context if isinstance(context, State) else start_state(context)
         tree = Tree(tuple(sdcs))
-        why = refusal(CommandCase(tree, start, self.cost, self.without))
-        if why:
-            return Result(sdcs, (), why)
         scene = scene_of(start.context, object_groups(start.context, start.held))
         about = Surroundings(
             start,
@@ -219,6 +216,9 @@ class Grounder:
             explain=explain,
             disabled=self.without,
         )
+        why = refusal(CommandCase(tree, about))
+        if why:
+            return Result(sdcs, (), why)
         found = search(tree, start, about, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")

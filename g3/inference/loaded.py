@@ -25,7 +25,7 @@ def load_in_the_way(case: CommandCase) -> str:
     It does where the first clause that handles something names a load by words that are labels
     of one that stands about, and not of the one on the forks.
     """
-    tree, state = case.tree, case.state
+    tree, state = case.tree, case.problem.state
     if state.held is None:
         return ""
     held = state.thing(state.held)
@@ -50,9 +50,9 @@ def load_in_the_way(case: CommandCase) -> str:
 @potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)
 def known_verb(case: CommandCase) -> str:
     """The model knows at least one verb of the command."""
-    if not isinstance(case.cost, Scorer):
+    if not isinstance(case.problem.cost, Scorer):
         return ""
-    known = {word for word in case.cost.model.space.words if word.startswith("relation:")}
+    known = {word for word in case.problem.cost.model.space.words if word.startswith("relation:")}
     verbs = [sdc for sdc in case.tree.sdcs if field_words(sdc.relation)]
     for sdc in verbs:
         if any(f"relation:{word}" in known for word in field_words(sdc.relation)):

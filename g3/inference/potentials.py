@@ -21,6 +21,7 @@ from g3.features.batch import Role
 from g3.features.registry import catalogue
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
+from g3.inference.surroundings import Surroundings
 from g3.sdc import SDCType
 
 Kind = Literal["command", "referent", "noun", "argument", "factor", "spot", "action", "path"]
@@ -58,8 +59,8 @@ class Case(Protocol):
         ...
 
     @property
-    def disabled(self) -> frozenset[str]:
-        """Names of potentials that are switched off."""
+    def problem(self) -> Surroundings:
+        """What is grounded; it knows which potentials are switched off."""
         ...
 
     def has(self, role: Role) -> BoolArray | bool:
@@ -189,7 +190,7 @@ def check_potentials(names: Iterable[str]) -> frozenset[str]:
 
 def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
     """The potentials that say something of a case, with what they measure."""
-    kind, disabled = case.type, case.disabled
+    kind, disabled = case.type, case.problem.disabled
     for own in _BY_KIND[case.kind]:
         if kind not in own.types or own.name in disabled:
             continue
@@ -243,5 +244,5 @@ def preferred(case: Case) -> FloatArray:
 
 def refusal(case: Case) -> str:
     """Why a command is refused; empty if it isn't."""
-    own = (p for p in _BY_KIND[case.kind] if p.name not in case.disabled)
+    own = (p for p in _BY_KIND[case.kind] if p.name not in case.problem.disabled)
     return next(filter(None, (str(p.measure(case)) for p in own)), "")
