@@ -28,6 +28,7 @@ FAILED = 3
     '  ct follow "Put the tire pallet on the truck" --scenario court_put_boxes_on_loaded_truck\n'
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
     '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
+    '  ct follow "Put it there" --scenario dock_pick_up_tires --plan-only --ablate last-goal\n'
     '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
     "  ct follow --scenario dock_pick_up_tires --interactive"
 )
@@ -66,6 +67,12 @@ FAILED = 3
     show_default=True,
     help="How many SDC trees of the command to try.",
 )
+@click.option(
+    "--ablate",
+    metavar="NAME",
+    multiple=True,
+    help="Switch a potential off, which `ct features list` shows (repeatable).",
+)
 @click.option("--explain", is_flag=True, help="Tell what each clause is grounded in, and why.")
 @click.option(
     "--confirm-below",
@@ -86,6 +93,7 @@ def follow(
     plan_only: bool,
     top: int,
     parses: int,
+    ablate: tuple[str, ...],
     explain: bool,
     confirm_below: float,
     form: str,
@@ -105,7 +113,7 @@ def follow(
 
         check_length(text, where="TEXT")
     state = _start(scenario, context_name)
-    grounder = _grounder(model)
+    grounder = _grounder(model, ablate)
     options = {"top": top, "parses": parses, "explain": explain, "form": form}
     if interactive:
         _loop(grounder, state, plan_only, confirm_below, options)
@@ -168,16 +176,18 @@ def _start(scenario: str | None, context_name: str | None) -> State:
     return start_state(contexts[name])
 
 
-def _grounder(model: Path | None) -> Grounder:
+def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
     from corpus_tools.following import default_model
     from corpus_tools.progress import progress_bar
     from g3.inference.grounder import Grounder
+    from g3.inference.potentials import check_potentials
     from g3.model import GroundingModel
 
+    without = check_potentials(ablate)
     if model is not None:
-        return Grounder.load(GroundingModel.load(model))
+        return Grounder.load(GroundingModel.load(model), without=without)
     with progress_bar("training on the bundled corpus") as on_progress:
-        return Grounder.load(default_model(on_progress))
+        return Grounder.load(default_model(on_progress), without=without)
 
 
 def _show(result: Result, options: dict[str, Any]) -> bool:

@@ -17,6 +17,7 @@ from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
     from g3.features.registry import FeatureSet
+    from g3.inference.potentials import Potential
 
 
 @click.command(
@@ -103,19 +104,64 @@ def features() -> None:
 @features.command("list")
 @FORMAT
 def list_features(form: str) -> None:
-    """List the feature sets, which --ablate leaves out and --with adds.
+    """List feature sets, and potentials of the search for plans.
+
+    --ablate leaves either out, and --with adds feature sets that are off.
 
     \b
     Examples:
       ct features list
       ct features list --json
     """
-    import g3.features  # noqa: F401 - fills the catalogue
+    import g3.inference  # noqa: F401 - fills both catalogues
     from g3.features.registry import CATALOGUE_VERSION, catalogue
+    from g3.inference.potentials import KINDS, potentials
 
     records = [_feature_record(feature) for feature in catalogue()]
-    content = {"catalogue_version": CATALOGUE_VERSION, "feature_sets": records}
-    tell(form, content, "\n\n".join(_feature_text(record) for record in records))
+    rules = [_potential_record(potential) for potential in potentials()]
+    content = {
+        "catalogue_version": CATALOGUE_VERSION,
+        "feature_sets": records,
+        "potentials": rules,
+    }
+    parts = ["FEATURE SETS, which models are trained with", *map(_feature_text, records)]
+    parts.append("POTENTIALS, hand-written rules that the search for plans weighs")
+    for kind, about in KINDS.items():
+        own = [_potential_text(record) for record in rules if record["scores"] == kind]
+        parts += [f"{kind}: {about}", *own]
+    tell(form, content, "\n\n".join(parts))
+
+
+def _potential_record(potential: Potential) -> dict[str, object]:
+    return {
+        "name": potential.name,
+        "scores": potential.kind,
+        "description": potential.description,
+        "types": list(potential.types),
+        "roles": list(potential.roles),
+        "weight": None if potential.is_hard else round(potential.weight, 4),
+        "hard": potential.is_hard,
+    }
+
+
+def _potential_text(record: dict[str, object]) -> str:
+    weight = "hard constraint" if record["hard"] else f"{record['weight']:.2f}"
+    lines = [
+        f"{record['description']}",
+        f"SDCs:     {_joined(record['types'])}",
+        f"of:       {_joined(record['roles']) or 'the command'}",
+        f"weight:   {weight}",
+    ]
+    return _block(str(record["name"]), lines)
+
+
+def _block(name: str, lines: list[str]) -> str:
+    """A name with lines of what is said of it, wrapped."""
+    import textwrap
+
+    wrapped = (textwrap.wrap(line, 96, subsequent_indent=" " * 10) for line in lines)
+    indented = (f"  {line}" for paragraph in wrapped for line in paragraph)
+    return "\n".join([name, *indented])
 
 
 def _feature_record(feature: FeatureSet) -> dict[str, object]:
@@ -141,8 +187,6 @@ def _feature_record(feature: FeatureSet) -> dict[str, object]:
 
 
 def _feature_text(record: dict[str, object]) -> str:
-    import textwrap
-
     columns = record["columns"]
     names = "one for each label or word of the corpus"
     if isinstance(columns, list):
@@ -157,9 +201,7 @@ def _feature_text(record: dict[str, object]) -> str:
         f"times:    {times}{', and alone' if words and record['alone'] else ''}",
         f"features: {names}",
     ]
-    wrapped = (textwrap.wrap(line, 96, subsequent_indent=" " * 10) for line in lines)
-    indented = (f"  {line}" for paragraph in wrapped for line in paragraph)
-    return "\n".join([f"{record['name']}{off}", *indented])
+    return _block(f"{record['name']}{off}", lines)
 
 
 def _joined(names: object) -> str:

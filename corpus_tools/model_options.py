@@ -39,11 +39,15 @@ NEGATIVES = click.option(
 L2 = click.option(
     "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
 )
+ABLATE = click.option(
+    "--ablate",
+    metavar="NAME",
+    multiple=True,
+    help="Leave out a feature set, or a potential of the search for plans (repeatable).",
+)
 _SELECTION = (
     NEGATIVES,
-    click.option(
-        "--ablate", metavar="NAME", multiple=True, help="Leave out a feature set (repeatable)."
-    ),
+    ABLATE,
     click.option(
         "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
     ),

@@ -22,9 +22,11 @@ from eval.outcomes import JudgedRow, Outcome, judged_row
 from eval.search_examples import data_of, read, written
 from g3.annotation import Annotation
 from g3.errors import CorpusError
+from g3.features.registry import FeatureSet, select
 from g3.groundings import PhysicalObject
 from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
+from g3.inference.potentials import Ablation, ablation
 from g3.inference.tree import Tree
 from g3.language.extractor import SDCExtractor
 from g3.language.parser import parse_many
@@ -51,6 +53,7 @@ def run(
     configurations: Iterable[str] = ("random", "gold", "auto"),
     l2: float = 1.0,
     seed: int = 0,
+    ablate: Iterable[str] = (),
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,
     workers: Workers | None = None,
@@ -70,6 +73,8 @@ def run(
         The corpus to test on.
     configurations
         Which to run.
+    ablate
+        Feature sets that costs are learned without, and potentials that are switched off.
     done
         Outcomes of scenarios that are known already, by configuration.
     on_scenario
@@ -81,11 +86,14 @@ def run(
     ------
     CorpusError
         If that fails for a scenario, after all others are done.
+    ModelError
+        If there is no feature set or potential of a name.
     """
+    left_out = ablation(ablate)
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
     names = sorted({a.command.scenario for a in annotated_commands(tested).values()})
-    asked = _Asked(train, test, tuple(configurations), l2, seed)
+    asked = _Asked(train, test, tuple(configurations), l2, seed, left_out)
     found = dict(done)
     left = [name for name in names if name not in found]
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -115,6 +123,7 @@ def run(
         "test_scenarios": names,
         "l2": l2,
         "seed": seed,
+        "ablated": sorted(left_out.sets | left_out.potentials),
     }
     together = {
         which: calibrated([o for name in names for o in found[name][which]])
@@ -132,6 +141,12 @@ class _Asked:
     configurations: tuple[str, ...]
     l2: float
     seed: int
+    without: Ablation
+
+    @property
+    def sets(self) -> tuple[FeatureSet, ...]:
+        """The feature sets that costs have."""
+        return select(without=self.without.sets)
 
 
 def _followed(
@@ -145,7 +160,7 @@ def _followed(
     if not scenarios:
         return
     with Team(workers) as team:
-        data = data_of(known, seed=asked.seed, team=team, on_progress=on_progress)
+        data = data_of(known, sets=asked.sets, seed=asked.seed, team=team, on_progress=on_progress)
         with written(data) as file:
             del data
             try:
@@ -161,7 +176,7 @@ def _lessons(
     """What a process has made ready to learn from and to test on."""
     known = [open_corpus(name) for name in asked.train.split(",")]
     # A cluster's worker may not see the file.
-    data = read(file) if file.is_file() else data_of(known, seed=asked.seed)
+    data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
     tested = tuple(annotated_commands(open_corpus(asked.test)).values())
     return costs_without(data, l2=asked.l2), extractor_without(known), tested
 
@@ -179,7 +194,7 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
         cost: Cost = RandomCost(asked.seed) if which == "random" else learned
         trees = extracted if which == "auto" else [a.sdcs for a in own]
         outcomes[which] = [
-            outcome(annotation, sdcs, Grounder(cost))
+            outcome(annotation, sdcs, Grounder(cost, without=asked.without.potentials))
             for annotation, sdcs in zip(own, trees, strict=True)
         ]
     return outcomes

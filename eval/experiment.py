@@ -15,12 +15,11 @@ from corpus_tools.progress import OnProgress
 from eval.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.error_lists import Example as ShownExample
 from eval.learning_curve import CurvePoint
-from eval.protocol import Choices, Metadata, Trial, set_up, set_up_model
+from eval.protocol import Choices, Metadata, Trial, chosen_sets, set_up, set_up_model
 from eval.splits import IntArray
 from eval.statistics import FloatArray
 from g3.examples import Example, labels
 from g3.factor_matrix import FactorMatrix, matrix_of_examples
-from g3.features.registry import select
 from g3.model import GroundingModel
 from g3.sdc import all_words
 
@@ -79,9 +78,8 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
 
 def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:
     """The examples and how they are divided, with the features that are chosen."""
-    sets = select(without=choices.ablate, plus=choices.plus)
     trial = set_up(choices)
-    return trial, matrix_of_examples(trial.items, sets)
+    return trial, matrix_of_examples(trial.items, chosen_sets(choices))
 
 
 def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:

@@ -9,7 +9,7 @@ from typing import Literal
 import click
 
 from corpus_tools.format_option import FORMAT
-from corpus_tools.model_options import L2
+from corpus_tools.model_options import ABLATE, L2
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 from corpus_tools.progress import progress_bar
 from corpus_tools.terminal import note
@@ -30,7 +30,8 @@ from eval.option_sets import OptionSet, takes_one_of
     short_help="Score plans for commands of held-out scenarios.",
     epilog="\b\nExamples:\n"
     "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
-    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2",
+    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal",
 )
 @train_and_test
 @click.option(
@@ -41,6 +42,7 @@ from eval.option_sets import OptionSet, takes_one_of
     "People's ratings are shown by --table 2.",
 )
 @HELD_OUT
+@ABLATE
 @L2
 @SEED
 @draws_option()
@@ -53,6 +55,7 @@ def table_3(
     train: str,
     test: str,
     judge: Literal["automatic"],
+    ablate: tuple[str, ...],
     l2: float | None,
     seed: int,
     draws: int,
@@ -84,6 +87,7 @@ def table_3(
         "features": CATALOGUE_VERSION,
         "l2": strength,
         "seed": seed,
+        "ablate": sorted(set(ablate)),
     }
     kept = kept_beside(out, settings) if out else None
     if kept and kept.scenarios:
@@ -94,6 +98,7 @@ def table_3(
             test,
             l2=strength,
             seed=seed,
+            ablate=ablate,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,
             workers=Workers(jobs, scheduler),

@@ -13,6 +13,7 @@ from corpus_tools.format_option import FORMAT, format_option, tell
 from corpus_tools.model_options import training_options
 from corpus_tools.parallel_options import JOBS, SCHEDULER
 from corpus_tools.progress import progress_bar
+from corpus_tools.terminal import note
 from eval.mode_options import (
     OUT,
     SEED,
@@ -147,7 +148,14 @@ def table_1(
     from eval import experiment
     from eval.correspondence import table_rows
     from eval.formats import render
+    from g3.inference.potentials import ablation
 
+    rules = ablation(choices.ablate).potentials
+    if rules:
+        note(
+            f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
+            "--table 3 shows what potentials are worth"
+        )
     with Team(Workers(jobs, scheduler)) as team:
         with progress_bar("extracting features") as on_progress:
             result = experiment.run(choices, on_progress)

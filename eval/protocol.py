@@ -18,7 +18,8 @@ from corpus_tools.labelled import Negatives, labelled_examples, scenario_ids
 from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
 from g3.examples import Example
-from g3.features.registry import CATALOGUE_VERSION
+from g3.features.registry import CATALOGUE_VERSION, FeatureSet, select
+from g3.inference.potentials import ablation
 from g3.model import DEFAULT_L2, GroundingModel
 
 Division = Literal["cv", "split"]
@@ -48,8 +49,10 @@ class Choices:
         Which negatives to take.
     test_negatives
         Which negatives to test on, if others than to train on.
-    ablate, plus
-        Feature sets to leave out and to add.
+    ablate
+        Feature sets to leave out, and potentials, which only plans depend on.
+    plus
+        Feature sets to add.
     l2
         Strength of the regularisation; None for the default.
     threshold
@@ -100,6 +103,17 @@ class Trial:
     items: Sequence[Example]
     splits: Sequence[Split]
     metadata: Metadata
+
+
+def chosen_sets(choices: Choices) -> tuple[FeatureSet, ...]:
+    """The feature sets that are trained; potentials that are left out change no factor.
+
+    Raises
+    ------
+    ModelError
+        If there is no feature set or potential of a name.
+    """
+    return select(without=ablation(choices.ablate).sets, plus=choices.plus)
 
 
 def set_up(choices: Choices) -> Trial:

@@ -19,7 +19,7 @@ from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import CorpusError, FormatError
 from g3.factor_matrix import FactorMatrix
 from g3.features.matrix import FeatureSpace
-from g3.features.registry import select
+from g3.features.registry import FeatureSet, select
 from g3.inference.training import training_data
 
 Item = TypeVar("Item")
@@ -39,6 +39,7 @@ _FIELDS = {
 def data_of(
     corpora: Sequence[Corpus],
     *,
+    sets: Sequence[FeatureSet] | None = None,
     seed: int = 0,
     team: Team | None = None,
     on_progress: OnProgress | None = None,
@@ -47,6 +48,8 @@ def data_of(
 
     Parameters
     ----------
+    sets
+        Feature sets; those that models use by default if left out.
     seed
         What negatives are drawn with.
     team
@@ -58,8 +61,9 @@ def data_of(
         If processes of the team die of it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
+    chosen = select() if sets is None else sets
     if team is None:
-        return training_data(annotations, select(), seed=seed, on_progress=on_progress)
+        return training_data(annotations, chosen, seed=seed, on_progress=on_progress)
 
     def each(function: Callable[[Item], FactorMatrix], tasks: Sequence[Item]) -> list[FactorMatrix]:
         def told(done: int) -> None:
@@ -69,7 +73,7 @@ def data_of(
         return work_in_order(function, tasks, team, on_done=told)
 
     try:
-        return training_data(annotations, select(), seed=seed, each=each)
+        return training_data(annotations, chosen, seed=seed, each=each)
     except WorkerDiedError as error:
         raise CorpusError(f"examples to learn from can't be made: {error}") from error
 

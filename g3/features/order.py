@@ -15,18 +15,13 @@ from g3.features.registry import Column, feature_set
 from g3.geometry import BoolArray, length
 from g3.groundings import FloatArray
 from g3.language.concepts import CONCEPTS, Concept
+from g3.language.lexicon import ORDINALS
 from g3.language.similarity import MEASURES
 from g3.language.words import normalise
 
 DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
-_ORDINALS = {
-    normalise(word): number
-    for number, words in enumerate(
-        ("first 1st", "second 2nd", "third 3rd", "fourth 4th", "fifth 5th", "sixth 6th"), start=1
-    )
-    for word in words.split()
-}
+_ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 
 
 def is_ordinal(word: str) -> bool:

@@ -10,13 +10,11 @@ import numpy as np
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.actions import Action, Focus
-from g3.inference.phrases import MISCOUNTED, is_bare
 from g3.inference.proposals import is_load
 from g3.inference.roles import (
     goal_paths,
     goal_places,
     goal_within,
-    is_company,
     is_goal,
     is_source,
     leaves_open,
@@ -24,11 +22,12 @@ from g3.inference.roles import (
     tells_place,
     ways,
 )
-from g3.inference.rows import BETWEEN
 from g3.inference.scene import Group
 from g3.inference.state import State
 from g3.inference.surroundings import Candidate, Surroundings
 from g3.inference.things import (
+    as_argument,
+    ground_argument,
     ground_place,
     ground_places,
     ground_thing,
@@ -38,6 +37,7 @@ from g3.inference.things import (
 )
 from g3.inference.tree import Tree
 from g3.language.groups import noun_words
+from g3.language.lexicon import BETWEEN
 from g3.language.words import field_words
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
@@ -57,12 +57,16 @@ class Arguments:
         The PATH whose landmark the goal is, -1 if there is none.
     paths
         Other PATHs with the candidates of their landmarks.
+    problem, toward
+        What themes and landmarks are grounded in, and what goals are.
     """
 
     themes: tuple[Candidate | None, ...]
     goals: tuple[Candidate | None, ...]
     goal_path: int
     paths: Mapping[int, tuple[Candidate | None, ...]]
+    problem: Surroundings | None = None
+    toward: Surroundings | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,35 +81,33 @@ class Rows:
 def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
     """Ground what a top-level clause is about."""
     if tree.nodes[root].type == "PATH":
-        return Arguments((None,), _marks(tree, root, about, GOALS), root, {})
+        return Arguments((None,), _marks(tree, root, about, GOALS), root, {}, about, about)
     free = replace(about, load=None, told_side="")
-    themes, left = _themes(tree, objects(tree, root), free, about.load)
+    themes, left = _themes(tree, root, free)
     toward = replace(about, load=about.load or _load(themes, about.state))
     goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
     if goals == (None,) and leaves_open(tree, root):
-        goals = tuple(likely(reached(toward), GOALS)) or (None,)
+        goals = tuple(likely(reached(tree, root, toward), GOALS)) or (None,)
     others = {
-        way: _marks(tree, way, free, PATH_LANDMARKS, held=about.load)
-        for way in ways(tree, root)
-        if way != goal_path
+        way: _marks(tree, way, free, PATH_LANDMARKS) for way in ways(tree, root) if way != goal_path
     }
-    return Arguments(themes, goals, goal_path, others)
+    return Arguments(themes, goals, goal_path, others, free, toward)
 
 
 def _themes(
-    tree: Tree, named: Sequence[int], about: Surroundings, held: str | None
+    tree: Tree, root: int, about: Surroundings
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
     """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
+    named = objects(tree, root)
     if not named:
         return (None,), ()
     theme, *left = named
     beam = ground_thing(tree, theme, about)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), about))
-    if held and is_bare(tree.nodes[theme]):
-        beam = _familiar(beam, held)
+    beam = as_argument(beam, tree, theme, about, role="theme", within=root)
     return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
 
 
@@ -141,14 +143,6 @@ def _same(beam: Sequence[Candidate], again: Sequence[Candidate]) -> list[Candida
     return sorted(joined, key=lambda c: -c.score) or list(beam)
 
 
-def _familiar(beam: Sequence[Candidate], load: str) -> list[Candidate]:
-    """A beam in which all but the load cost: "the pallet" is the one on the forks."""
-    ids = [[g.id for g in c.group if isinstance(g, PhysicalObject)] for c in beam]
-    costs = [0.0 if own == [load] else MISCOUNTED for own in ids]
-    dear = [replace(c, score=c.score + cost) for c, cost in zip(beam, costs, strict=True)]
-    return sorted(dear, key=lambda c: -c.score)
-
-
 def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
     """Id of what a clause moves if it is the best of its themes; None for no load."""
     thing = themes[0].group[0] if themes[0] else None
@@ -157,10 +151,8 @@ def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
     return thing.id
 
 
-def _marks(
-    tree: Tree, path: int, about: Surroundings, count: int, *, held: str | None = None
-) -> tuple[Candidate | None, ...]:
-    """Candidates of a PATH's landmark; who goes "with the pallet" has it on the forks."""
+def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Candidate | None, ...]:
+    """Candidates of a PATH's landmark."""
     children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
     if not children:
         return (None,)
@@ -168,9 +160,7 @@ def _marks(
     between = BETWEEN.intersection(field_words(sdc.relation))
     if len(children) > 1 and between and not is_source(sdc):
         return tuple(landmarks_of(tree, path, about)[:count])
-    beam = ground_thing(tree, children[0], about)
-    if held and is_company(sdc):
-        beam = _familiar(beam, held)
+    beam = ground_argument(tree, children[0], about, role="goal", within=path)
     return tuple(likely(beam, count))
 
 

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.features.registry import catalogue
+from g3.features.registry import FeatureSet, catalogue
+from g3.inference.explanation import BESIDES
+from g3.inference.potentials import Potential, potentials
 from g3.inference.scoring import Reason
+from g3.language.lexicon import ARTICLES
 from g3.language.words import normalise
 from g3.sdc import SDC, all_words
 
@@ -20,7 +23,6 @@ MOST = 4
 MOST_WORDS = 2
 MANY = 100
 """Odds that are larger are told as more than this."""
-ARTICLES = frozenset({"the", "a", "an"})
 
 _CALLED = "what it is called"
 _NUMBER = "how many things it is"
@@ -43,7 +45,6 @@ ASPECTS = {
     "named-order": _WHERE,
     "named-position": _WHERE,
     "ranks": _WHERE,
-    "besides/which": "which, and how many, of several things alike its words single out",
     "avs-intrinsic": _TO_LANDMARK,
     "avs-log": _TO_LANDMARK,
     "avs-speaker": _TO_LANDMARK,
@@ -65,11 +66,6 @@ ASPECTS = {
     "theme-motion": _LOAD,
     "named-shape": _WAY,
     "shape": _WAY,
-    "besides/way": _WAY,
-    "besides/verb": "what such verbs ask for",
-    "besides/change": "that nothing is put back where it stood",
-    "besides/reaching": "whether it leads to what its words name",
-    "besides/beside": "whether it is put on something or beside it",
     "besides/goal": "how well the goal itself fits its words",
 }
 """What feature sets tell of."""
@@ -130,9 +126,17 @@ def aspects(reasons: Sequence[Reason], sdc: SDC) -> list[Aspect]:
 
 def _about(reason: Reason) -> str:
     """What a reason is about; feature sets of other distributions describe themselves."""
-    name = reason.feature.partition("/")[0]
-    known = ASPECTS.get(name) or ASPECTS.get(reason.feature)
+    known = ASPECTS.get(reason.feature.partition("/")[0]) or ASPECTS.get(reason.feature)
     if known:
         return known
-    described = {s.name: s.description.rstrip(".") for s in catalogue()}.get(name, name)
-    return described[:1].lower() + described[1:]
+    rule = reason.feature.removeprefix(BESIDES)
+    if rule != reason.feature:
+        return f"the rule {rule}: {_descriptions(potentials()).get(rule, '')}".rstrip(": ")
+    name = reason.feature.partition("/")[0]
+    return _descriptions(catalogue()).get(name, name)
+
+
+def _descriptions(registered: Sequence[FeatureSet] | Sequence[Potential]) -> dict[str, str]:
+    """What is registered says of itself, as a part of a sentence."""
+    told = {own.name: own.description.rstrip(".") for own in registered}
+    return {name: text[:1].lower() + text[1:] for name, text in told.items()}

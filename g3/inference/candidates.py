@@ -211,3 +211,8 @@ def beneath(place: Place, state: State, load: str | None) -> PhysicalObject | No
         ),
         None,
     )
+
+
+def carrier(state: State, object_id: str) -> PhysicalObject | None:
+    """What an object stands on; None for the ground."""
+    return beneath(Place(state.thing(object_id).prism), state, object_id)

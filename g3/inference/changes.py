@@ -2,101 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from math import log
 
 import numpy as np
 
+from g3.geometry import BoolArray
 from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.inference.actions import Action
-from g3.inference.candidates import beneath, is_surface
-from g3.inference.clauses import UNUSUAL
-from g3.inference.places import carrier, on_ground, stands_at
+from g3.inference.candidates import beneath, carrier, is_surface
+from g3.inference.cases import ActionCase, PathCase
+from g3.inference.places import on_ground, stands_at
+from g3.inference.potentials import Measured, potential
 from g3.inference.roles import is_goal, is_source
-from g3.inference.state import State
 from g3.inference.surroundings import Candidate
-from g3.inference.tree import Tree
-from g3.sdc import SDC
+from g3.sdc import SDCType
 
-UNMOVED = float(np.log(0.001))
-"""What it costs to put something where it stood."""
+_CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
 
 
-def change_scores(start: State, actions: Sequence[Action]) -> FloatArray:
-    """What it costs actions (n,) to put a load where it stood when the command was given.
+@potential("moved", kind="action", types=_CLAUSES, roles=("theme",), weight=log(0.001))
+def moved(case: ActionCase) -> BoolArray:
+    """A load isn't put where it stood, nor onto what it stood on.
 
-    Nobody asks to move a pallet from a truck onto the same truck. What was on the forks stood
-    nowhere.
+    What was on the forks stood nowhere.
     """
+    start = case.problem.state
     stood: dict[str, tuple[PhysicalObject, PhysicalObject | None]] = {}
-    total = np.zeros(len(actions))
-    for i, action in enumerate(actions):
+    same = np.zeros(case.shape, dtype=bool)
+    for i, action in enumerate(case.actions):
         if action.place is None or not action.object_id or action.object_id == start.held:
             continue
         if action.object_id not in stood:
             thing = start.thing(action.object_id)
             stood[action.object_id] = thing, beneath(Place(thing.prism), start, thing.id)
-        if stands_at([action.place], *stood[action.object_id])[0]:
-            total[i] = UNMOVED
-    return total
+        same[i] = stands_at([action.place], *stood[action.object_id])[0]
+    return same
 
 
-def source_scores(
-    path: SDC, state: State, actions: Sequence[Action], marks: Sequence[Candidate | None]
-) -> FloatArray:
-    """What it costs actions to take something that isn't on what it is to be taken from.
-
-    Parameters
-    ----------
-    path
-        "Off the truck", or another PATH, which costs nothing.
-    actions, marks
-        n actions, and m candidates of the PATH's landmark.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, m).
-    """
-    total = np.zeros((len(actions), len(marks)))
-    if not is_source(path):
+@potential(
+    "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.05)
+)
+def taken_from(case: PathCase) -> FloatArray:
+    """What is taken "off the truck" stands on it."""
+    total = np.zeros(case.shape)
+    if not is_source(case.sdc):
         return total
-    surfaces = [_surface(mark) for mark in marks]
-    for i, action in enumerate(actions):
-        if action.object_id and action.object_id != state.held:
-            under = carrier(state, action.object_id)
+    surfaces = [_surface(mark) for mark in case.marks]
+    for i, action in enumerate(case.actions):
+        if action.object_id and action.object_id != case.state.held:
+            under = carrier(case.state, action.object_id)
             own = under.id if under else ""
-            total[i] = [UNUSUAL if s and s != own else 0.0 for s in surfaces]
+            total[i] = [bool(s) and s != own for s in surfaces]
     return total
 
 
-def beside_scores(
-    tree: Tree,
-    state: State,
-    actions: Sequence[Action],
-    goal_path: int,
-    goals: Sequence[Candidate | None],
-) -> FloatArray:
-    """What it costs actions (n,) to put a load on something, or not, when a PATH says otherwise.
+def _is_put_on(case: ActionCase) -> BoolArray:
+    """Which actions put a load on something, not on the ground."""
+    return case.each(
+        lambda a: a.place is not None and beneath(a.place, case.state, a.object_id) is not None
+    )
 
-    "To the floor" is not on the truck, and "to the truck" is on it. Of PLACEs the first pass knows.
 
-    Parameters
-    ----------
-    goals
-        Candidates of the PATH's landmark.
-    """
-    total = np.zeros(len(actions))
-    if goal_path < 0:
-        return total
-    path = tree.nodes[goal_path]
-    low, onto = on_ground(path, path), is_goal(path)
-    surfaces = [_surface(goal) for goal in goals]
-    for i, action in enumerate(actions):
-        if action.place is not None and action.goal >= 0:
-            high = beneath(action.place, state, action.object_id) is not None
-            wrong = high if low else onto and bool(surfaces[action.goal]) and not high
-            total[i] = UNUSUAL if wrong else 0.0
-    return total
+def _is_put_at_goal(case: ActionCase) -> BoolArray:
+    return case.each(lambda a: a.place is not None and a.goal >= 0)
+
+
+@potential("to-floor", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
+def to_floor(case: ActionCase) -> Measured:
+    """A load that goes "to the floor" isn't put on the truck."""
+    if case.path is None or not on_ground(case.path, case.path):
+        return False
+    return _is_put_at_goal(case) & _is_put_on(case)
+
+
+@potential("onto", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
+def onto(case: ActionCase) -> Measured:
+    """A load that goes "to the truck" is put on it."""
+    if case.path is None or on_ground(case.path, case.path) or not is_goal(case.path):
+        return False
+    surfaces = [bool(_surface(goal)) for goal in case.found.goals]
+    on_surface = case.each(lambda a: a.goal >= 0 and surfaces[a.goal])
+    return on_surface & _is_put_at_goal(case) & ~_is_put_on(case)
 
 
 def _surface(candidate: Candidate | None) -> str:

@@ -8,21 +8,41 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
 from g3.features.batch import FactorBatch
-from g3.groundings import PhysicalObject
-from g3.inference.meant import unmeant_scores
+from g3.groundings import FloatArray, PhysicalObject
+from g3.inference.cases import CandidateCase, FactorCase
 from g3.inference.phrases import factor_type, is_complement, is_pronoun
+from g3.inference.potentials import Case, added_by
 from g3.inference.scene import Group, Scene
 from g3.inference.scoring import Reason, Scorer
+from g3.inference.surroundings import Surroundings
 from g3.inference.tree import Tree
 from g3.sdc import Field
 
+BESIDES = "besides/"
+"""Before the name of a reason that is no feature."""
+
+
+class Grounded(Protocol):
+    """A plan, as the search has found it."""
+
+    @property
+    def nodes(self) -> Mapping[int, tuple[Group, float]]:
+        """Groundings of clauses."""
+        ...
+
+    @property
+    def problems(self) -> Mapping[int, Surroundings]:
+        """What they were grounded in."""
+        ...
+
 
 def reasons_for_things(
-    tree: Tree, nodes: Mapping[int, tuple[Group, float]], scene: Scene, scorer: Scorer
+    tree: Tree, plan: Grounded, about: Surroundings, scorer: Scorer
 ) -> dict[int, tuple[Group | None, tuple[Reason, ...]]]:
     """The best other thing and the reasons, by the nodes of OBJECTs and PLACEs.
 
@@ -31,18 +51,33 @@ def reasons_for_things(
     """
     found: dict[int, tuple[Group | None, tuple[Reason, ...]]] = {}
     known: set[int] = set()
+    nodes, scene = plan.nodes, about.scene
     for node, sdc in enumerate(tree.nodes):
         if node not in nodes or node in known or is_pronoun(sdc):
             continue
+        own = plan.problems.get(node, about)
         if sdc.type == "PLACE":
-            batch = _factor(tree, node, nodes, scene, [nodes[node][0]])
-            found[node] = None, tuple(scorer.reasons(batch))
+            group = nodes[node][0]
+            batch = _factor(tree, node, nodes, scene, [group])
+            told = told_besides((name, x[0]) for name, x in _ruled(tree, node, batch, own, [group]))
+            found[node] = None, tuple(weightiest([*scorer.reasons(batch), *told]))
         elif sdc.type == "OBJECT":
             clauses = [n for n in _same_thing(tree, node) if n in nodes]
             known.update(clauses)
             others, batches = _with_others(tree, clauses, nodes, scene)
-            found[node] = _against_best(tree, others, batches, scorer)
+            ruled = [r for n, b in batches.items() for r in _ruled(tree, n, b, own, others)]
+            found[node] = _against_best(others, list(batches.values()), ruled, scorer)
     return found
+
+
+def _ruled(
+    tree: Tree, node: int, batch: FactorBatch, about: Surroundings, groups: Sequence[Group]
+) -> list[tuple[str, FloatArray]]:
+    """What potentials add to groundings of a clause, by name."""
+    cases: list[Case] = [FactorCase(tree, node, batch, about, [len(group) for group in groups])]
+    if tree.nodes[node].is_leaf:
+        cases.append(CandidateCase(tree, node, about, groups, "figure", node))
+    return [item for case in cases for item in added_by(case).items()]
 
 
 def _with_others(
@@ -58,18 +93,26 @@ def _with_others(
 
 
 def _against_best(
-    tree: Tree, groups: Sequence[Group], batches: Mapping[int, FactorBatch], scorer: Scorer
+    groups: Sequence[Group],
+    batches: Sequence[FactorBatch],
+    ruled: Sequence[tuple[str, FloatArray]],
+    scorer: Scorer,
 ) -> tuple[Group | None, tuple[Reason, ...]]:
-    """The best of all groups but the first, and what speaks for the first rather than for it."""
+    """The best of all groups but the first, and what speaks for the first rather than for it.
+
+    Parameters
+    ----------
+    ruled
+        What potentials add to the groups, by name.
+    """
     if len(groups) == 1:
-        return None, tuple(r for batch in batches.values() for r in scorer.reasons(batch))
-    sizes = [len(group) for group in groups]
-    unmeant = {n: unmeant_scores(tree, n, batch, sizes) for n, batch in batches.items()}
-    total = np.sum([scorer.log_probability(b) + unmeant[n] for n, b in batches.items()], axis=0)
+        return None, tuple(r for batch in batches for r in scorer.reasons(batch))
+    fits = [scorer.log_probability(batch) for batch in batches]
+    total = np.sum([*fits, *(scores for _, scores in ruled)], axis=0)
     best = 1 + int(np.argmax(total[1:]))
-    reasons = [r for b in batches.values() for r in reasons_against(b, (0, best), scorer)]
-    which = sum(float(scores[0] - scores[best]) for scores in unmeant.values())
-    return groups[best], tuple(weightiest([*reasons, *told_besides({"which": which})]))
+    reasons = [r for batch in batches for r in reasons_against(batch, (0, best), scorer)]
+    told = told_besides((name, scores[0] - scores[best]) for name, scores in ruled)
+    return groups[best], tuple(weightiest([*reasons, *told]))
 
 
 def _ids(group: Group) -> set[str]:
@@ -127,6 +170,6 @@ def weightiest(reasons: Iterable[Reason]) -> list[Reason]:
     return sorted(reasons, key=lambda r: (-abs(r.weight), r.feature, r.word))
 
 
-def told_besides(scores: Mapping[str, float]) -> list[Reason]:
-    """Reasons that no feature is: what a goal adds, and what words rule out."""
-    return [Reason(f"besides/{name}", "", score) for name, score in scores.items() if score]
+def told_besides(scores: Iterable[tuple[str, float | FloatArray]]) -> list[Reason]:
+    """Reasons that no feature is: potentials by their names, and what a goal adds."""
+    return [Reason(f"{BESIDES}{name}", "", float(score)) for name, score in scores if score]

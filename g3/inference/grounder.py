@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -12,10 +12,11 @@ from g3.groundings import Context, Grounding, PhysicalObject
 from g3.inference.actions import Action
 from g3.inference.calibration import evidence, plan_probability
 from g3.inference.candidates import object_groups
+from g3.inference.cases import CommandCase
 from g3.inference.clarification import Question, question_about
 from g3.inference.costs import Cost, Scorer
 from g3.inference.explanation import reasons_for_things
-from g3.inference.loaded import load_in_the_way
+from g3.inference.potentials import check_potentials, refusal
 from g3.inference.scene import Group, scene_of
 from g3.inference.scoring import Reason
 from g3.inference.search import WIDTH, Hypothesis, search
@@ -23,7 +24,6 @@ from g3.inference.state import State, start_state
 from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_others
 from g3.inference.tree import Tree
-from g3.language.words import field_words
 from g3.model import GroundingModel
 from g3.sdc import SDC, all_words
 
@@ -128,15 +128,23 @@ class Grounder:
     ----------
     cost
         Scores factors.
+    without
+        Names of potentials that are switched off.
+
+    Raises
+    ------
+    ModelError
+        If there is no potential of such a name.
     """
 
-    def __init__(self, cost: Cost) -> None:
+    def __init__(self, cost: Cost, *, without: Iterable[str] = ()) -> None:
         self.cost = cost
+        self.without = check_potentials(without)
 
     @classmethod
-    def load(cls, model: GroundingModel) -> Grounder:
+    def load(cls, model: GroundingModel, *, without: Iterable[str] = ()) -> Grounder:
         """A grounder with the learned cost of a model."""
-        return cls(Scorer(model))
+        return cls(Scorer(model), without=without)
 
     def follow(
         self,
@@ -197,19 +205,20 @@ class Grounder:
     ) -> Result:
         if not sdcs:
             return Result((), (), "there is no clause to follow in the text")
-        unknown = self._unknown_verb(sdcs)
-        if unknown:
-            return Result(sdcs, (), f"nobody has taught the robot what {unknown!r} means")
         start = context if isinstance(context, State) else start_state(context)
         tree = Tree(tuple(sdcs))
-        load = load_in_the_way(tree, start)
-        if load is not None:
-            named = " ".join(load.labels)
-            return Result(
-                sdcs, (), f"the {named} {load.id} is on the forks: have it put down first"
-            )
         scene = scene_of(start.context, object_groups(start.context, start.held))
-        about = Surroundings(start, scene, self.cost, answers=dict(answers or {}), explain=explain)
+        about = Surroundings(
+            start,
+            scene,
+            self.cost,
+            answers=dict(answers or {}),
+            explain=explain,
+            disabled=self.without,
+        )
+        why = refusal(CommandCase(tree, about))
+        if why:
+            return Result(sdcs, (), why)
         found = search(tree, start, about, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")
@@ -227,18 +236,6 @@ class Grounder:
             note = "no plan is at all likely to be what was meant"
             return Result(sdcs, (), note)
         return Result(sdcs, plans, question=question_about(tree, found[0], start))
-
-    def _unknown_verb(self, sdcs: Sequence[SDC]) -> str:
-        """The first verb of a command of whose verbs the model knows none; else empty."""
-        if not isinstance(self.cost, Scorer):
-            return ""
-        words = self.cost.model.space_.words
-        known = {word for word in words if word.startswith("relation:")}
-        verbs = [sdc for sdc in sdcs if field_words(sdc.relation)]
-        for sdc in verbs:
-            if any(f"relation:{word}" in known for word in field_words(sdc.relation)):
-                return ""
-        return " ".join(word.text for word in verbs[0].relation) if verbs else ""
 
 
 def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple[SDC, ...]]]:
@@ -264,7 +261,7 @@ def _plan(
 ) -> Plan:
     why: dict[int, tuple[Action | Group | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
     if isinstance(cost, Scorer):
-        why |= reasons_for_things(tree, hypothesis.nodes, about.scene, cost)
+        why |= reasons_for_things(tree, hypothesis, about, cost)
     groundings = []
     others = ground_others(tree, hypothesis.nodes, about)
     for node, (group, score) in sorted({**hypothesis.nodes, **others}.items()):

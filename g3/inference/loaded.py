@@ -1,33 +1,36 @@
-"""What a loaded robot can't do before it has put its load down."""
+"""What a load on the forks forbids, and what is meant because it is there."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import log
 
-from g3.groundings import PhysicalObject
-from g3.inference.phrases import verb_class
+from g3.inference.cases import CandidateCase, CommandCase
+from g3.inference.costs import Scorer
+from g3.inference.phrases import is_bare, verb_class
+from g3.inference.potentials import HARD, Measured, potential
 from g3.inference.proposals import is_load
-from g3.inference.roles import objects, spares
-from g3.inference.state import State
-from g3.inference.tree import Tree
+from g3.inference.roles import is_company, objects, spares
+from g3.inference.surroundings import things_of
+from g3.language.lexicon import HANDLING_VERBS
 from g3.language.negation import negated
 from g3.language.similarity import lemma
-from g3.language.words import figure_words
-
-_HANDLING_VERBS = frozenset({"placing", "carrying", "taking"})
+from g3.language.words import field_words, figure_words
 
 
-def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
-    """The load on the forks, if a command first of all handles another one.
+@potential("load-in-the-way", kind="command", types=("EVENT",), roles=(), weight=HARD)
+def load_in_the_way(case: CommandCase) -> str:
+    """A command doesn't begin with another load than the one on the forks.
 
-    That is so where the first clause that handles something names a load by words that
-    are labels of one that stands about, and not of the one on the forks.
+    It does where the first clause that handles something names a load by words that are labels
+    of one that stands about, and not of the one on the forks.
     """
+    tree, state = case.tree, case.problem.state
     if state.held is None:
-        return None
+        return ""
     held = state.thing(state.held)
     for root, sdc in enumerate(tree.sdcs):
-        verbs = _HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
+        verbs = HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
         if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, state.held):
             continue
         handled = objects(tree, root)
@@ -35,10 +38,44 @@ def load_in_the_way(tree: Tree, state: State) -> PhysicalObject | None:
             words = figure_words(tree.nodes[handled[0]])
             others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
             most = max((_labels_in(words, o.labels) for o in others), default=0)
-            return held if most > _labels_in(words, held.labels) else None
+            in_the_way = most > _labels_in(words, held.labels)
+            named = " ".join(held.labels)
+            why = f"the {named} {held.id} is on the forks: have it put down first"
+            return why if in_the_way else ""
         if "placing" in verbs:
-            return None
-    return None
+            return ""
+    return ""
+
+
+@potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)
+def known_verb(case: CommandCase) -> str:
+    """The model knows at least one verb of the command."""
+    if not isinstance(case.problem.cost, Scorer):
+        return ""
+    known = {word for word in case.problem.cost.model.space_.words if word.startswith("relation:")}
+    verbs = [sdc for sdc in case.tree.sdcs if field_words(sdc.relation)]
+    for sdc in verbs:
+        if any(f"relation:{word}" in known for word in field_words(sdc.relation)):
+            return ""
+    verb = " ".join(word.text for word in verbs[0].relation) if verbs else ""
+    return f"nobody has taught the robot what {verb!r} means" if verb else ""
+
+
+@potential("load-as-theme", kind="argument", types=("EVENT",), roles=("theme",), weight=log(0.1))
+def load_as_theme(case: CandidateCase) -> Measured:
+    """A plain noun means the load on the forks: "put the pallet down"."""
+    return is_bare(case.sdc) and _is_not_held(case)
+
+
+@potential("load-as-company", kind="argument", types=("PATH",), roles=("goal",), weight=log(0.1))
+def load_as_company(case: CandidateCase) -> Measured:
+    """In "go with the pallet" the pallet is on the forks."""
+    return is_company(case.clause) and _is_not_held(case)
+
+
+def _is_not_held(case: CandidateCase) -> Measured:
+    held = case.problem.held
+    return held is not None and case.each(lambda g: [t.id for t in things_of(g)] != [held])
 
 
 def _labels_in(words: Sequence[str], labels: Sequence[str]) -> int:

@@ -2,101 +2,126 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from collections.abc import Set as AbstractSet
-from dataclasses import replace
+from collections.abc import Callable
+from math import log
 
 import numpy as np
 
-from g3.features.batch import FactorBatch
-from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.inference.phrases import (
-    ROWS,
-    is_bare,
-    is_complement,
-    named_places,
-    names_other,
-    names_robot,
-    names_same,
-    names_thing,
-    number_scores,
-)
-from g3.inference.salience import (
-    alone_scores,
-    is_alone,
-    near_scores,
-    side_told_scores,
-    superlative_scores,
-)
-from g3.inference.sides import MISPLACED, counted_scores, side_scores
-from g3.inference.surroundings import Group, Surroundings
-from g3.inference.tree import Tree
+from g3.geometry import BoolArray
+from g3.groundings import Place
+from g3.inference.cases import CandidateCase, FactorCase
+from g3.inference.facing import ROW
+from g3.inference.phrases import names_other, names_robot, names_same, names_thing
+from g3.inference.potentials import Measured, potential
+from g3.inference.surroundings import Group, things_of
 from g3.language.concepts import concepts
 from g3.language.groups import group as group_of
+from g3.language.lexicon import EMPTY, LADEN, PARTS, ROWS, SIDES
 from g3.language.words import bare, field_words
-from g3.sdc import SDC, all_words
 
-UNLIKELY = float(np.log(0.01))
-"""What it costs that "the other truck" is one that was meant before, or a pallet a place."""
-EMPTY = frozenset({"empty", "unloaded", "vacant", "bare"})
-LADEN = frozenset({"loaded", "full", "laden", "occupied", "nonempty", "non-empty"})
-PARTS = frozenset({"end", "side", "part", "half", "corner", "space", "spot", "area", "slot"})
-SIDES = frozenset({"left", "right", "front", "back"})
+UNLIKELY = log(0.01)
 
 
-def barred(sdc: SDC, about: Surroundings) -> Callable[[Group], float]:
-    """What it costs a leaf to be grounded in what it surely isn't.
-
-    What is carried is no landmark of where it goes. "The other truck" is none that was meant
-    before, nor what the load stands on, and "this truck" is one that was. Who has a place's name
-    means that place; else a noun that names no area is no place. "You" is the robot, "the row" is
-    all of a row, nothing stands on "the empty truck", and something does on "the loaded truck".
-    """
-    thing = names_thing(sdc)
-    called = named_places(sdc, (p.name for p in about.state.context.places))
-    robot = {about.state.context.agent_id} if names_robot(sdc) else set()
-    wrong = _wrongly_laden(sdc, about)
-    row = group_of(sdc).collective in ROWS and bool(about.rows)
-    load = {about.load} if about.load else set()
-    same = about.spoken - load if names_same(sdc) else frozenset()
-    meant = about.spoken | {about.carriers.get(i) for i in load} if names_other(sdc) else set()
-
-    def score(group: Group) -> float:
-        places = [g for g in group if isinstance(g, Place)]
-        if called:
-            return 0.0 if any(place.name in called for place in places) else UNLIKELY
-        ids = {g.id for g in group if isinstance(g, PhysicalObject)}
-        if row and frozenset(ids) not in about.rows:
-            return UNLIKELY
-        not_same = bool(same) and not ids <= same
-        not_robot = bool(robot) and ids != robot
-        if (thing and places) or not_same or not_robot or ids & wrong:
-            return UNLIKELY
-        return (MISPLACED if ids & load else 0.0) + (UNLIKELY if ids & meant else 0.0)
-
-    return score
+def _ids(group: Group) -> set[str]:
+    return {thing.id for thing in things_of(group)}
 
 
-def _wrongly_laden(sdc: SDC, about: Surroundings) -> AbstractSet[str]:
-    """Ids of what isn't empty, or isn't loaded, where a leaf's words say so."""
-    words = {bare(word.text) for word in sdc.words}
-    if words & PARTS or not words & (EMPTY | LADEN):
-        return set()
-    laden = set(about.carriers.values())
-    return laden if words & EMPTY else about.surfaces - laden
+def _places(group: Group) -> list[Place]:
+    return [g for g in group if isinstance(g, Place)]
 
 
-def on_scores(sdc: SDC, batch: FactorBatch, about: Surroundings) -> FloatArray:
-    """What it costs each row's figure not to stand on what an OBJECT is on: "the one on the truck".
+def _says(case: CandidateCase, test: Callable[[Group], bool]) -> Measured:
+    """Which candidates a test is true of, where a noun is no place's name."""
+    return not case.called and case.each(test)
 
-    Parameters
-    ----------
-    batch
-        Whose first bodies are the context's objects.
-    """
-    told = concepts(field_words(sdc.relation))
+
+@potential("place-name", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def place_name(case: CandidateCase) -> Measured:
+    """A place is meant by its name, or most of its words: "storage" may be A or B."""
+    called = case.called
+    return bool(called) and case.each(lambda g: not any(p.name in called for p in _places(g)))
+
+
+@potential("no-place", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def no_place(case: CandidateCase) -> Measured:
+    """A noun that names no area, and no place by its name, names things: "the pallet"."""
+    return names_thing(case.sdc) and _says(case, lambda g: bool(_places(g)))
+
+
+@potential("whole-row", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def whole_row(case: CandidateCase) -> Measured:
+    """A row is all that stands in it: "the row"."""
+    if group_of(case.sdc).collective not in ROWS or not case.problem.rows:
+        return False
+    return _says(case, lambda g: frozenset(_ids(g)) not in case.problem.rows)
+
+
+@potential("spoken-of", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def spoken_of(case: CandidateCase) -> Measured:
+    """What is pointed at was spoken of before: "this truck"."""
+    same = case.problem.spoken - {case.problem.load}
+    if not same or not names_same(case.sdc):
+        return False
+    return _says(case, lambda g: not _ids(g) <= same)
+
+
+@potential("other-one", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def other_one(case: CandidateCase) -> Measured:
+    """Another one wasn't spoken of, nor does the load stand on it: "the other truck"."""
+    if not names_other(case.sdc):
+        return False
+    load = case.problem.load
+    meant = case.problem.spoken | ({case.problem.carriers.get(load)} if load else set())
+    return _says(case, lambda g: bool(_ids(g) & meant))
+
+
+@potential("you", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def you(case: CandidateCase) -> Measured:
+    """A word for who is spoken to names the robot: "you"."""
+    robot = {case.problem.state.context.agent_id}
+    return names_robot(case.sdc) and _says(case, lambda g: _ids(g) != robot)
+
+
+def _attributes(case: CandidateCase) -> set[str]:
+    """Words of a noun that are said of all of the thing, not of a part of it."""
+    said = {bare(word.text) for word in case.sdc.words}
+    return set() if said & PARTS else said
+
+
+@potential("empty", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def empty(case: CandidateCase) -> Measured:
+    """Nothing stands on what is empty: "the empty truck"."""
+    if not _attributes(case) & EMPTY:
+        return False
+    laden = set(case.problem.carriers.values())
+    return _says(case, lambda g: bool(_ids(g) & laden))
+
+
+@potential("laden", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def laden(case: CandidateCase) -> Measured:
+    """Something stands on what is loaded: "the loaded truck"."""
+    said = _attributes(case)
+    if said & EMPTY or not said & LADEN:
+        return False
+    bare_ones = case.problem.surfaces - set(case.problem.carriers.values())
+    return _says(case, lambda g: bool(_ids(g) & bare_ones))
+
+
+@potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))
+def load_elsewhere(case: CandidateCase) -> Measured:
+    """What is moved isn't the landmark of where it goes."""
+    return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
+
+
+@potential(
+    "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
+)
+def stands_on(case: FactorCase) -> Measured:
+    """A thing that is "on the truck" stands on it."""
+    told = concepts(field_words(case.sdc.relation))
     if "on" not in told or told & (SIDES | {"between"}):
-        return np.zeros(len(batch))
+        return False
+    batch, about = case.batch, case.problem
     ids = [o.id for o in about.state.context.objects]
     under, surface = np.full((2, len(batch.bodies.z_min)), -1)
     for i, own in enumerate(ids):
@@ -104,50 +129,42 @@ def on_scores(sdc: SDC, batch: FactorBatch, about: Surroundings) -> FloatArray:
         surface[i] = own in about.surfaces
     wrong = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
     wrong &= (under[batch.figure] != batch.landmark) & (batch.figure != batch.landmark)
-    return np.where(wrong & (batch.bodies.count[batch.figure] == 1), UNLIKELY, 0.0)
+    result: BoolArray = wrong & (batch.bodies.count[batch.figure] == 1)
+    return result
 
 
-def unmeant_scores(tree: Tree, node: int, batch: FactorBatch, sizes: Sequence[int]) -> FloatArray:
-    """What it costs rows that an OBJECT's words speak of another number or another thing alike.
-
-    Parameters
-    ----------
-    sizes
-        How many things each row's figure is.
-    """
-    sdc = tree.nodes[node]
-    total = np.zeros(len(batch))
-    if not sdc.figure:
-        total = total + number_scores(sdc, np.array(sizes))
-    if node not in tree.parts:
-        if sdc.landmark1 and not is_complement(sdc):
-            batch = replace(batch, words=[{**words, "figure": ()} for words in batch.words])
-        total = total + side_scores(batch) + counted_scores(batch)
-    return total
+def _number_said(case: FactorCase) -> str:
+    """What a noun says of how many things it names: a row, a count, one, or several."""
+    if case.sdc.figure:
+        return ""
+    said = group_of(case.sdc)
+    if said.collective in ROWS:
+        return "row"
+    if said.count is not None and said.count > 1:
+        return "count"
+    return "one" if said.number == "singular" else "several"
 
 
-def salience_scores(tree: Tree, node: int, batch: FactorBatch, about: Surroundings) -> FloatArray:
-    """What it costs rows that another thing alike is nearer to what a clause is about.
+@potential("row-size", kind="factor", types=("OBJECT",), weight=log(0.001))
+def row_size(case: FactorCase) -> Measured:
+    """A row is three things and more."""
+    return _number_said(case) == "row" and np.less(case.sizes, ROW)
 
-    Or that another one stands more alone where the words say so, or is on the side that the robot
-    has been told to go to.
-    """
-    sdc = tree.nodes[node]
-    total = np.zeros(len(batch))
-    load = None
-    if about.load:
-        load = [o.id for o in about.state.context.objects].index(about.load)
-        if is_bare(sdc) and node not in tree.parts:
-            total = total + near_scores(batch, load)
-    if sdc.type != "OBJECT":
-        return total
-    total = total + superlative_scores(batch)
-    if is_alone(sdc):
-        total = total + alone_scores(batch, load)
-    if (
-        about.told_side
-        and node not in tree.parts
-        and not SIDES & concepts(field_words(all_words(sdc)))
-    ):
-        total = total + side_told_scores(batch, about.told_side)
-    return total
+
+@potential("count", kind="factor", types=("OBJECT",), weight=log(0.001))
+def count(case: FactorCase) -> Measured:
+    """As many things are meant as words say: "both crates"."""
+    said = group_of(case.sdc).count or 0
+    return _number_said(case) == "count" and np.not_equal(case.sizes, said)
+
+
+@potential("singular", kind="factor", types=("OBJECT",), weight=log(0.1))
+def singular(case: FactorCase) -> Measured:
+    """A noun in the singular names one thing."""
+    return _number_said(case) == "one" and np.not_equal(case.sizes, 1)
+
+
+@potential("plural", kind="factor", types=("OBJECT",), weight=log(0.4))
+def plural(case: FactorCase) -> Measured:
+    """A plural names several things, or often one that holds many: "the tires"."""
+    return _number_said(case) == "several" and np.less_equal(case.sizes, 1)

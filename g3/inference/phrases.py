@@ -5,52 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-import numpy as np
-
-from g3.features.bodies import IntArray
 from g3.features.order import is_ordinal
-from g3.groundings import FloatArray
-from g3.inference.facing import ROW
 from g3.language.concepts import concepts
 from g3.language.groups import group, noun_leaf
+from g3.language.lexicon import (
+    AREAS,
+    FLOOR,
+    FORKS,
+    FORMER,
+    IT,
+    OTHERS,
+    ROBOT,
+    STRESSED,
+    TELLING,
+    THESE,
+    VERBS,
+)
 from g3.language.verb_classes import word_class
 from g3.language.words import bare, field_words, figure_words, normalise
 from g3.sdc import SDC, SDCType, all_words
 
-VERBS = frozenset({"placing", "taking", "carrying", "going", "turning", "staying"})
-FLOOR = frozenset({"ground", "floor", "pavement"})
-AREAS = FLOOR | frozenset(
-    normalise(word)
-    for word in (
-        *("area", "space", "spot", "place", "gap", "slot", "location", "position", "region"),
-        *("zone", "bay", "aisle"),
-    )
-)
-TELLING = frozenset(
-    normalise(word)
-    for word in (
-        *("other", "another", "same", "this", "that", "empty", "full", "loaded", "single"),
-        *("lonely", "only", "tall", "big", "small"),
-    )
-)
-PRONOUNS = frozenset({"it", "them", "they", "itself"})
-YOU = frozenset({"you", "your", "me", "my"})
-ROBOT = frozenset({"you", "yourself", "me", "myself", "i", "we", "us"})
-FORMER = frozenset({"old", "original", "previous", "former", "initial", "starting"})
-FORKS = frozenset(normalise(word) for word in ("fork", "forks"))
-THESE = frozenset({"this", "that", "these", "those"})
-ROWS = frozenset({"row", "line", "column", "series"})
-OTHERS = frozenset({"other", "another"})
 ALIKE = 0.8
 """Words so alike are one, misspelt (:mod:`difflib`)."""
-MISCOUNTED = float(np.log(0.1))
-OTHER_NUMBER = float(np.log(0.001))
-"""What it costs that a group isn't of the number, or no row, that words speak of."""
-ONE_FOR_MANY = float(np.log(0.4))
-"""A plural often names one thing that holds many: "the tires"."""
-STRESSED = frozenset(
-    normalise(word) for word in ("in", "next", "beside", "by", "behind", "near", "there")
-)
 
 
 def verb_class(sdc: SDC) -> str:
@@ -126,18 +102,6 @@ def names_other(sdc: SDC) -> bool:
     return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
 
 
-def number_scores(sdc: SDC, sizes: IntArray) -> FloatArray:
-    """What it costs groups of some sizes (n,) that a noun speaks of another number; shape (n,)."""
-    said = group(sdc)
-    if said.collective in ROWS:
-        return np.where(sizes >= ROW, 0.0, OTHER_NUMBER)
-    if said.count is not None and said.count > 1:
-        return np.where(sizes == said.count, 0.0, OTHER_NUMBER)
-    if said.number == "singular":
-        return np.where(sizes == 1, 0.0, MISCOUNTED)
-    return np.where(sizes > 1, 0.0, ONE_FOR_MANY)
-
-
 def names_origin(sdc: SDC) -> bool:
     """Whether a leaf names where something was at first: "its old position"."""
     words = {bare(word.text) for word in sdc.words}
@@ -179,7 +143,7 @@ def names_robot(sdc: SDC) -> bool:
 def is_pronoun(sdc: SDC) -> bool:
     """Whether an OBJECT is a pronoun that stands for something spoken of before."""
     words = [w.text.lower().strip(".,;:!") for w in sdc.words]
-    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in PRONOUNS
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in IT
 
 
 def told(words: tuple[str, ...]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import log
 
 import numpy as np
 
@@ -14,18 +15,16 @@ from g3.features.named import named
 from g3.features.ranks import local_centres
 from g3.geometry import BoolArray, convex_hull, point_gap, rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
-from g3.inference.candidates import GROUND_M, beneath
+from g3.inference.candidates import GROUND_M, carrier
+from g3.inference.cases import FactorCase, SpotCase
 from g3.inference.facing import facing, turned
-from g3.inference.phrases import FLOOR
-from g3.inference.rows import ENDS, row_scores
-from g3.inference.sides import MISPLACED
-from g3.inference.state import State, centres
+from g3.inference.potentials import HARD, Measured, potential
+from g3.inference.state import centres
 from g3.language.concepts import CONCEPTS, concepts
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import BEHIND, BESIDE, ENDS, FLOOR, NEARER
+from g3.language.words import field_words
 from g3.sdc import SDC, all_words
 
-BESIDE = frozenset({"near", "left", "right", "front", "back", "between"})
-BEHIND = frozenset({normalise("behind")})
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
 """Where the left, right, front and far side of a thing are for who looks along the first axis."""
 SAME_SPOT_M = 1.5
@@ -34,8 +33,6 @@ ROBOT_M = 1.5
 """Nearer than this to where the robot is it can put nothing."""
 AWAY_M = 5.0
 """What is only told by the robot is the less likely meant by e, each time it is so much further."""
-AHEAD = 1.0
-"""What it costs a place to be aside of where something is, not ahead; behind twice as much."""
 ASIDE = 0.5
 """A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
 
@@ -56,31 +53,6 @@ def on_ground(words: SDC, relation: SDC) -> bool:
     return "on" not in told and bool(told & BESIDE)
 
 
-def place_scores(
-    sdc: SDC, batch: FactorBatch, ground: float, origin: FloatArray | None = None
-) -> FloatArray:
-    """What it costs rows (n,) of a PLACE's factor that its words say otherwise.
-
-    Parameters
-    ----------
-    sdc
-        The PLACE.
-    batch
-        Places as figures, with landmarks.
-    ground
-        Height of the ground.
-    origin
-        Where what goes there is, shape (2,); the robot if it goes there itself.
-    """
-    total = place_side_scores(batch, origin) + row_scores(batch) + far_scores(batch, origin)
-    high = batch.bodies.z_min[batch.figure] > ground + GROUND_M
-    if on_ground(sdc, sdc):
-        return total + np.where(high, MISPLACED, 0.0)
-    if is_on_top(sdc):
-        return total + np.where(_about_thing(batch) & ~high, MISPLACED, 0.0)
-    return total
-
-
 def is_on_top(sdc: SDC) -> bool:
     """Whether words say that something is to be on a thing: on the truck, not on its left."""
     told = concepts(field_words(sdc.relation))
@@ -95,14 +67,38 @@ def _about_thing(batch: FactorBatch) -> BoolArray:
     return result
 
 
-def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
-    """What it costs places (n,) that they aren't on the side of a thing that words name.
+@potential("floor", kind="factor", types=("PLACE",), weight=log(0.05))
+def floor(case: FactorCase) -> Measured:
+    """A place on the ground, or beside something, isn't on top of a thing."""
+    return on_ground(case.sdc, case.sdc) and _is_high(case)
+
+
+@potential(
+    "on-top", kind="factor", types=("PLACE",), roles=("figure", "landmark"), weight=log(0.05)
+)
+def on_top(case: FactorCase) -> Measured:
+    """A place "on the truck" is on top of it."""
+    if on_ground(case.sdc, case.sdc) or not is_on_top(case.sdc):
+        return False
+    return _about_thing(case.batch) & ~_is_high(case)
+
+
+def _is_high(case: FactorCase) -> BoolArray:
+    """Which rows' places aren't on the ground."""
+    high: BoolArray = case.batch.bodies.z_min[case.batch.figure] > case.floor + GROUND_M
+    return high
+
+
+@potential("place-side", kind="factor", types=("PLACE",), weight=log(0.05))
+def place_side(case: FactorCase) -> Measured:
+    """A place is on the side of its landmark that words name: "to the right of the pallet".
 
     The right of a pallet is where it is for who faces the row of its like; its front is the side
     of who speaks, and the far side is behind it. The right of several things is beyond all of
-    them. The robot has its own sides. Where there is no landmark they are those of the origin, for
-    who looks as the robot does: "two metres to the right".
+    them. The robot has its own sides. Where there is no landmark they are those of what goes there,
+    for who looks as the robot does: "two metres to the right".
     """
+    batch = case.batch
     wanted = _sides(batch)
     bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
     robot = mark == batch.agent_body
@@ -110,9 +106,9 @@ def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> F
     told &= robot | bodies.labels[mark].any(axis=1)
     told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
     if not told.any():
-        return np.zeros(len(batch))
+        return False
     middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
-    middle = np.where((batch.landmark < 0)[:, None], _seen(batch, origin), middle)
+    middle = np.where((batch.landmark < 0)[:, None], _seen(batch, case.origin), middle)
     peers = local_centres(batch, batch.peers)
     alike = (bodies.labels[batch.peers] & bodies.labels[mark][:, None]).any(axis=2)
     ahead, _ = facing(middle, peers, alike & (batch.peers != mark[:, None]))
@@ -128,20 +124,35 @@ def place_side_scores(batch: FactorBatch, origin: FloatArray | None = None) -> F
     if several.any():
         beyond = np.nan_to_num(_beyond(batch, mark, place, ahead, way), nan=np.inf).min(axis=1)
         wrong |= several & (beyond < 0)
-    return np.where(told & wrong, MISPLACED, 0.0)
+    result: BoolArray = told & wrong
+    return result
 
 
-def far_scores(batch: FactorBatch, origin: FloatArray | None = None) -> FloatArray:
-    """What it costs places (n,) to be far from the robot or from the origin, and not ahead of it.
+@potential("near", kind="factor", types=("PLACE",), weight=-1.0)
+def near(case: FactorCase) -> FloatArray:
+    """A place without a landmark, or with the robot as its landmark, is near."""
+    bare, way = _way_to(case)
+    robot = case.batch.landmark == case.batch.agent_body
+    return np.where(bare | robot, np.linalg.norm(way, axis=1) / AWAY_M, 0.0)
 
-    Only where nothing else tells of them.
-    """
-    bare, robot = batch.landmark < 0, batch.landmark == batch.agent_body
-    place = local_centres(batch, batch.figure)
-    way = np.where(bare[:, None], place - _seen(batch, origin), place)
+
+@potential("ahead", kind="factor", types=("PLACE",), weight=-1.0)
+def ahead(case: FactorCase) -> FloatArray:
+    """A place without a landmark is ahead rather than aside, and aside rather than behind."""
+    bare, way = _way_to(case)
     away = np.linalg.norm(way, axis=1)
-    aside = np.where(bare, 1 - way[:, 0] / np.maximum(away, 1e-9), 0.0)
-    return np.where(bare | robot, -away / AWAY_M - AHEAD * aside, 0.0)
+    return np.where(bare, 1 - way[:, 0] / np.maximum(away, 1e-9), 0.0)
+
+
+def _way_to(case: FactorCase) -> tuple[BoolArray, FloatArray]:
+    """Which rows have no landmark, (n,), and the way to each row's place, (n, 2).
+
+    It begins at the robot, or without a landmark where what goes there is.
+    """
+    batch = case.batch
+    bare = batch.landmark < 0
+    place = local_centres(batch, batch.figure)
+    return bare, np.where(bare[:, None], place - _seen(batch, case.origin), place)
 
 
 def _seen(batch: FactorBatch, origin: FloatArray | None) -> FloatArray:
@@ -176,26 +187,44 @@ def _beyond(
     return further
 
 
-def carrier(state: State, object_id: str) -> PhysicalObject | None:
-    """What an object stands on; None for the ground."""
-    return beneath(Place(state.thing(object_id).prism), state, object_id)
-
-
-def free_places(places: Sequence[Place], state: State, load: str) -> list[Place]:
-    """Where a load can be put: where nothing stands, nor the robot, and it hasn't stood itself."""
-    middles = centres([place.prism for place in places])
+@potential("room", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def room(case: SpotCase) -> BoolArray:
+    """Nothing stands where a load is put."""
+    state, load = case.problem.state, case.problem.load
+    middles = centres([spot.prism for spot in case.spots])
     low = middles.min(axis=0, initial=np.inf) - FREE_M
     high = middles.max(axis=0, initial=-np.inf) + FREE_M
-    bottoms = np.array([place.prism.z_min for place in places])
-    free = np.linalg.norm(middles - state.pose[:2], axis=1) > ROBOT_M
+    bottoms = np.array([spot.prism.z_min for spot in case.spots])
+    taken = np.zeros(len(middles), dtype=bool)
     for thing in recorded(state.context).objects:
         xy = thing.prism.xy
         if thing.id != load and (xy.min(axis=0) <= high).all() and (xy.max(axis=0) >= low).all():
             blocked = _gaps(middles, thing.prism) <= FREE_M
-            free &= ~(blocked & (thing.prism.z_max > bottoms + 0.3))
-    if load != state.held:
-        free &= ~stands_at(places, state.thing(load), carrier(state, load))
-    return [place for place, is_free in zip(places, free, strict=True) if is_free]
+            taken |= blocked & (thing.prism.z_max > bottoms + 0.3)
+    return taken
+
+
+@potential("off-robot", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def off_robot(case: SpotCase) -> BoolArray:
+    """The robot doesn't stand where it puts a load."""
+    middles = centres([spot.prism for spot in case.spots])
+    near: BoolArray = np.linalg.norm(middles - case.problem.state.pose[:2], axis=1) <= ROBOT_M
+    return near
+
+
+@potential("elsewhere", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def elsewhere(case: SpotCase) -> Measured:
+    """A load isn't put where it stands, nor on what it stands on."""
+    state, load = case.problem.state, case.problem.load
+    if load is None or load == state.held:
+        return False
+    return stands_at(case.spots, state.thing(load), carrier(state, load))
+
+
+@potential("closer", kind="spot", types=("PLACE",), weight=log(0.5))
+def closer(case: SpotCase) -> Measured:
+    """A place closer to something is one step on the way there, rather than two."""
+    return bool(NEARER.intersection(case.relation)) and np.arange(1.0, len(case.spots) + 1)
 
 
 def _gaps(points: FloatArray, prism: Prism) -> FloatArray:

@@ -10,12 +10,12 @@ from g3.inference import trajectories
 from g3.inference.actions import Action, Focus, Group, action_kind
 from g3.inference.candidates import is_open, spots_about, spots_of_robot
 from g3.inference.state import State
+from g3.language.lexicon import PEOPLE
 
 TURNS = (np.pi / 2, -np.pi / 2, np.pi)
 STRAIGHT_M = 4.0
 HEAVIEST_M2 = 4.0
 """Things with a larger footprint are no loads."""
-PEOPLE = frozenset({"person", "man", "woman", "human", "worker", "pedestrian"})
 
 
 @action_kind("wait", trajectories.wait)

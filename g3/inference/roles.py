@@ -11,13 +11,10 @@ from g3.inference.phrases import (
 )
 from g3.inference.tree import Tree
 from g3.language.concepts import concepts
+from g3.language.lexicon import BESIDE, FILLING, HANDLING_VERBS, LEAVING, UNTIL, YOU
 from g3.language.words import bare, field_words
 from g3.sdc import SDC, Field, all_words
 
-WHERE = frozenset({"left", "right", "front", "back", "between", "near"})
-UNTIL = frozenset({"until", "till", "when"})
-FILLING = frozenset({"load", "fill", "stack"})
-LEAVING = frozenset({"leave", "leaving"})
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 
 
@@ -39,7 +36,7 @@ def is_goal(path: SDC) -> bool:
 
 def tells_place(path: SDC) -> bool:
     """Whether a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
-    return bool(path.landmark1) and bool(WHERE & concepts(field_words(path.relation)))
+    return bool(path.landmark1) and bool(BESIDE & concepts(field_words(path.relation)))
 
 
 def objects(tree: Tree, root: int) -> list[int]:
@@ -54,6 +51,14 @@ def objects(tree: Tree, root: int) -> list[int]:
     if len(found) == 2 and "with" in words and words & FILLING:
         found = found[::-1]
     return [*subjects(tree, root), *found]
+
+
+def landmark_nodes(tree: Tree, node: int) -> list[int]:
+    """OBJECTs and PLACEs that a clause's relation leads to, or those of the PATHs in it."""
+    below = tree.below(node, _ARGUMENTS, "OBJECT", "PLACE")
+    found = [n for n in below if not is_measure(tree.nodes[n])]
+    paths = tree.below(node, _ARGUMENTS, "PATH")
+    return found or [n for p in paths for n in tree.below(p, _ARGUMENTS, "OBJECT", "PLACE")]
 
 
 def subjects(tree: Tree, root: int) -> list[int]:
@@ -136,3 +141,30 @@ def is_itself_put_later(tree: Tree, root: int) -> bool:
 def _later_putting(tree: Tree, root: int) -> int | None:
     later = range(root + 1, len(tree.sdcs))
     return next((n for n in later if "placing" in verb_class(tree.nodes[n])), None)
+
+
+def told_side(tree: Tree, root: int) -> str:
+    """The side that the robot has been told to go to when a clause begins, or is in it.
+
+    "Swing left and proceed to the truck" speaks of a truck on the left. What something is picked
+    up from or put down at tells nothing of the next thing.
+    """
+    found = ""
+    for node in range(root + 1):
+        verb = set(verb_class(tree.nodes[node]).split("+"))
+        if node < root and verb & HANDLING_VERBS:
+            found = ""
+        if tree.nodes[node].type == "EVENT" and (node == root or verb & {"going", "turning"}):
+            named = _own_words(tree, node) & {"left", "right"}
+            found = named.pop() if len(named) == 1 else found
+    return found
+
+
+def _own_words(tree: Tree, root: int) -> set[str]:
+    """Concepts of an EVENT and of what in it has no landmark but who is spoken to."""
+    told: set[str] = set(concepts(field_words(tree.nodes[root].relation)))
+    for node in tree.below(root, ("l", "l2"), "PATH", "PLACE"):
+        marks = [w.text.lower() for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
+        if not marks or YOU.intersection(marks):
+            told |= concepts(field_words(all_words(tree.nodes[node])))
+    return told

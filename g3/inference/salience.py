@@ -6,27 +6,22 @@ from its like, and who swings left comes to the one on the left.
 
 from __future__ import annotations
 
+from math import log
+
 import numpy as np
 
-from g3.features.batch import FactorBatch
 from g3.features.order import rivals
 from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
-from g3.groundings import FloatArray
-from g3.inference.sides import MISPLACED
+from g3.geometry import BoolArray
+from g3.inference.cases import FactorCase
+from g3.inference.phrases import is_bare
+from g3.inference.potentials import Measured, potential
+from g3.language.concepts import concepts
 from g3.language.groups import noun_leaf
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import ALONE, FARTHEST, NEAREST, SELVES, SIDES
+from g3.language.words import field_words
 from g3.sdc import SDC, all_words
 
-FARTHER = float(np.log(0.1))
-"""What it costs that a thing alike is nearer to the load."""
-
-
-ALONE = frozenset(
-    normalise(word) for word in ("alone", "lone", "lonely", "single", "solitary", "isolated")
-)
-NEAREST = frozenset(normalise(word) for word in ("nearest", "closest"))
-FARTHEST = frozenset(normalise(word) for word in ("farthest", "furthest"))
-SELVES = frozenset({"itself", "themselves"})
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 
@@ -38,14 +33,12 @@ def is_alone(sdc: SDC) -> bool:
     return bool(ALONE.intersection(own)) or bool(SELVES.intersection(marks))
 
 
-def alone_scores(batch: FactorBatch, load: int | None) -> FloatArray:
-    """What it costs each row's figure that another thing alike is further from all its like.
-
-    Parameters
-    ----------
-    load
-        A body that doesn't count, for it will stand elsewhere.
-    """
+@potential("alone", kind="factor", types=("OBJECT",), weight=log(0.1))
+def alone(case: FactorCase) -> Measured:
+    """Nothing alike is further from its like than "the lonely one"."""
+    if not is_alone(case.sdc):
+        return False
+    batch, load = case.batch, case.load
     bodies, peers = batch.bodies, batch.peers
     alike = (bodies.labels[peers] & bodies.labels[batch.figure][:, None]).any(axis=2)
     alike &= (peers != batch.figure[:, None]) & (peers != load)
@@ -55,41 +48,57 @@ def alone_scores(batch: FactorBatch, load: int | None) -> FloatArray:
     both = seen[:, :, None] & seen[:, None] & ~np.eye(body.shape[1], dtype=bool)
     nearest = np.where(both, gap, np.inf).min(axis=2)
     nearest[np.isinf(nearest)] = -np.inf
-    crowded = seen[:, 0] & (nearest[:, 0] < nearest.max(axis=1) - SAME_PLACE_M)
-    return np.where(crowded, FARTHER, 0.0)
+    crowded: BoolArray = seen[:, 0] & (nearest[:, 0] < nearest.max(axis=1) - SAME_PLACE_M)
+    return crowded
 
 
-def superlative_scores(batch: FactorBatch) -> FloatArray:
-    """What it costs each row's figure that another thing alike is nearer to its landmark.
-
-    Where words say that it is the nearest, or that it is the farthest and another is farther.
-    """
+@potential(
+    "superlative",
+    kind="factor",
+    types=("OBJECT",),
+    roles=("figure", "landmark"),
+    weight=2 * log(0.05),
+)
+def superlative(case: FactorCase) -> Measured:
+    """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest"."""
+    batch = case.batch
     relations = [words.get("relation", ()) for words in batch.words]
     sign = np.array(
         [float(bool(NEAREST.intersection(r))) - bool(FARTHEST.intersection(r)) for r in relations]
     )[batch.factor]
     told = (sign != 0) & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
     if not told.any():
-        return np.zeros(len(batch))
+        return False
     bodies = batch.bodies
     mark = bodies.centre[batch.landmark]
     own = np.linalg.norm(bodies.centre[batch.figure] - mark, axis=-1)
     others = np.linalg.norm(bodies.centre[batch.peers] - mark[:, None], axis=-1)
     rival = rivals(batch) & (batch.peers != batch.landmark[:, None])
     beaten = (rival & (sign[:, None] * (own[:, None] - others) > SAME_PLACE_M)).any(axis=1)
-    return np.where(told & beaten & (bodies.count[batch.figure] == 1), 2 * MISPLACED, 0.0)
+    result: BoolArray = told & beaten & (bodies.count[batch.figure] == 1)
+    return result
 
 
-def side_told_scores(batch: FactorBatch, side: str) -> FloatArray:
-    """What it costs each row's figure to lie on the other side than the robot is told to go to."""
-    own = local_centres(batch, batch.figure)
+@potential("told-side", kind="factor", types=("OBJECT", "PLACE"), weight=log(0.1))
+def told_side(case: FactorCase) -> Measured:
+    """What the robot comes to after "swing left" isn't on its right."""
+    told = case.problem.told_side
+    if not told or case.is_part or case.sdc.type != "OBJECT":
+        return False
+    if SIDES & concepts(field_words(all_words(case.sdc))):
+        return False
+    own = local_centres(case.batch, case.batch.figure)
     leftward = own[:, 1] / np.maximum(np.linalg.norm(own, axis=1), 1e-9)
-    opposite = (leftward if side == "left" else -leftward) < -OPPOSITE
-    return np.where(opposite & ~is_robot(batch), FARTHER, 0.0)
+    opposite: BoolArray = (leftward if told == "left" else -leftward) < -OPPOSITE
+    return opposite & ~is_robot(case.batch)
 
 
-def near_scores(batch: FactorBatch, load: int) -> FloatArray:
-    """What it costs each row's figure that another thing alike is nearer to the body ``load``."""
+@potential("near-load", kind="factor", types=("OBJECT",), weight=log(0.1))
+def near_load(case: FactorCase) -> Measured:
+    """Of things alike the landmark is nearest to what is moved: "next to the pallet"."""
+    batch, load = case.batch, case.load
+    if load is None or case.is_part or not is_bare(case.sdc):
+        return False
     labels = batch.bodies.labels
     alike = (labels[batch.peers] & labels[batch.figure][:, None]).any(axis=2)
     rival = rivals(batch) & alike & (batch.peers != load)
@@ -98,4 +107,5 @@ def near_scores(batch: FactorBatch, load: int) -> FloatArray:
     others = np.linalg.norm(local_centres(batch, batch.peers) - middle[:, None], axis=-1)
     farther = (rival & (others < own[:, None] - SAME_PLACE_M)).any(axis=1)
     farther &= (batch.bodies.count[batch.figure] == 1) & ~is_robot(batch)
-    return np.where(farther, FARTHER, 0.0)
+    result: BoolArray = farther
+    return result

@@ -20,22 +20,14 @@ from g3.features.bodies import IntArray
 from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
 from g3.inference.actions import Action, possible_actions, result
 from g3.inference.arguments import Arguments, arguments, combine, focus_of
-from g3.inference.changes import beside_scores, change_scores, source_scores
-from g3.inference.clauses import Asked, goal_scores, verb_scores
+from g3.inference.cases import ActionCase, PathCase
 from g3.inference.costs import Cost, Scorer
-from g3.inference.directions import direction_scores, told_side
 from g3.inference.explanation import reasons_against, told_besides, weightiest
 from g3.inference.leaves import leaf_scores
 from g3.inference.motions import Motions
 from g3.inference.phrases import is_pronoun, is_there, names_other, names_same
-from g3.inference.roles import (
-    is_itself_put_later,
-    is_put_later,
-    leaves_open,
-    names_own_forks,
-    spares,
-    subjects,
-)
+from g3.inference.potentials import added, added_by
+from g3.inference.roles import leaves_open, told_side
 from g3.inference.scene import Group
 from g3.inference.scoring import Reason
 from g3.inference.stage import PathFactor, Stage, Trial, event_batch, path_batch
@@ -79,6 +71,8 @@ class Hypothesis:
     choices
         What clauses could be grounded in, by node, the best first: each with the score of the best
         that could be done then, after the plan's earlier clauses.
+    problems
+        Where reasons are asked for, what clauses were grounded in.
     """
 
     score: float
@@ -89,6 +83,15 @@ class Hypothesis:
     goals: tuple[Group, ...] = ()
     reasons: Mapping[int, Reasons] = field(default_factory=dict)
     choices: Mapping[int, Choices] = field(default_factory=dict)
+    problems: Mapping[int, Surroundings] = field(default_factory=dict)
+
+
+def _problems(
+    found: Arguments, theme: Candidate | None, goal: Candidate | None
+) -> dict[int, Surroundings]:
+    """What the clauses of a theme and of a goal were grounded in."""
+    pairs = ((theme, found.problem), (goal, found.toward))
+    return {n: problem for part, problem in pairs if part and problem for n in part.nodes}
 
 
 def extend(
@@ -108,21 +111,21 @@ def extend(
     theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
     goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
-    besides: dict[str, FloatArray] = {"goal": goal_score[rows.goal]}
-    if not forbidden:
-        unusual = _unusual(tree, root, found, actions, state, start=about.state)
-        besides |= {name: scores[rows.action] for name, scores in unusual.items()}
-        total = total + np.sum(list(unusual.values()), axis=0)[rows.action]
+    asked = ActionCase(tree, root, state, found, actions, about)
+    ruled = {} if forbidden else added_by(asked)
+    total = total + sum(ruled.values(), np.zeros(len(actions)))[rows.action]
     goal_path = np.zeros(len(batch))
     if found.goal_path >= 0:
         goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)
         total = total + goal_path
     chosen: dict[int, tuple[FloatArray, IntArray]] = {}
     for path, bodies in marks.items():
-        unlike = source_scores(tree.nodes[path], state, actions, found.paths[path])
-        chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, found.paths[path], unlike)
+        case = PathCase(tree, path, state, actions, found.paths[path], about)
+        chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, case.marks, added(case))
         total = total + chosen[path][0][rows.action]
     order = np.argsort(-total, kind="stable")
+    besides = {name: scores[rows.action] for name, scores in ruled.items()}
+    besides["goal"] = goal_score[rows.goal]
     ranked = _Ranked(actions, rows.action[order], order, besides)
     factors = _factors(tree, root, found, stage, batch) if about.explain else []
     choices = _choices([(found.themes, rows.theme), (found.goals, rows.goal)], total)
@@ -156,6 +159,7 @@ def extend(
             (*before.goals, *((goal.group,) if goal else ())),
             {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
             {**before.choices, **choices},
+            {**before.problems, **_problems(found, theme, goal)} if about.explain else {},
         )
 
 
@@ -182,40 +186,6 @@ def _choices(
                 before = known[key][1] if key in known else -np.inf
                 known[key] = group, max(before, float(own.max()))
     return {n: tuple(sorted(known.values(), key=lambda c: -c[1])) for n, known in best.items()}
-
-
-def _unusual(
-    tree: Tree,
-    root: int,
-    found: Arguments,
-    actions: Sequence[Action],
-    state: State,
-    *,
-    start: State,
-) -> dict[str, FloatArray]:
-    """What words rule out of actions (n,), by what it is about; each (n,)."""
-    asked = _asked(tree, root, found, state, start=start)
-    return {
-        "verb": verb_scores(tree.nodes[root], [a.kind for a in actions], asked),
-        "change": change_scores(start, actions),
-        "way": direction_scores(tree, root, actions),
-        "reaching": goal_scores(tree, found.goal_path, actions),
-        "beside": beside_scores(tree, state, actions, found.goal_path, found.goals),
-    }
-
-
-def _asked(tree: Tree, root: int, found: Arguments, state: State, *, start: State) -> Asked:
-    return Asked(
-        theme=found.themes != (None,),
-        leads=found.goals != (None,) and not is_put_later(tree, root),
-        at_place=found.goal_path < 0,
-        held=state.held,
-        taken=state.held not in (None, start.held),
-        put_later=is_itself_put_later(tree, root),
-        subject=bool(subjects(tree, root)),
-        forks=names_own_forks(tree, root),
-        spared=spares(tree, root, state.held),
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,7 +226,7 @@ def _reasons(
     rival = ranked.actions[int(ranked.action[best])]
     besides = {name: float(x[rows[0]] - x[rows[1]]) for name, x in ranked.besides.items()}
     reasons = [r for batch in factors for r in reasons_against(batch, rows, cost)]
-    return {root: (rival, tuple(weightiest([*reasons, *told_besides(besides)])))}
+    return {root: (rival, tuple(weightiest([*reasons, *told_besides(besides.items())])))}
 
 
 def _differs(action: Action, other: Action) -> bool:
@@ -335,6 +305,7 @@ def search(
                     goals=goals,
                     spoken=meant_before,
                     load=before.state.held,
+                    held=before.state.held,
                     told_side=told_side(tree, root),
                 )
                 grounded[key] = arguments(tree, root, around)

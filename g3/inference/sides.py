@@ -7,6 +7,9 @@ around they speak as they stand.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import log
+
 import numpy as np
 
 from g3.features.batch import FactorBatch, WordField
@@ -15,26 +18,32 @@ from g3.features.order import DIRECTIONS, all_ordinals, extents, ordinals, rival
 from g3.features.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.geometry import BoolArray
 from g3.groundings import FloatArray
+from g3.inference.cases import FactorCase
 from g3.inference.facing import facing, turned
+from g3.inference.potentials import potential
 from g3.language.concepts import CONCEPTS, concepts
 
-MISPLACED = float(np.log(0.05))
-"""What it costs that a thing isn't the one that words single out."""
-COUNTED = 3 * MISPLACED
-"""What it costs that several things aren't those that words count."""
 DOUBTFUL = 0.3
 """Of things all around one is further to a side if the sines of their directions differ so much."""
 _FIELDS: tuple[WordField, ...] = ("figure", "relation")
 
 
-def side_scores(batch: FactorBatch) -> FloatArray:
-    """What it costs each row of a batch that its figure isn't the one singled out; shape (n,).
+@dataclass(frozen=True, slots=True, eq=False)
+class _SingledOut:
+    """Which rows' figures aren't those that words single out, by what singles them out; each (n,).
 
     Words do so that have no landmark but the robot, or the row that the thing stands in. "The
     second from the left" isn't the leftmost, "the second on the left" is counted from there too,
-    and on "the far left" it's the side that counts. Sides cost twice as much: how things lie for
-    the robot, which is what the model has learned of them, says little of how they lie in a row.
+    and on "the far left" it's the side that counts.
     """
+
+    side: BoolArray
+    number: BoolArray
+    middle: BoolArray
+    aside: BoolArray
+
+
+def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     free = (batch.landmark < 0) | (batch.landmark == batch.agent_body) | is_member(batch)
     wanted = named(batch, ("figure",)) | (named(batch, _FIELDS) & free[:, None])
     direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
@@ -45,38 +54,69 @@ def side_scores(batch: FactorBatch) -> FloatArray:
     inner = [concepts(w.get("landmark", ())) == {"between"} for w in batch.words]
     middle = named(batch, ("figure",))[:, CONCEPTS.index("between")] | np.array(inner)[batch.factor]
     if not (direction.any() or number.any() or middle.any()):
-        return np.zeros(len(batch))
+        return None
     rival = rivals(batch)
     ahead = _further(batch, rival)
-    first = (direction & (ahead > 0)).any(axis=1)
+    beaten = (direction & (ahead > 0)).any(axis=1)
     left, right = (ahead[:, DIRECTIONS.index(side)] for side in ("left", "right"))
-    first |= middle & (np.abs(left - right) > 1)
+    outer = middle & (np.abs(left - right) > 1)
     counted = direction.copy()
     counted[:, DIRECTIONS.index("near")] |= ~aside
     other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
-    wrong = np.where(number > 0, other, first) & rival.any(axis=1)
-    wrong &= ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
-    return np.where(wrong, MISPLACED * (1 + aside), 0.0)
+    told = rival.any(axis=1) & ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
+    plain = told & (number == 0)
+    return _SingledOut(plain & beaten, told & (number > 0) & other, plain & outer & ~beaten, aside)
 
 
-def counted_scores(batch: FactorBatch) -> FloatArray:
-    """What it costs several things not to be those that words count: "the first and second".
+def _wrong(case: FactorCase, which: str) -> FloatArray:
+    """Rows that words don't single out, sides twice.
 
-    Counted from the side that is named, or from the robot, among all things alike.
+    How things lie for the robot, which is what the model has learned of sides, says little of how
+    they lie in a row.
     """
-    total = np.zeros(len(batch))
+    if case.is_part:
+        return case.nothing
+    found = case.own_batch.once(_singled_out, _singled_out)
+    return case.nothing if found is None else getattr(found, which) * (1.0 + found.aside)
+
+
+@potential("side", kind="factor", types=("OBJECT",), weight=log(0.05))
+def side(case: FactorCase) -> FloatArray:
+    """Nothing alike is further to the side that words name: "the leftmost pallet"."""
+    return _wrong(case, "side")
+
+
+@potential("ordinal", kind="factor", types=("OBJECT",), weight=log(0.05))
+def ordinal(case: FactorCase) -> FloatArray:
+    """A thing stands where words count to: "the second from the left"."""
+    return _wrong(case, "number")
+
+
+@potential("middle", kind="factor", types=("OBJECT",), weight=log(0.05))
+def middle(case: FactorCase) -> FloatArray:
+    """As many things alike are on the one side as on the other: "the middle pallet"."""
+    return _wrong(case, "middle")
+
+
+@potential("counted-things", kind="factor", types=("OBJECT",), weight=3 * log(0.05))
+def counted_things(case: FactorCase) -> FloatArray:
+    """Several things are those that words count among all alike: "the first and second".
+
+    Counted from the side that is named, or from the robot.
+    """
+    total, batch = case.nothing, case.own_batch
     bodies = batch.bodies
     numbers = all_ordinals(batch, "figure")
     several = np.array([len(own) > 1 for own in numbers])[batch.factor]
     rows = np.flatnonzero(several & (bodies.count[batch.figure] > 1))
-    if not len(rows):
+    if not len(rows) or case.is_part:
         return total
     wanted = named(batch, _FIELDS)[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
     wanted[:, DIRECTIONS.index("near")] |= ~wanted.any(axis=1)
     alike = (bodies.labels[batch.peers] == bodies.labels[batch.figure][:, None]).all(axis=2)
     alike &= (batch.peers >= 0) & (bodies.count[batch.peers] == 1)
-    middle, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
-    ahead, _ = facing(middle, others, alike)
+    middles, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
+    ahead, _ = facing(middles, others, alike)
     extent = np.where(alike[..., None], _extents(others, turned(others, ahead[:, None])), -np.inf)
     for i in rows:
         order = np.argsort(-extent[i, :, wanted[i].argmax()], kind="stable")[: alike[i].sum()]
@@ -84,8 +124,7 @@ def counted_scores(batch: FactorBatch) -> FloatArray:
         members = bodies.members[batch.figure[i]]
         gap = np.linalg.norm(members[:, None] - counted, axis=-1)
         _, rank = np.nonzero(gap < SAME_PLACE_M)
-        if set((rank + 1).tolist()) != numbers[batch.factor[i]]:
-            total[i] = COUNTED
+        total[i] = set((rank + 1).tolist()) != numbers[batch.factor[i]]
     return total
 
 

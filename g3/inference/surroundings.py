@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from g3.groundings import FloatArray, Grounding
-from g3.inference.candidates import is_surface, rows_of
+from g3.groundings import FloatArray, Grounding, PhysicalObject
+from g3.inference.candidates import carrier, is_surface, rows_of
 from g3.inference.costs import Cost
-from g3.inference.places import carrier
 from g3.inference.scene import Scene
 from g3.inference.state import State
 
@@ -18,6 +17,16 @@ Group = tuple[Grounding, ...]
 WIDTH = 20
 """The paper's beam width."""
 LANDMARKS = 6
+
+
+def things_of(group: Group) -> list[PhysicalObject]:
+    """The objects of a grounding."""
+    return [g for g in group if isinstance(g, PhysicalObject)]
+
+
+def group_key(group: Group) -> tuple[object, ...]:
+    """What tells groups of other things apart."""
+    return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +71,8 @@ class Surroundings:
         Ids of what earlier clauses mean.
     load
         Id of what the clause moves: it goes where there is room for it, and is no landmark of that.
+    held
+        Id of what is on the forks when the clause begins.
     width
         Width of the beams.
     landmarks
@@ -72,6 +83,8 @@ class Surroundings:
         Ids of objects that clauses are known to mean.
     explain
         Whether reasons are asked for.
+    disabled
+        Names of potentials that are switched off.
     leaves
         What is known of OBJECTs without others below, by node: the log-probabilities of their
         factors with each of the scene's groups.
@@ -85,11 +98,13 @@ class Surroundings:
     goals: tuple[Group, ...] = ()
     spoken: frozenset[str] = frozenset()
     load: str | None = None
+    held: str | None = None
     width: int = WIDTH
     landmarks: int = LANDMARKS
     told_side: str = ""
     answers: Mapping[int, str] = field(default_factory=dict)
     explain: bool = False
+    disabled: frozenset[str] = frozenset()
     leaves: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @cached_property

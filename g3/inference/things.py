@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from g3.actions import centre
-from g3.geometry import cross
+from g3.features.batch import Role
 from g3.groundings import PhysicalObject, Place
 from g3.inference.candidates import (
     GROUND_M,
@@ -27,10 +27,8 @@ from g3.inference.candidates import (
     spots_toward,
     square,
 )
-from g3.inference.meant import barred, on_scores, salience_scores, unmeant_scores
+from g3.inference.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.phrases import (
-    MISCOUNTED,
-    YOU,
     factor_type,
     is_complement,
     is_measure,
@@ -38,12 +36,13 @@ from g3.inference.phrases import (
     is_there,
     names_origin,
 )
-from g3.inference.places import free_places, place_scores
-from g3.inference.rows import BETWEEN, OFF_LINE_M
-from g3.inference.state import State, centres
-from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings
+from g3.inference.potentials import added, allowed, preferred
+from g3.inference.roles import landmark_nodes
+from g3.inference.state import State
+from g3.inference.surroundings import LANDMARKS, Candidate, Group, Surroundings, group_key
 from g3.inference.tree import Tree
-from g3.language.words import field_words, normalise
+from g3.language.lexicon import NEARER, YOU
+from g3.language.words import field_words
 from g3.sdc import SDCType
 
 FAR_BEHIND = 6.0
@@ -52,13 +51,6 @@ COMMON = 2
 """Places that are about no thing are tried with so many landmarks."""
 JOINT_LANDMARKS = 3
 """So many landmarks of each PLACE are tried where several name one place."""
-NEARER = frozenset({normalise("closer"), normalise("nearer")})
-HALF = float(np.log(0.5))
-"""What it costs to go nearer to something, and then still nearer."""
-NOT_SEVERAL = float(np.log(0.001))
-"""What it costs that something is between one thing."""
-UNSPOKEN = 0.01
-"""Probability that a pronoun stands for a thing that was not spoken of."""
 
 
 def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
@@ -70,11 +62,11 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
     sdc = tree.nodes[node]
     if is_there(sdc) and about.goals:
-        return _there(node, about)
+        return _there(tree, node, about)
     if factor_type(sdc) == "PLACE":
         return ground_place(tree, node, about)
     if is_pronoun(sdc):
-        return _antecedents(node, about)
+        return _antecedents(tree, node, about)
     if names_origin(sdc):
         return _origin(tree, node, about)
     landmarks = landmarks_of(tree, node, about)
@@ -84,10 +76,11 @@ def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
         for other in figures[1:]:
             own = _both(own, ground_thing(tree, other, about), about.width)
     else:
-        score = barred(sdc, about)
-        own = [Candidate(g, score(g), {}) for g in about.scene.groups]
+        groups = about.scene.groups
+        scores = added(CandidateCase(tree, node, about, groups, "figure", node))
+        own = [Candidate(g, float(x), {}) for g, x in zip(groups, scores, strict=True)]
     if node in about.answers:
-        own = [c for c in own if _ids(c.group) == (about.answers[node],)] or own
+        own = [c for c in own if group_key(c.group) == (about.answers[node],)] or own
     pairs = [(f, lm) for f in own for lm in landmarks]
     if is_complement(sdc):
         pairs = _same(own, landmarks) or pairs
@@ -111,21 +104,18 @@ def _same(
     own: Sequence[Candidate], landmarks: Sequence[Candidate | None]
 ) -> list[tuple[Candidate, Candidate | None]]:
     """Pairs of candidates that are one thing."""
-    marks = {_ids(lm.group): lm for lm in landmarks if lm is not None}
-    return [(f, marks[_ids(f.group)]) for f in own if _ids(f.group) in marks]
+    marks = {group_key(lm.group): lm for lm in landmarks if lm is not None}
+    return [(f, marks[group_key(f.group)]) for f in own if group_key(f.group) in marks]
 
 
-def _antecedents(node: int, about: Surroundings) -> list[Candidate]:
-    """What a pronoun may stand for: by its antecedents, or if it has none by what came last."""
-    likely = about.antecedents.get(node) or [
-        (group, 0.9 * 0.1**i) for i, group in enumerate(dict.fromkeys(reversed(about.referents)))
-    ]
-    groups = {_ids(group): group for group, _ in likely}
-    groups |= {_ids(group): group for group in about.scene.groups if _ids(group) not in groups}
+def _antecedents(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+    """What a pronoun may stand for: what was spoken of, or anything."""
+    spoken = [group for group, _ in about.antecedents.get(node, ())]
+    groups = {group_key(g): g for g in spoken or reversed(about.referents)}
+    groups |= {group_key(g): g for g in about.scene.groups if group_key(g) not in groups}
     found = []
-    for ids, group in groups.items():
-        mass = sum(p for other, p in likely if _ids(other) == ids)
-        score = float(np.log(max(mass, UNSPOKEN)))
+    scores = added(ReferentCase(tree, node, about, tuple(groups.values())))
+    for group, score in zip(groups.values(), map(float, scores), strict=True):
         found.append(Candidate(group, score, {node: (group, score)}))
     return sorted(found, key=lambda c: -c.score)[: about.width]
 
@@ -142,16 +132,12 @@ def _origin(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     return [Candidate(group, 0.0, {node: (group, 0.0)})]
 
 
-def _ids(group: Group) -> tuple[object, ...]:
-    return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
-
-
 def _both(first: list[Candidate], second: list[Candidate], width: int) -> list[Candidate]:
     """Candidates of two clauses that name one thing, or two things together."""
     pairs = product(first[:LANDMARKS], second[:LANDMARKS])
     joined = [
         Candidate(
-            a.group if _ids(a.group) == _ids(b.group) else _union(a.group, b.group),
+            a.group if group_key(a.group) == group_key(b.group) else _union(a.group, b.group),
             a.score + b.score,
             {**a.nodes, **b.nodes},
         )
@@ -161,7 +147,7 @@ def _both(first: list[Candidate], second: list[Candidate], width: int) -> list[C
 
 
 def _union(a: Group, b: Group) -> Group:
-    seen = {i: g for group in (a, b) for i, g in zip(_ids(group), group, strict=True)}
+    seen = {i: g for group in (a, b) for i, g in zip(group_key(group), group, strict=True)}
     return tuple(seen.values())
 
 
@@ -169,59 +155,37 @@ def landmarks_of(tree: Tree, node: int, about: Surroundings) -> list[Candidate |
     """Candidates of all landmarks of a clause together; None where it has none."""
     sdc = tree.nodes[node]
     count = about.width if is_complement(sdc) else about.landmarks
-    below = tree.below(node, ("l", "l2"), "OBJECT", "PLACE")
-    children = [n for n in below if not is_measure(tree.nodes[n])]
-    if not children:
-        below = tree.below(node, ("l", "l2"), "PATH")
-        children = [c for b in below for c in tree.below(b, ("l", "l2"), "OBJECT", "PLACE")]
     beam: list[Candidate] = []
-    for child in children:
-        found = ground_thing(tree, child, about)
-        if len(children) == 1 and BETWEEN.intersection(field_words(sdc.relation)):
-            is_place = factor_type(sdc) != "OBJECT"
-            found = _neighbours(found, about) if is_place else _several(found)
+    for child in landmark_nodes(tree, node):
+        found = ground_argument(tree, child, about, role="landmark", within=node)
         beam = _both(beam, found, about.landmarks) if beam else likely(found, count)
     return list(beam) or [None]
 
 
-def _several(beam: Sequence[Candidate]) -> list[Candidate]:
-    """A beam in which single things cost: what is between the pallets is between two of them."""
-    dear = [replace(c, score=c.score + NOT_SEVERAL) if len(c.group) == 1 else c for c in beam]
-    return sorted(dear, key=lambda c: -c.score)
+def ground_argument(
+    tree: Tree, node: int, about: Surroundings, *, role: Role, within: int
+) -> list[Candidate]:
+    """The beam of a clause as another one has it in a role: "the pallet" is on the forks."""
+    return as_argument(ground_thing(tree, node, about), tree, node, about, role=role, within=within)
 
 
-def _neighbours(beam: Sequence[Candidate], about: Surroundings) -> list[Candidate]:
-    """A beam of what a place is between, in which all costs but two things next to each other."""
-    dear = [
-        c if _are_neighbours(c.group, about) else replace(c, score=c.score + MISCOUNTED)
-        for c in _several(beam)
-    ]
-    return sorted(dear, key=lambda c: -c.score)
-
-
-def _are_neighbours(group: Group, about: Surroundings) -> bool:
-    """Whether a group is two things with nothing alike between them but what is moved."""
-    things = [g for g in group if isinstance(g, PhysicalObject)]
-    if len(things) != 2 or len(group) > 2:
-        return False
-    one, other = (centre(thing.prism) for thing in things)
-    labels = set(things[0].labels)
-    apart = {*_ids(group), about.load}
-    rest = [o for o in about.state.context.objects if labels & set(o.labels) and o.id not in apart]
-    off = centres([thing.prism for thing in rest]) - one
-    way = other - one
-    if not way.any():
-        return False
-    along = off @ way / float(way @ way)
-    aside = np.abs(cross(off, way)) / np.linalg.norm(way)
-    return not bool(((along > 0) & (along < 1) & (aside < OFF_LINE_M)).any())
+def as_argument(
+    beam: list[Candidate], tree: Tree, node: int, about: Surroundings, *, role: Role, within: int
+) -> list[Candidate]:
+    """A clause's beam as another clause has it in a role."""
+    groups = [c.group for c in beam]
+    scores = added(CandidateCase(tree, node, about, groups, role, within))
+    if not scores.any():
+        return beam
+    found = [replace(c, score=c.score + float(x)) for c, x in zip(beam, scores, strict=True)]
+    return sorted(found, key=lambda c: -c.score)
 
 
 def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
     landmarks = landmarks_of(tree, node, about)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
-        nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, about)]
+        nearer = [c for mark in landmarks if mark for c in _nearer(tree, node, mark, about)]
         if nearer:
             return sorted(nearer, key=lambda c: -c.score)[: about.width]
     pairs: list[tuple[Candidate, Candidate | None]] = []
@@ -240,35 +204,41 @@ def _is_thing(landmark: Candidate | None, state: State) -> bool:
     )
 
 
-def _nearer(node: int, landmark: Candidate, about: Surroundings) -> list[Candidate]:
-    """Places on the way to a landmark: "closer to the trailer". The next is likeliest."""
+def _nearer(tree: Tree, node: int, landmark: Candidate, about: Surroundings) -> list[Candidate]:
+    """Places on the way to a landmark: "closer to the trailer"."""
+    spots = _room(about, spots_toward(landmark.group, about.state, about.load))
+    relation = field_words(tree.nodes[node].relation)
     found = []
-    for i, spot in enumerate(_room(about, spots_toward(landmark.group, about.state, about.load))):
-        score = HALF * (i + 1)
-        nodes = {**landmark.nodes, node: ((spot,), score)}
-        found.append(Candidate((spot,), landmark.score + score, nodes))
+    for spot, score in zip(spots, preferred(SpotCase(about, spots, relation)), strict=True):
+        nodes = {**landmark.nodes, node: ((spot,), float(score))}
+        found.append(Candidate((spot,), landmark.score + float(score), nodes))
     return found
 
 
-def _there(node: int, about: Surroundings) -> list[Candidate]:
+def _there(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
     """A PLACE at what earlier clauses lead to."""
-    return [Candidate(c.group, c.score, {node: (c.group, c.score)}) for c in reached(about)]
+    found = reached(tree, node, about)
+    return [Candidate(c.group, c.score, {node: (c.group, c.score)}) for c in found]
 
 
-def reached(about: Surroundings) -> list[Candidate]:
-    """Places at what earlier clauses lead to, the last one first; on it rather than beside it."""
+def reached(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+    """Places at what earlier clauses lead to, for a clause; on it rather than beside it."""
+    groups = tuple(dict.fromkeys(reversed(about.goals)))
+    scores = added(ReferentCase(tree, node, about, groups))
     found = []
-    for number, group in enumerate(dict.fromkeys(reversed(about.goals))):
-        score = float(np.log(0.9 * 0.1**number))
+    for group, score in zip(groups, map(float, scores), strict=True):
         spots = spots_about(group, about.state)
         top = [s for s in spots if s.prism.z_min > ground(about.state) + GROUND_M]
         found += [Candidate((s,), score, {}) for s in top or spots]
     return found[: about.width]
 
 
-def _room(about: Surroundings, places: list[Place]) -> list[Place]:
-    """Places where there is room for what the clause moves; all of them if there is none."""
-    return places if about.load is None else free_places(places, about.state, about.load) or places
+def _room(about: Surroundings, spots: list[Place]) -> list[Place]:
+    """Spots where what the clause moves can be put; all of them if there is none."""
+    if about.load is None:
+        return spots
+    free = allowed(SpotCase(about, spots))
+    return [spot for spot, is_free in zip(spots, free, strict=True) if is_free] or spots
 
 
 def _common_spots(about: Surroundings) -> list[Place]:
@@ -283,7 +253,9 @@ def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list
     if len(nodes) == 1:
         return ground_thing(tree, nodes[0], about)
     marks = {n: landmarks_of(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
-    groups = {_ids(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None}
+    groups = {
+        group_key(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None
+    }
     spots = [s for group in groups.values() for s in spots_about(group, about.state)]
     room = _room(about, [*spots, *_common_spots(about)])
     figures = [Candidate((s,), 0.0, {}) for s in room]
@@ -322,13 +294,8 @@ def _scored(
     )
     known = about.leaves.get(node)
     own = about.cost.log_probability(batch) if known is None else known[index[:n]]
-    if kind == "PLACE":
-        origin = centre(about.state.thing(about.load).prism) if about.load else None
-        own = own + place_scores(sdc, batch, ground(about.state), origin)
-    else:
-        sizes = [len(figure.group) for figure, _ in pairs]
-        own = own + unmeant_scores(tree, node, batch, sizes) + on_scores(sdc, batch, about)
-    own = own + salience_scores(tree, node, batch, about)
+    sizes = [len(figure.group) for figure, _ in pairs]
+    own = own + added(FactorCase(tree, node, batch, about, sizes))
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below
     best: dict[int, Candidate] = {}

@@ -18,10 +18,9 @@ from g3.inference.phrases import (
     told,
 )
 from g3.language.groups import noun_leaf
+from g3.language.lexicon import NOUNLESS
 from g3.language.words import bare, field_words
 from g3.sdc import SDC, Field, Span, breadth_first, child_indices
-
-NOUNLESS = frozenset({"one", "ones", "other", "others"})
 
 
 @dataclass(frozen=True)

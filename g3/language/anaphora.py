@@ -21,7 +21,17 @@ from dataclasses import dataclass, fields
 from math import exp
 from typing import Literal, NamedTuple
 
-from g3.language.groups import Group, group, noun_words, word_set
+from g3.language.groups import Group, group, noun_words
+from g3.language.lexicon import (
+    DEMONSTRATIVES,
+    NO_ANTECEDENTS,
+    ONES,
+    PERSONAL,
+    PERSONS,
+    PRONOUNS,
+    REFLEXIVES,
+    REST,
+)
 from g3.language.negation import negated
 from g3.sdc import CHILD_FIELDS, SDC, Field, all_words, breadth_first, child_indices
 
@@ -34,21 +44,7 @@ _Role = Literal["object", "subject", "landmark", "modifier"]
 """What an OBJECT is in its clause: what an EVENT is done to, who does it, the landmark of a PLACE
 or PATH, or the landmark of another OBJECT's modifier."""
 
-_PRONOUNS = word_set("it them they itself themselves him her he she that this those these")
-_REFLEXIVE = word_set("itself themselves himself herself")
-_OTHERS = word_set("other others another rest remainder remaining")
-_ONES = word_set("one ones")
-_NO_NOUNS = _PRONOUNS | _ONES | _OTHERS
-_DEMONSTRATIVES = word_set("that this those these said")
-_PERSONAL = word_set("him her he she himself herself")
-_PEOPLE = _PERSONAL | word_set(
-    "man woman guy person worker human lady operator driver pedestrian somebody someone colleague "
-    "people"
-)
-_NO_ANTECEDENTS = word_set(
-    "you your yourself me i we us my anything something everything nothing forward left right "
-    "back bit degrees feet inches meters metres"
-)
+_NO_NOUNS = PRONOUNS | ONES | REST
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,11 +172,11 @@ def anaphor_kind(sdc: SDC) -> Kind | None:
     words = noun_words(sdc)
     if not words:
         return None
-    if any(word in _OTHERS for word in words):
+    if any(word in REST for word in words):
         return "other"
-    if words[-1] in _ONES and not _is_partitive(sdc):
+    if words[-1] in ONES and not _is_partitive(sdc):
         return "one"
-    if words[-1] in _PRONOUNS or words[0] in _DEMONSTRATIVES:
+    if words[-1] in PRONOUNS or words[0] in DEMONSTRATIVES:
         return "same"
     return None
 
@@ -269,11 +265,11 @@ def _can_be(earlier: _Mention, anaphor: _Mention) -> bool:
     The robot can't, and arguments of the same clause are one thing only with a reflexive.
     """
     words, ours = noun_words(earlier.sdc), noun_words(anaphor.sdc)
-    if words[-1] in _NO_ANTECEDENTS or words[0] in ("your", "my"):
+    if words[-1] in NO_ANTECEDENTS or words[0] in ("your", "my"):
         return False
     is_host = earlier.index in anaphor.hosts[-1:]
     same_event = 0 <= anaphor.event == earlier.event
-    if ours[-1] in _REFLEXIVE:
+    if ours[-1] in REFLEXIVES:
         return is_host or same_event or not anaphor.hosts
     together = same_event or (is_host and anaphor.event < 0)
     return not together or anaphor_kind(anaphor.sdc) != "same"
@@ -295,7 +291,7 @@ def _ranked(anaphor: _Mention, kind: Kind, earlier: Sequence[_Mention]) -> tuple
 
 def _features(anaphor: _Mention, mention: _Mention, *, first: bool) -> Features:
     ours, theirs = noun_words(anaphor.sdc), noun_words(mention.sdc)
-    is_person = ours[-1] in _PERSONAL
+    is_person = ours[-1] in PERSONAL
     return Features(
         clauses=anaphor.number - mention.number,
         first=first,
@@ -303,7 +299,7 @@ def _features(anaphor: _Mention, mention: _Mention, *, first: bool) -> Features:
         same_role=mention.role == anaphor.role,
         agrees=mention.group.number == anaphor.group.number,
         same_noun=ours[-1] not in _NO_NOUNS and _singular(ours[-1]) in map(_singular, theirs),
-        person=is_person != (theirs[-1] in _PEOPLE),
+        person=is_person != (theirs[-1] in PERSONS),
         in_negated=mention.negated and not anaphor.negated,
     )
 

@@ -6,18 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from g3.language.lexicon import CONJUNCTIONS, COPULAS, PAIRED, SENTENCE_ENDS, SUBORDINATORS
 from g3.language.roles import BEGINS_EVENT, BEGINS_RELATION, Role
 from g3.sdc import SDC, SDCType, Span
 from g3.sdc_notation import IMPLICIT_FIGURE
 
-SENTENCE_ENDS = frozenset(".!?;")
-CONJUNCTIONS = frozenset(("and", "or", "&"))
-PAIRED = frozenset(("between", "midway", "inbetween"))
 DEEPEST = 24
 """How many clauses may follow a top-level EVENT before what follows begins anew: trees have a
 limited depth (:data:`g3.sdc_reader.MAX_DEPTH`)."""
-COPULAS = frozenset(("be", "is", "are", "was", "located", "of"))
-SUBORDINATORS = frozenset(("until", "till", "when", "while", "before", "after", "once", "if"))
 
 
 @dataclass(slots=True, eq=False)

@@ -15,12 +15,12 @@ from g3.errors import CorpusError
 from g3.language.attachment import AttachmentModel
 from g3.language.attachment_training import train_attachments
 from g3.language.lessons import written_text, written_trees
+from g3.language.lexicon import WORD_CLASSES
 from g3.language.mending import ALIASES, VOCABULARY
 from g3.language.pipeline import Analysis, analyse
 from g3.language.role_model import RoleModel
 from g3.language.role_training import VECTOR_SCALE, train_roles
 from g3.language.roles import Reading, read_roles
-from g3.language.verb_classes import CLASSES
 from g3.language.word_features import MOVE_TEMPLATES, TEMPLATES, Features, features
 from g3.sdc import SDC
 
@@ -73,7 +73,7 @@ def recipe() -> str:
 
     A trained extractor has it in its card, so that one can tell whether it is out of date.
     """
-    parts = [written_text(), CLASSES, ALIASES, VOCABULARY, TEMPLATES, MOVE_TEMPLATES]
+    parts = [written_text(), WORD_CLASSES, ALIASES, VOCABULARY, TEMPLATES, MOVE_TEMPLATES]
     content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST])
     return f"sha256:{hashlib.sha256(content.encode()).hexdigest()}"
 

@@ -6,36 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from g3.language.lexicon import (
+    COLLECTIVES,
+    COUNTS,
+    ORDINALS,
+    PLURAL,
+    QUANTIFIERS,
+    SINGLE,
+    SINGULAR,
+)
 from g3.sdc import SDC
 
 Number = Literal["singular", "plural"]
 
 
-def word_set(words: str) -> frozenset[str]:
-    """Words that are written in one line."""
-    return frozenset(words.split())
-
-
-_CARDINALS = "zero one two three four five six seven eight nine ten eleven twelve"
-_COUNTS = {word: count for count, word in enumerate(_CARDINALS.split())} | {"both": 2, "pair": 2}
-_ORDINAL_WORDS = "first second third fourth fifth sixth seventh eighth ninth tenth"
-_ORDINALS = {word: place for place, word in enumerate(_ORDINAL_WORDS.split(), 1)}
-_ORDINALS |= {"1st": 1, "2nd": 2, "3rd": 3, "4th": 4, "5th": 5, "last": -1, "final": -1}
-_QUANTIFIERS = word_set(
-    "all both each every any some several many few no most either neither everything anything "
-    "something nothing"
-)
-_SINGLE = word_set("a an another each every either neither this that one")
-_PLURAL = word_set(
-    "they them these those their ones others both all two three four five six seven eight nine "
-    "ten several many few most men women people children feet shelves everything"
-)
-_SINGULAR = word_set("it its itself this that one other another bus gas lens")
+_ORDINALS = ORDINALS | {"last": -1, "final": -1}
 _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
-COLLECTIVES = word_set(
-    "row line group pair couple stack pile cluster bunch column series collection rest remainder"
-)
-"""Nouns that stand for several things: "the row of pallets"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +74,12 @@ def group(sdc: SDC) -> Group:
     head = words[-1]
     number: Number = "plural" if _is_plural(words) else "singular"
     ordinals = tuple(_ORDINALS[word] for word in words if word in _ORDINALS)
-    quantifier = next((word for word in words if word in _QUANTIFIERS), "")
+    quantifier = next((word for word in words if word in QUANTIFIERS), "")
     count = _count(words, number, ordinals)
     if head not in COLLECTIVES:
         return Group(number, count, quantifier, ordinals)
     inside = _members(sdc)
-    count = _COUNTS.get(head, inside.count if inside and inside.number == "plural" else None)
+    count = COUNTS.get(head, inside.count if inside and inside.number == "plural" else None)
     return Group(
         "plural", count, quantifier or (inside.quantifier if inside else ""), ordinals, head
     )
@@ -124,17 +110,17 @@ def _is_plural(words: Sequence[str]) -> bool:
     head = words[-1]
     if "and" in words or "both" in words or "all" in words:
         return True
-    if head in _SINGULAR or words[0] in _SINGLE:
+    if head in SINGULAR or words[0] in SINGLE:
         return False
-    if head in _PLURAL or any(_COUNTS.get(word, 0) > 1 for word in words[:-1]):
+    if head in PLURAL or any(COUNTS.get(word, 0) > 1 for word in words[:-1]):
         return True
     return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
 
 
 def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
     for word in words[:-1] if len(words) > 1 else words:
-        if word in _COUNTS:
-            return _COUNTS[word]
+        if word in COUNTS:
+            return COUNTS[word]
         if word.isdecimal() and len(word) < 4:
             return int(word)
     if number == "singular":

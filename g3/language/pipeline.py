@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
+from g3.language.lexicon import NOT_IMPERATIVE, SENTENCE_ENDS
 from g3.language.mending import mend
 from g3.language.spacy_import import import_spacy
 from g3.lengths import too_long
@@ -37,7 +38,6 @@ UNUSED = ("ner", "lemmatizer", "attribute_ruler", "senter", "tokenizer")
 """What isn't loaded. The tokenizer is that of English, which is there already: reading it again
 takes a third of the time."""
 
-SENTENCE_ENDS = frozenset(".!?;")
 VECTOR = 96
 """How many numbers the small English models have for a word in its context."""
 MAX_WORDS = 400
@@ -50,14 +50,6 @@ LONGEST_KEPT = 40
 """Longer pieces of text are cut each time anew."""
 _COLUMNS: list[int | str] = ["ORTH", "TAG", "DEP", "HEAD"]
 PREFIX = ("you", "must")
-_NOT_IMPERATIVE = (
-    "the a an this that these those it they them he she we i you your my its one two three there "
-    "in on at to from of off with by near next behind between under over onto into when if while "
-    "once after before until so as do don't dont don did does can could would will should shall "
-    "may might must never not no is are be was were am who what where which why how"
-)
-NOT_IMPERATIVE = frozenset(_NOT_IMPERATIVE.split())
-"""Words that begin fragments, questions, statements and negations: no "You must" before them."""
 
 IntArray = npt.NDArray[np.int64]
 IdArray = npt.NDArray[np.uint64]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from g3.features import registry
+from g3.inference.potentials import KINDS, potentials
 from tests.docs.blocks import ROOT, pages
 
 DOCS = ROOT / "docs"
@@ -89,3 +90,17 @@ def test_each_promise_of_the_security_page_has_a_test() -> None:
     tests = ROOT / "tests"
     for name in {name for names in named for name in names}:
         assert (tests / name).exists() or (tests / "annotation_app" / name).exists(), name
+
+
+def test_inference_lists_every_potential() -> None:
+    """Run `ct features list` to see what a row must say."""
+    page = (DOCS / "inference.md").read_text()
+    rows = [
+        f"| `{rule.name}` | {rule.description} | {', '.join(rule.types)} "
+        f"| {', '.join(rule.roles) or 'the command'} "
+        f"| {'hard' if rule.is_hard else format(rule.weight, '.2f')} |"
+        for rule in potentials()
+    ]
+    listed = re.findall(r"^\| `[\w-]+` \|.*\|$", page, re.MULTILINE)
+    assert listed == rows
+    assert all(f"### `{kind}`: {about}\n" in page for kind, about in KINDS.items())

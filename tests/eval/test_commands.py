@@ -166,6 +166,15 @@ def test_feature_sets_can_be_left_out_and_added(table):
     assert nothing["rows"] != table(*CV)["rows"]
 
 
+def test_potentials_leave_table_1_as_it_is(table, capsys):
+    assert ct("--table", "1", *CV, "--ablate", "side", "--format", "json") == 0
+    told = capsys.readouterr()
+    assert "Table 1 makes no plans, so it is the same without side" in told.err
+    found = json.loads(told.out)
+    assert found["ablated"] == ["side"]
+    assert found["rows"] == table(*CV)["rows"]
+
+
 def test_the_threshold_decides_what_is_predicted(table):
     every = table(*CV, "--threshold", "0")["rows"][-1]
     assert (every["recall"], every["precision"]) == (1.0, 0.5)
@@ -262,6 +271,7 @@ def test_slicing_gives_what_training_on_the_slice_gives():
         ),
         (["--table", "1", "--model", "m", "--test", "two", "--l2", "1"], "--l2 doesn't go"),
         (["--table", "1", *CV, "--with", "smell"], "there is no feature set 'smell'"),
+        (["--table", "1", *CV, "--ablate", "smell"], "no feature set or potential 'smell'"),
         (["--table", "1", *CV, "--top", "3"], "it is for --errors, --sdc, and --report."),
         (["--table", "1", *CV, "--repeats", "3"], "it is for --learning-curve and --r"),
         (["--errors", *CV, "--draws", "3"], "--draws doesn't go with --errors; it is for"),

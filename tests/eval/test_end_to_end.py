@@ -15,6 +15,7 @@ from eval.end_to_end import run, table
 from eval.kept_outcomes import kept_beside
 from eval.outcomes import Outcome
 from eval.plan_report import render
+from g3.errors import ModelError
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 
@@ -70,6 +71,28 @@ def test_who_does_not_see_the_examples_makes_them(few, tmp_path, monkeypatch):
     elsewhere = nullcontext(tmp_path / "elsewhere.npz")
     monkeypatch.setattr(end_to_end, "written", lambda _: elsewhere)
     assert run(few, few, configurations=("gold",)).outcomes == seen
+
+
+def test_table_3_leaves_out_what_is_ablated(few):
+    def evidence(*ablated):
+        result = run(few, few, configurations=("gold",), ablate=ablated)
+        assert result.metadata["ablated"] == sorted(ablated)
+        return [outcome.evidence for outcome in result.outcomes["gold"]]
+
+    whole = evidence()
+    assert evidence("labels") != whole
+    assert evidence("verb-take", "singular") != whole
+    # Nothing in these commands is said to stand alone.
+    assert evidence("alone") == whole
+
+
+def test_an_unknown_name_is_told_with_those_that_there_are(few):
+    asked = ["--table", "3", "--judge", "automatic", "--train", few, "--test", few]
+    done = CliRunner().invoke(evaluate, [*asked, "--ablate", "smell"])
+    assert isinstance(done.exception, ModelError)
+    assert "no feature set or potential 'smell'" in str(done.exception)
+    assert "labels" in done.exception.fix
+    assert "verb-take" in done.exception.fix
 
 
 def test_table_3_needs_to_know_who_judges(few):

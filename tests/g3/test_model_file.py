@@ -256,3 +256,12 @@ def test_features_list_shows_the_catalogue(capsys):
             assert column["unit"]
             assert column["name"] in text
     assert names == sorted(names)
+    rules = {record["name"]: record for record in content["potentials"]}
+    for name, record in rules.items():
+        assert record["description"]
+        assert f"\n{name}\n" in text
+    assert (rules["side"]["scores"], rules["side"]["weight"]) == ("factor", -2.9957)
+    assert (rules["room"]["hard"], rules["room"]["weight"]) == (True, None)
+    features, _, after = text.partition("\nPOTENTIALS")
+    assert "\nlabels\n" in features
+    assert "\nside\n" in after

@@ -18,7 +18,7 @@ Reply = tuple[int, Any] | None
 Loss = Literal["unavailable", "cut", "slow", "never came", "too many"]
 """How an answer is lost: 503, or the connection is cut, or it comes late, each after the request
 was carried out; or 503 before that; or a refusal that says that nothing was done."""
-LATE_S = 1.0
+LATE_S = 2.0
 NOW = 1_790_000_000.0
 
 

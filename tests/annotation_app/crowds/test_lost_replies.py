@@ -30,8 +30,11 @@ PAID = [("sub1", Decimal("0.50"))]
 
 
 @pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prolific_client, "TIMEOUT_S", LATE_S / 3)
+def impatient(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that are to come late come too late; others have all their time."""
+    call = getattr(request.node, "callspec", None)
+    if call is not None and call.params.get("loss") == "slow":
+        monkeypatch.setattr(prolific_client, "TIMEOUT_S", LATE_S / 2)
 
 
 @pytest.fixture

@@ -10,8 +10,9 @@ from itertools import product
 
 import numpy as np
 
-from g3.inference.meant import unmeant_scores
+from g3.inference.cases import FactorCase
 from g3.inference.phrases import is_complement
+from g3.inference.potentials import added
 from g3.inference.scene import Group
 from g3.inference.surroundings import Surroundings
 from g3.inference.tree import Tree
@@ -58,5 +59,5 @@ def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) 
         landmark=index[1:2] if marks else np.full(1, -1, dtype=np.intp),
     )
     score = float(about.cost.log_probability(batch)[0])
-    score += float(unmeant_scores(tree, node, batch, [len(found[node])])[0])
+    score += float(added(FactorCase(tree, node, batch, about, [len(found[node])]))[0])
     return score

@@ -27,7 +27,10 @@ def test_reasons_of_a_sort_are_told_together():
 def test_what_is_certain_is_told_without_a_large_number():
     (clause,) = parse_brackets("OBJ(f = it)")
     (aspect,) = aspects([Reason("besides/way", "", 12.0)], clause)
-    assert aspect.text == "over 100 times likelier for which way the robot goes or turns"
+    assert aspect.text == (
+        "over 100 times likelier for the rule way: an action without a goal goes the way that "
+        'words name: "back up"'
+    )
 
 
 def test_a_feature_set_of_somebody_else_describes_itself():

@@ -5,21 +5,23 @@ import pytest
 
 from g3.groundings import Context
 from g3.inference.actions import Action
+from g3.inference.arguments import Arguments
 from g3.inference.candidates import square
-from g3.inference.changes import UNMOVED, beside_scores, change_scores, source_scores
-from g3.inference.clauses import UNUSUAL
+from g3.inference.cases import PathCase
 from g3.inference.roles import goal_paths
-from g3.inference.state import start_state
 from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
+from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem
 from tests.worlds import robot, thing
+
+UNMOVED, UNUSUAL = WEIGHT["moved"], WEIGHT["onto"]
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
 ON_TRUCK = thing("boxes", "pallet", 20, 0, z=(1, 2))
 ON_GROUND = thing("tires", "pallet", 8, 0)
-STATE = start_state(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
+ABOUT = problem(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
 
 
 def put(load, x, y, bottom):
@@ -40,7 +42,8 @@ def put(load, x, y, bottom):
     ],
 )
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
-    assert change_scores(STATE, [action]).tolist() == [cost]
+    found = of_actions("moved", "EVENT(r = Put)", [action], about=ABOUT)
+    assert found.tolist() == [cost]
 
 
 @pytest.mark.parametrize(
@@ -53,19 +56,24 @@ def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
     ],
 )
 def test_to_the_floor_is_not_on_the_truck_but_to_the_truck_is(path, on, beside):
-    tree = Tree(parse_brackets(f"EVENT(r = Move, l = OBJ(f = it), l2 = {path})"))
+    notation = f"EVENT(r = Move, l = OBJ(f = it), l2 = {path})"
+    tree = Tree(parse_brackets(notation))
     actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
     (goal,) = goal_paths(tree, 0)
-    cost = beside_scores(tree, STATE, actions, goal, [Candidate((TRUCK,), 0.0, {})])
-    assert cost.tolist() == [on, beside]
+    found = Arguments((None,), (Candidate((TRUCK,), 0.0, {}),), goal, {})
+    floor, onto = (of_actions(n, notation, actions, found, ABOUT) for n in ("to-floor", "onto"))
+    assert (floor + onto).tolist() == [on, beside]
 
 
 def test_what_is_taken_off_a_truck_is_on_it():
-    (off, to) = parse_brackets(
-        "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
+    tree = Tree(
+        parse_brackets(
+            "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
+        )
     )
     actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
     marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
     costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
-    assert source_scores(off, STATE, actions, marks).tolist() == costs
-    assert not source_scores(to, STATE, actions, marks).any()
+    off, to = (PathCase(tree, path, ABOUT.state, actions, marks, ABOUT) for path in (0, 1))
+    assert adds("taken-from", off).tolist() == costs
+    assert not adds("taken-from", to).any()

@@ -1,13 +1,54 @@
 """What an EVENT's words say by their class."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from g3.groundings import Context
 from g3.inference.actions import Action
-from g3.inference.clauses import UNUSUAL, Asked, goal_scores, verb_scores
+from g3.inference.arguments import Arguments
+from g3.inference.cases import ActionCase
+from g3.inference.potentials import added_by
+from g3.inference.surroundings import Candidate
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
+from tests.g3.features.scenes import robot, thing
+from tests.g3.inference.ruled import WEIGHT, of_actions, problem
 
 KINDS = ("wait", "drive to", "pick up", "carry", "put down")
+UNUSUAL = WEIGHT["verb-take"]
+TIRES = thing("tires", "pallet", 8, 0)
+ABOUT = problem(Context("scene", (TIRES, robot()), (), "robot"))
+IT = Candidate((TIRES,), 0.0, {})
+
+
+def costs(clauses, *, theme=True, leads=False, held=None, at_start=None, at_place=True):
+    """What verbs add, by kinds of actions.
+
+    Parameters
+    ----------
+    theme, leads, at_place
+        Whether the clause names what is handled, and where to, and whether that is a PLACE.
+    held, at_start
+        What is on the forks, and what was when the command was given.
+    """
+    tree = Tree(parse_brackets(clauses))
+    goal_path = -1 if at_place else tree.below(0, ("l2",), "PATH")[0]
+    found = Arguments((IT if theme else None,), (IT if leads else None,), goal_path, {})
+    about = replace(ABOUT, state=replace(ABOUT.state, held=at_start))
+    state = replace(ABOUT.state, held=held)
+    case = ActionCase(tree, 0, state, found, [Action(kind) for kind in KINDS], about)
+    verbs = [scores for name, scores in added_by(case).items() if name.startswith("verb-")]
+    return dict(zip(KINDS, sum(verbs, np.zeros(len(KINDS))).tolist(), strict=True))
+
+
+def dear(clauses, **options):
+    return {kind for kind, cost in costs(clauses, **options).items() if cost}
+
+
+def it(verb):
+    return f"EVENT(r = {verb}, l = OBJ(f = it))"
 
 
 @pytest.mark.parametrize(
@@ -26,63 +67,63 @@ KINDS = ("wait", "drive to", "pick up", "carry", "put down")
     ],
 )
 def test_a_verb_is_of_a_sort_of_action(verb, unusual):
-    (event,) = parse_brackets(f"EVENT(r = {verb}, l = OBJ(f = it))")
-    costs = dict(zip(KINDS, verb_scores(event, KINDS).tolist(), strict=True))
-    assert {kind for kind, cost in costs.items() if cost} == unusual
-    assert set(costs.values()) <= {0.0, UNUSUAL, 2 * UNUSUAL}
-
-
-def dear(verb, **asked):
-    (event,) = parse_brackets(f"EVENT(r = {verb}, l = OBJ(f = it))")
-    costs = verb_scores(event, KINDS, Asked(theme=True, **asked))
-    return {kind for kind, cost in zip(KINDS, costs, strict=True) if cost}
+    # Where something is held, "leave it" doesn't mean to leave it alone.
+    held = "tires" if verb == "leave" else None
+    found = costs(it(verb), theme=False, held=held, at_start=held)
+    assert {kind for kind, cost in found.items() if cost} == unusual
+    assert set(found.values()) <= {0.0, UNUSUAL, 2 * UNUSUAL}
 
 
 def test_who_moves_a_load_somewhere_puts_it_down_or_drives_there_with_it():
-    assert dear("Move", leads=True) == {"wait", "drive to", "pick up"}
-    assert dear("Move", leads=True, held="tires") == {"wait", "pick up"}
-    assert dear("Move", leads=True, held="tires", at_place=True) == {"wait", "drive to", "pick up"}
+    held = {"held": "tires", "at_start": "tires"}
+    along = "EVENT(r = Move, l = OBJ(f = it), l2 = PATH(r = along, l = OBJ(f = the wall)))"
+    assert dear(along, leads=True, at_place=False) == {"wait", "drive to", "pick up"}
+    assert dear(along, leads=True, at_place=False, **held) == {"wait", "pick up"}
+    assert dear(it("Move"), leads=True, **held) == {"wait", "drive to", "pick up"}
 
 
 def test_who_takes_something_picks_it_up_unless_the_forks_have_it():
-    assert dear("Take") == {"wait", "drive to", "carry", "put down"}
-    assert dear("Take", leads=True) == {"wait", "drive to", "put down"}
-    assert dear("Take", held="tires") == {"carry", "put down"}
+    assert dear(it("Take")) == {"wait", "drive to", "carry", "put down"}
+    assert dear(it("Take"), leads=True) == {"wait", "drive to", "put down"}
+    assert dear(it("Take"), held="tires", at_start="tires") == {"carry", "put down"}
 
 
 def test_what_the_command_has_had_picked_up_is_put_down_at_the_end():
-    taken = {"leads": True, "held": "tires", "taken": True}
-    assert dear("Move", **taken) == dear("Take", **taken) == {"wait", "drive to", "pick up"}
-    assert dear("Go", **taken) == {"pick up", "carry", "put down"}
+    taken = {"leads": True, "held": "tires"}
+    for verb in ("Move", "Take"):
+        assert dear(it(verb), **taken) == {"wait", "drive to", "pick up"}
+    assert dear(it("Go"), **taken) == {"pick up", "carry", "put down"}
 
 
 def test_who_is_told_to_put_it_down_later_does_not_yet():
-    assert dear("Move", leads=True, put_later=True) == {"carry", "put down"}
+    assert dear(f"{it('Move')}; {it('set down')}", leads=True) == {"carry", "put down"}
 
 
 def test_forks_that_are_lowered_put_down_what_is_on_them():
-    assert dear("Lower", forks=True, held="tires") == {"wait", "drive to", "pick up", "carry"}
-    assert dear("Lower", forks=True) == {"pick up", "carry", "put down"}
-    assert dear("Lift", forks=True) == {"pick up", "carry", "put down"}
+    lower, lift = (f"EVENT(r = {verb}, l = OBJ(f = the forks))" for verb in ("Lower", "Lift"))
+    assert dear(lower, held="tires") == {"wait", "drive to", "pick up", "carry"}
+    assert dear(lower) == {"pick up", "carry", "put down"}
+    assert dear(lift) == {"pick up", "carry", "put down"}
 
 
 def test_what_is_to_be_left_alone_is_not_handled():
-    assert dear("leave", spared=True) == {"pick up", "carry", "put down"}
+    assert dear(it("leave")) == {"pick up", "carry", "put down"}
 
 
 def test_a_thing_that_is_to_be_somewhere_is_carried_there():
-    assert dear("should be", subject=True, leads=True) == {"wait", "drive to", "pick up"}
+    boxes = "EVENT(f = OBJ(f = the boxes), r = should be, l = PLACE(r = on, l = OBJ(f = it)))"
+    assert dear(boxes, leads=True) == {"wait", "drive to", "pick up"}
 
 
 def test_who_goes_to_something_goes_there():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Go, l2 = [PATH(r = past, l = OBJ(f = the barrel)), "
-            "PATH(r = to, l = OBJ(f = the truck))])"
-        )
+    go = (
+        "EVENT(r = Go, l2 = [PATH(r = past, l = OBJ(f = the barrel)), "
+        "PATH(r = to, l = OBJ(f = the truck))])"
     )
     actions = [Action("drive to", goal=0), Action("drive past")]
-    past, to = tree.below(0, ("l2",), "PATH")
-    assert goal_scores(tree, to, actions).tolist() == [0, UNUSUAL]
-    assert not goal_scores(tree, past, actions).any()
-    assert not goal_scores(tree, -1, actions).any()
+    past, to = Tree(parse_brackets(go)).below(0, ("l2",), "PATH")
+    leads = {path: Arguments((None,), (IT,), path, {}) for path in (past, to, -1)}
+    cost = {p: of_actions("reaches-goal", go, actions, found) for p, found in leads.items()}
+    assert cost[to].tolist() == [0, WEIGHT["reaches-goal"]]
+    assert not cost[past].any()
+    assert not cost[-1].any()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from g3.inference.actions import Action
-from g3.inference.clauses import UNUSUAL
-from g3.inference.directions import direction_scores, told_side
+from g3.inference.roles import told_side
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
+from tests.g3.inference.ruled import WEIGHT, of_actions
 
 ACTIONS = {
     "wait": Action("wait"),
@@ -37,11 +37,10 @@ ACTIONS = {
     ],
 )
 def test_another_way_than_words_name_costs(notation, free):
-    tree = Tree(parse_brackets(notation))
-    cost = dict(zip(ACTIONS, direction_scores(tree, 0, [*ACTIONS.values()]), strict=True))
+    cost = dict(zip(ACTIONS, of_actions("way", notation, [*ACTIONS.values()]), strict=True))
     # What handles a load leads to more than a way.
     assert {name for name, c in cost.items() if c == 0.0} == {*free, "put"}
-    assert set(cost.values()) <= {0.0, UNUSUAL}
+    assert set(cost.values()) <= {0.0, WEIGHT["way"]}
 
 
 @pytest.mark.parametrize(

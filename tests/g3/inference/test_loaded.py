@@ -1,11 +1,16 @@
 """What a robot with a load on its forks is told to handle."""
 
+from dataclasses import replace
+
 import pytest
 
 from corpus_tools.bundled import open_corpus
+from g3.inference.cases import CommandCase
 from g3.inference.grounder import Grounder
-from g3.inference.loaded import load_in_the_way
+from g3.inference.potentials import refusal
+from g3.inference.scene import scene_of
 from g3.inference.state import start_state
+from g3.inference.surroundings import Surroundings
 from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
@@ -15,6 +20,10 @@ from tests.g3.inference.constant_cost import ConstantCost
 def loaded():
     """Boxes are on the forks; a crate, tires and other boxes stand about."""
     return start_state(open_corpus("warehouse").contexts["depot_go_to_receiving_loaded"])
+
+
+def in_state(state):
+    return Surroundings(state, scene_of(state.context), ConstantCost())
 
 
 def trees(text, sdcs):
@@ -58,13 +67,17 @@ CRATE = (
     ],
 )
 def test_another_load_by_its_name_has_to_wait(loaded, text, sdcs, in_the_way):
-    found = load_in_the_way(Tree(trees(text, sdcs)), loaded)
-    assert (found.id if found else None) == ("boxes-1" if in_the_way else None)
+    about, tree = in_state(loaded), Tree(trees(text, sdcs))
+    why = refusal(CommandCase(tree, about))
+    assert ("boxes-1" in why) is in_the_way
+    off = replace(about, disabled=frozenset({"load-in-the-way"}))
+    assert not refusal(CommandCase(tree, off))
 
 
 def test_free_forks_take_anything():
     free = start_state(open_corpus("warehouse").contexts["court_put_crate_on_trailer"])
-    assert load_in_the_way(Tree(trees("Put the crate on the trailer", CRATE)), free) is None
+    tree = Tree(trees("Put the crate on the trailer", CRATE))
+    assert refusal(CommandCase(tree, in_state(free))) == ""
 
 
 def test_the_robot_says_what_it_holds(loaded):

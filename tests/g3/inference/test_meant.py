@@ -5,11 +5,11 @@ import pytest
 from g3.examples import to_batch
 from g3.groundings import Context, Place
 from g3.inference.candidates import object_groups
-from g3.inference.meant import UNLIKELY, barred, on_scores
+from g3.inference.cases import CandidateCase
+from g3.inference.meant import UNLIKELY
 from g3.inference.phrases import named_places
-from g3.inference.salience import superlative_scores
+from g3.inference.potentials import added
 from g3.inference.scene import scene_of
-from g3.inference.sides import COUNTED, MISPLACED, counted_scores
 from g3.inference.state import start_state
 from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_others, ground_thing
@@ -17,6 +17,7 @@ from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
+from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows, of_things
 from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
@@ -37,10 +38,11 @@ def around(**options):
 
 def possible(noun, *candidates):
     """Which candidates cost nothing, by their names or ids."""
-    (sdc,) = parse_brackets(f"OBJ(f = {noun})")
-    score = barred(sdc, around())
-    found = [c for c in candidates if score((c,)) == 0]
-    assert {score((c,)) for c in candidates} <= {0.0, UNLIKELY}
+    tree = Tree(parse_brackets(f"OBJ(f = {noun})"))
+    groups = [(c,) for c in candidates]
+    scores = added(CandidateCase(tree, 0, around(), groups, "figure", 0))
+    assert set(scores) <= {0.0, UNLIKELY}
+    found = [c for c, score in zip(candidates, scores, strict=True) if score == 0]
     return {c.name if isinstance(c, Place) else c.id for c in found}
 
 
@@ -78,9 +80,9 @@ def test_a_row_is_all_that_stands_in_it():
     groups = object_groups(state.context)
     assert (*row_of, boxes) in groups
     about = Surroundings(state, scene_of(state.context, groups), ConstantCost())
-    (sdc,) = parse_brackets("OBJ(f = the row)")
-    score = barred(sdc, about)
-    assert [score(g) for g in ((*row_of, boxes), tuple(row_of), (far,))] == [0, UNLIKELY, UNLIKELY]
+    tried = ((*row_of, boxes), tuple(row_of), (far,))
+    costs = of_groups("whole-row", "OBJ(f = the row)", tried, about)
+    assert costs.tolist() == [0, UNLIKELY, UNLIKELY]
     # What is on the forks is in no row.
     assert tuple(row_of) in object_groups(state.context, "b")
 
@@ -101,18 +103,9 @@ def test_the_empty_truck_carries_nothing_and_the_loaded_one_does():
     ("relation", "costs"), [("on", [0, UNLIKELY]), ("on the left of", [0, 0]), ("near", [0, 0])]
 )
 def test_the_one_on_the_truck_stands_on_it(relation, costs):
-    (sdc,) = parse_brackets(f"OBJ(f = OBJ(f = the pallet), r = {relation}, l = OBJ(f = the truck))")
-    about = around()
-    bodies, index = about.scene.indices([(BOXES,), (TIRES,), (TRUCK,)])
-    batch = about.scene.batch(
-        "OBJECT",
-        [Tree((sdc,)).words[0]],
-        index[:2] * 0,
-        bodies,
-        figure=index[:2],
-        landmark=index[[2, 2]],
-    )
-    assert on_scores(sdc, batch, about).tolist() == costs
+    words = f"OBJ(f = OBJ(f = the pallet), r = {relation}, l = OBJ(f = the truck))"
+    found = of_things("stands-on", (BOXES, TIRES, TRUCK), words, landmark=(TRUCK,))
+    assert found.tolist() == [*costs, 0]
 
 
 def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
@@ -125,9 +118,9 @@ def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
             row(world, "OBJECT", t, words="the pallet", relation=relation, landmark=landmark)
             for t in rank
         ]
-        return superlative_scores(to_batch(rows)).tolist()
+        return of_rows("superlative", to_batch(rows)).tolist()
 
-    dear = 2 * MISPLACED
+    dear = WEIGHT["superlative"]
     assert costs("nearest") == costs("closest to") == [dear, 0, dear]
     assert costs("farthest from") == [dear, dear, 0]
     assert costs("near") == [0, 0, 0]
@@ -147,8 +140,8 @@ def test_several_things_are_those_that_words_count(words, meant):
     world = scene(*things.values(), agent=robot())
     pairs = ["ab", "bc", "ac"]
     rows = [row(world, "OBJECT", tuple(things[n] for n in pair), words=words) for pair in pairs]
-    cost = counted_scores(to_batch(rows))
-    assert set(cost) <= {0.0, COUNTED}
+    cost = of_rows("counted-things", to_batch(rows))
+    assert set(cost) <= {0.0, WEIGHT["counted-things"]}
     assert {p for p, c in zip(pairs, cost, strict=True) if c == 0} == set(meant.split())
 
 

@@ -6,21 +6,13 @@ import pytest
 from g3.examples import to_batch
 from g3.groundings import Context, Place
 from g3.inference.arguments import arguments
-from g3.inference.candidates import object_groups, square
-from g3.inference.meant import UNLIKELY, barred
+from g3.inference.candidates import carrier, object_groups, square
+from g3.inference.cases import SpotCase
+from g3.inference.meant import UNLIKELY
 from g3.inference.phrases import is_area, is_measure, is_there, told
-from g3.inference.places import (
-    AHEAD,
-    carrier,
-    far_scores,
-    free_places,
-    on_ground,
-    place_scores,
-    place_side_scores,
-)
-from g3.inference.rows import ASTRAY, OFF_LINE, between_scores, row_scores
+from g3.inference.places import on_ground
+from g3.inference.potentials import allowed
 from g3.inference.scene import scene_of
-from g3.inference.sides import MISPLACED
 from g3.inference.state import start_state
 from g3.inference.surroundings import Surroundings
 from g3.inference.things import ground_place, ground_places, landmarks_of
@@ -28,7 +20,10 @@ from g3.inference.tree import Tree
 from g3.sdc_notation import parse_brackets
 from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
+from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows
 from tests.worlds import robot, scene, thing
+
+MISPLACED, OFF_LINE = WEIGHT["place-side"], WEIGHT["row-line"]
 
 # The robot stands at the origin and looks along +x; a row of pallets is to its right.
 ROW = [thing(name, "pallet", 3, -y) for name, y in (("a", 4), ("b", 7), ("c", 10))]
@@ -63,7 +58,7 @@ PLACES = {"right": spot(3, -12.2), "left": spot(3, -1.8), "near": spot(2, -1), "
 def test_sides_of_things_are_those_of_who_looks_at_them(relation, landmark, meant):
     world = scene(*ROW, agent=robot())
     rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in PLACES.values()]
-    cost = place_side_scores(to_batch(rows))
+    cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
     assert set(cost) <= {0.0, MISPLACED}
     assert {name for name, c in zip(PLACES, cost, strict=True) if c == 0} == set(meant.split())
 
@@ -73,7 +68,8 @@ def test_a_row_is_faced_straight_on_from_wherever_the_robot_stands():
         row(scene(*ROW, agent=robot()), "PLACE", p, relation="right of", landmark=ROW[:1])
         for p in (spot(3, -6.2), spot(1, -4.5))
     ]
-    assert place_side_scores(to_batch(rows)).tolist() == [0, MISPLACED]
+    cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
+    assert cost.tolist() == [0, MISPLACED]
 
 
 def test_the_robot_has_its_own_sides():
@@ -82,7 +78,7 @@ def test_the_robot_has_its_own_sides():
     places = [spot(4, 0), spot(-4, 0), spot(0, -4)]
     for relation, meant in (("in front of", 0), ("behind", 1), ("to the right of", 2)):
         rows = [row(world, "PLACE", p, relation=relation, landmark=(agent,)) for p in places]
-        cost = place_side_scores(to_batch(rows))
+        cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
         assert np.flatnonzero(cost == 0).tolist() == [meant]
 
 
@@ -101,16 +97,24 @@ def test_beside_a_truck_is_not_on_it(place, beside, on_top):
     world = scene(TRUCK, agent=robot())
     rows = [row(world, "PLACE", p, landmark=(TRUCK,)) for p in (spot(20, 0, 1), spot(15, 0))]
     costs = [MISPLACED if beside else 0, MISPLACED if on_top else 0]
-    assert place_scores(sdc, to_batch(rows), 0.0).tolist() == costs
+    batch = to_batch(rows)
+    found = sum(of_rows(name, batch, place) for name in ("floor", "on-top"))
+    assert found.tolist() == costs
+
+
+def free(places, load):
+    about = Surroundings(STATE, scene_of(STATE.context), ConstantCost(), load=load)
+    found = allowed(SpotCase(about, places))
+    return [place for place, is_free in zip(places, found, strict=True) if is_free]
 
 
 def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
     places = [spot(20, 2, 1), spot(-20, 0, 1), spot(3, -4), spot(3, 0)]
     assert carrier(STATE, "boxes").id == "truck"
     assert carrier(STATE, "a") is None
-    assert free_places(places, STATE, "boxes") == [places[1], places[3]]
+    assert free(places, "boxes") == [places[1], places[3]]
     # The boxes take up the middle of the truck.
-    assert free_places([spot(20, 0, 1), *places], STATE, "a") == [places[1], places[3]]
+    assert free([spot(20, 0, 1), *places], "a") == [places[1], places[3]]
 
 
 def around(**options):
@@ -184,18 +188,23 @@ def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
     world = scene(*ROW, agent=robot())
     places = (spot(3, -12.2), spot(1, -7), spot(3, -8.5))
     rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in places]
-    assert row_scores(to_batch(rows)) == pytest.approx(np.array(costs))
+    batch = to_batch(rows)
+    names = ("next-in-row", "row-end", "row-line")
+    found = sum(of_rows(name, batch, "PLACE(f = there)") for name in names)
+    assert found == pytest.approx(np.array(costs))
 
 
 def test_between_things_is_on_the_way_from_one_to_the_other():
     pair = (thing("a", "pallet", 4, 6), thing("b", "pallet", 4, -4))
     world = scene(*pair, agent=robot())
     places = (spot(4, 1), spot(5.5, 0), spot(7.5, 1), spot(4, 9))
-    for landmark, costs in ((pair, [0, 0, ASTRAY, ASTRAY]), (pair[:1], [ASTRAY] * 4)):
+    astray = WEIGHT["place-between"]
+    for landmark, costs in ((pair, [0, 0, astray, astray]), (pair[:1], [astray] * 4)):
         rows = [row(world, "PLACE", p, relation="between", landmark=landmark) for p in places]
-        assert between_scores(to_batch(rows)).tolist() == costs
+        found = of_rows("place-between", to_batch(rows), "PLACE(f = there)")
+        assert found.tolist() == costs
     rows = [row(world, "PLACE", p, relation="near", landmark=pair) for p in places]
-    assert not between_scores(to_batch(rows)).any()
+    assert not of_rows("place-between", to_batch(rows), "PLACE(f = there)").any()
 
 
 def test_what_is_between_pallets_is_between_neighbours():
@@ -216,7 +225,8 @@ def test_what_is_between_pallets_is_between_neighbours():
 def test_what_has_no_place_is_put_down_ahead_rather_than_aside():
     world = scene(*ROW, agent=robot())
     batch = to_batch([row(world, "PLACE", spot(x, y)) for x, y in ((3, 0), (0, 3), (-3, 0))])
-    assert far_scores(batch, np.zeros(2)) == pytest.approx(-0.6 - AHEAD * np.arange(3))
+    cost = sum(of_rows(name, batch, "PLACE(f = there)") for name in ("near", "ahead"))
+    assert cost == pytest.approx(-0.6 - np.arange(3))
 
 
 def test_what_is_set_down_is_set_down_where_the_robot_was_sent():
@@ -243,15 +253,14 @@ def test_a_path_between_two_things_is_between_both():
 def test_who_goes_with_the_pallet_has_it_on_the_forks():
     tree = Tree(parse_brackets("EVENT(r = Go, l = PATH(r = with, l = OBJ(f = a pallet)))"))
     (path,) = tree.below(0, ("l",), "PATH")
-    assert arguments(tree, 0, around(load="b")).paths[path][0].group == (ROW[1],)
+    assert arguments(tree, 0, around(load="b", held="b")).paths[path][0].group == (ROW[1],)
 
 
 def test_a_pallet_is_no_place_but_the_floor_is():
-    pallet, floor = parse_brackets("OBJ(f = the pallet); OBJ(f = the ground)")
-    nameless = (Place(spot(5, 5).prism),)
-    assert barred(pallet, around())(nameless) == UNLIKELY
-    assert barred(pallet, around())((Place(spot(5, 5).prism, "dock"),)) == UNLIKELY
-    assert barred(floor, around())(nameless) == 0
+    pallet, floor = "OBJ(f = the pallet)", "OBJ(f = the ground)"
+    named = [(Place(spot(5, 5).prism),), (Place(spot(5, 5).prism, "dock"),)]
+    assert of_groups("no-place", pallet, named, around()).tolist() == [UNLIKELY, UNLIKELY]
+    assert not of_groups("no-place", floor, named[:1], around()).any()
 
 
 def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
@@ -263,14 +272,14 @@ def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
 
 
 def test_nothing_is_put_where_the_robot_is():
-    assert free_places([spot(0, 0), spot(4, 3)], STATE, "boxes") == [spot(4, 3)]
+    assert free([spot(0, 0), spot(4, 3)], "boxes") == [spot(4, 3)]
 
 
 def test_this_pallet_is_one_that_was_spoken_of():
-    (this,) = parse_brackets("OBJ(f = this pallet)")
-    score = barred(this, around(spoken=frozenset({"a"})))
-    assert [score((thing,)) for thing in ROW[:2]] == [0, UNLIKELY]
-    assert barred(this, around())((ROW[1],)) == 0
+    this, groups = "OBJ(f = this pallet)", [(thing,) for thing in ROW[:2]]
+    about = around(spoken=frozenset({"a"}))
+    assert of_groups("spoken-of", this, groups, about).tolist() == [0, UNLIKELY]
+    assert not of_groups("spoken-of", this, groups, around()).any()
 
 
 def test_the_one_names_the_same_thing_again():
@@ -287,7 +296,7 @@ def test_the_one_names_the_same_thing_again():
 
 def test_the_pallet_is_the_one_on_the_forks():
     tree = Tree(parse_brackets("EVENT(r = Put down, l = OBJ(f = the pallet))"))
-    assert arguments(tree, 0, around(load="b")).themes[0].group == (ROW[1],)
+    assert arguments(tree, 0, around(load="b", held="b")).themes[0].group == (ROW[1],)
 
 
 def test_a_path_beside_something_leads_to_a_place():

@@ -2,12 +2,11 @@
 
 import pytest
 
-from g3.examples import to_batch
 from g3.inference.phrases import is_bare
-from g3.inference.salience import FARTHER, alone_scores, is_alone, near_scores, side_told_scores
+from g3.inference.salience import is_alone
 from g3.sdc_notation import parse_brackets
-from tests.g3.features.scenes import row
-from tests.worlds import robot, scene, thing
+from tests.g3.inference.ruled import WEIGHT, of_things
+from tests.worlds import thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = thing("ahead", "pallet", 10, 1)
@@ -17,18 +16,17 @@ CRATE = thing("crate", "crate", 3, 0)
 THINGS = (AHEAD, ASIDE, BEHIND, CRATE)
 
 
-def rows():
-    world = scene(*THINGS, agent=robot())
-    return to_batch([row(world, "OBJECT", t, words="the pallet") for t in THINGS[:3]])
+PALLET = "OBJ(f = the pallet)"
 
 
 def test_a_landmark_is_near_to_what_goes_there_and_not_that_itself():
-    batch = rows()
-    body = {t.id: int(batch.figure[i]) for i, t in enumerate(THINGS[:3])}
-    near_ahead = near_scores(batch, body["ahead"])
-    assert near_ahead[1] == 0
-    assert near_ahead[2] == FARTHER
-    assert near_scores(batch, body["behind"])[:2].tolist() == [FARTHER, 0]
+    farther = WEIGHT["near-load"]
+    near_ahead = of_things("near-load", THINGS, PALLET, load="ahead")
+    assert near_ahead[1:3].tolist() == [0, farther]
+    near_behind = of_things("near-load", THINGS, PALLET, load="behind")
+    assert near_behind[:2].tolist() == [farther, 0]
+    # Words that say more than a kind single it out themselves.
+    assert not of_things("near-load", THINGS, "OBJ(f = the left pallet)", load="ahead").any()
 
 
 @pytest.mark.parametrize(
@@ -50,12 +48,12 @@ def test_a_bare_noun_says_nothing_but_a_kind(notation, bare):
 
 
 def test_the_lonely_one_is_furthest_from_its_like():
-    alone = [thing(name, "pallet", x, 0) for name, x in (("a", 3), ("b", 5), ("c", 9))]
-    world = scene(*alone, agent=robot())
-    batch = to_batch([row(world, "OBJECT", t, words="the lonely pallet") for t in alone])
-    assert alone_scores(batch, None).tolist() == [FARTHER, FARTHER, 0]
+    things = [thing(name, "pallet", x, 0) for name, x in (("a", 3), ("b", 5), ("c", 9))]
+    lonely, dear = "OBJ(f = the lonely pallet)", WEIGHT["alone"]
+    assert of_things("alone", things, lonely).tolist() == [dear, dear, 0]
+    assert not of_things("alone", things, PALLET).any()
     # Without the last, which will stand elsewhere, the others are as far from each other.
-    assert alone_scores(batch, int(batch.figure[2])).tolist() == [0, 0, 0]
+    assert of_things("alone", things, lonely, load="c").tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize(
@@ -73,5 +71,9 @@ def test_words_say_that_a_thing_is_alone(notation, alone):
 
 def test_who_swings_left_comes_to_what_is_on_the_left():
     # Nearly ahead and behind is on neither side.
-    assert side_told_scores(rows(), "left").tolist() == [0, 0, 0]
-    assert side_told_scores(rows(), "right").tolist() == [0, FARTHER, 0]
+    pallets = THINGS[:3]
+    assert of_things("told-side", pallets, PALLET, told_side="left").tolist() == [0, 0, 0]
+    told_right = of_things("told-side", pallets, PALLET, told_side="right")
+    assert told_right.tolist() == [0, WEIGHT["told-side"], 0]
+    named = of_things("told-side", pallets, "OBJ(f = the left pallet)", told_side="right")
+    assert not named.any()

@@ -5,8 +5,8 @@ import pytest
 
 from g3.examples import to_batch
 from g3.inference.facing import facing
-from g3.inference.sides import MISPLACED, side_scores
 from tests.g3.features.scenes import row
+from tests.g3.inference.ruled import WEIGHT, of_rows
 from tests.worlds import robot, scene, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
@@ -24,8 +24,9 @@ def singled_out(things, words, relation="", landmark=None):
     rows = [
         row(world, "OBJECT", t, words=words, relation=relation, landmark=landmark) for t in things
     ]
-    cost = side_scores(to_batch(rows))
-    assert set(cost) <= {0.0, MISPLACED, 2 * MISPLACED}
+    batch = to_batch(rows)
+    cost = sum(of_rows(name, batch) for name in ("side", "ordinal", "middle"))
+    assert set(cost) <= {0.0, WEIGHT["side"], 2 * WEIGHT["side"]}
     return "".join(t.id for t, c in zip(things, cost, strict=True) if c == 0)
 
 

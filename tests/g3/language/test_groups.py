@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.groups import COLLECTIVES, Group, group
+from g3.language.groups import Group, group
+from g3.language.lexicon import COLLECTIVES
 from g3.sdc import SDC, Span
 from g3.sdc_notation import parse_brackets
 

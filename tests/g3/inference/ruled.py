@@ -1,0 +1,67 @@
+"""What single potentials add to scores, for tests."""
+
+import numpy as np
+
+import g3.inference  # noqa: F401 - fills the catalogue
+from g3.groundings import Context
+from g3.inference.arguments import Arguments
+from g3.inference.cases import ActionCase, CandidateCase, FactorCase
+from g3.inference.potentials import added_by, potentials
+from g3.inference.scene import scene_of
+from g3.inference.state import start_state
+from g3.inference.surroundings import Surroundings
+from g3.inference.tree import Tree
+from g3.sdc_notation import parse_brackets
+from tests.g3.inference.constant_cost import ConstantCost
+from tests.worlds import robot
+
+WEIGHT = {own.name: own.weight for own in potentials()}
+
+
+def adds(name, case):
+    return added_by(case).get(name, np.zeros(case.shape))
+
+
+def problem(context, **options):
+    state = start_state(context)
+    return Surroundings(state, scene_of(state.context), ConstantCost(), **options)
+
+
+EMPTY = problem(Context("empty", (robot(),), (), "robot"))
+
+
+def of_rows(name, batch, notation="OBJ(f = it)", about=EMPTY):
+    """What a potential adds to rows of a factor, of things that are one each."""
+    tree = Tree(parse_brackets(notation))
+    return adds(name, FactorCase(tree, 0, batch, about, [1] * len(batch)))
+
+
+def of_things(name, things, notation, landmark=None, **options):
+    """What a potential adds to an OBJECT, by the things of a context that it may be."""
+    about = problem(Context("scene", (*things, robot()), (), "robot"), **options)
+    tree = Tree(parse_brackets(notation))
+    bodies, index = about.scene.indices([*((t,) for t in things), landmark or (things[0],)])
+    n = len(things)
+    batch = about.scene.batch(
+        "OBJECT",
+        [tree.words[0]],
+        np.zeros(n, dtype=np.intp),
+        bodies,
+        figure=index[:n],
+        landmark=np.full(n, index[n] if landmark else -1),
+    )
+    return adds(name, FactorCase(tree, 0, batch, about, [1] * n))
+
+
+def of_groups(name, notation, groups, about):
+    """What a potential adds to groups that a noun may name."""
+    tree = Tree(parse_brackets(notation))
+    return adds(name, CandidateCase(tree, 0, about, groups, "figure", 0))
+
+
+def of_actions(name, notation, actions, found=None, about=EMPTY, **options):
+    """What a potential adds to actions for a clause."""
+    tree = Tree(parse_brackets(notation))
+    found = found or Arguments((None,), (None,), -1, {})
+    case = ActionCase(tree, 0, about.state, found, actions, about)
+    return adds(name, case)
