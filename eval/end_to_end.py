@@ -29,7 +29,6 @@ from g3.inference.grounder import Grounder, Result, object_ids
 from g3.inference.potentials import Ablation, ablation
 from g3.inference.tree import Tree
 from g3.language.extractor import SDCExtractor
-from g3.language.parser import parse_many
 from g3.sdc import SDC
 
 TOP = 30
@@ -187,8 +186,7 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
     own, learned = [a for a in tested if a.command.scenario == scenario], cost_of(scenario)
     extracted: list[tuple[SDC, ...]] = []
     if "auto" in asked.configurations:
-        texts = (a.command.text for a in own)
-        extracted = [p.sdcs for p in parse_many(texts, extractor=extractor_of(scenario))]
+        extracted = extractor_of(scenario).predict(a.command.text for a in own)
     outcomes: dict[str, list[Outcome]] = {}
     for which in asked.configurations:
         cost: Cost = RandomCost(asked.seed) if which == "random" else learned

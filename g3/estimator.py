@@ -7,9 +7,26 @@ and keeps what it has learned in attributes whose names end in ``_``.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from g3.errors import ModelError
+
+
+def read_bytes(path: Path, *, fix: str) -> bytes:
+    """The content of a model's file.
+
+    Raises
+    ------
+    ModelError
+        If it can't be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ModelError(
+            f"the model can't be read: {error.strerror}", where=str(path), fix=fix
+        ) from error
 
 
 class NotFittedError(ModelError, AttributeError):

@@ -17,6 +17,15 @@ from g3.features.matrix import FeatureSpace, fit_space, joint_space
 from g3.features.registry import FeatureSet
 
 
+@dataclass(frozen=True, slots=True)
+class Labelled:
+    """n factors of one annotation's clause, with their correspondence variables, shape (n,)."""
+
+    annotation: Annotation
+    batch: FactorBatch
+    correct: npt.NDArray[np.bool_]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FactorMatrix:
     """Labelled factors with their features; ``factors[rows]`` are some of them.
@@ -60,18 +69,14 @@ class FactorMatrix:
 
 def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> FactorMatrix:
     """Compute the features of examples."""
-    return matrix_of_batch(to_batch(items), labels(items), [e.annotation for e in items], sets)
+    scenario = np.array([e.annotation.command.scenario for e in items], dtype=np.str_)
+    return FactorMatrix(*fit_space(to_batch(items), sets), labels(items), scenario)
 
 
-def matrix_of_batch(
-    batch: FactorBatch,
-    correct: npt.NDArray[np.bool_],
-    annotations: Sequence[Annotation],
-    sets: Sequence[FeatureSet],
-) -> FactorMatrix:
-    """Compute the features of a batch, of one annotation or of one for each row."""
-    scenario = np.array([a.command.scenario for a in annotations], dtype=np.str_)
-    return FactorMatrix(*fit_space(batch, sets), correct, np.broadcast_to(scenario, len(correct)))
+def matrix_of_labelled(known: Labelled, sets: Sequence[FeatureSet]) -> FactorMatrix:
+    """Compute the features of labelled factors."""
+    scenario = np.repeat(np.array([known.annotation.command.scenario]), len(known.correct))
+    return FactorMatrix(*fit_space(known.batch, sets), known.correct, scenario)
 
 
 def joined(parts: Sequence[FactorMatrix], sets: Sequence[FeatureSet]) -> FactorMatrix:

@@ -21,6 +21,7 @@ from g3 import __version__
 from g3.array_file import Field, read_arrays, write_arrays
 from g3.atomic_file import write_bytes
 from g3.errors import ModelError
+from g3.estimator import read_bytes
 from g3.features.matrix import FeatureSpace
 from g3.features.registry import CATALOGUE_VERSION, catalogue
 from g3.groundings import FloatArray
@@ -31,6 +32,7 @@ SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
 FIELDS = {"keys": Field("<i8"), "weights": Field("<f8", finite=True)}
 RETRAIN = "train the model again"
 RESTORE = f"restore both files of the model, or {RETRAIN}"
+NAMED = "give the name that 'ct train g3 --out' was given; a model is a .npz and a .json"
 logger = logging.getLogger(__name__)
 
 
@@ -164,7 +166,7 @@ def read_card(path: Path | str) -> ModelCard:
         If it is missing or damaged, or needs other features or other data than there are.
     """
     card_path = model_files(path)[1]
-    content = _read(card_path)
+    content = read_bytes(card_path, fix=NAMED)
     try:
         version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
         if version is None or bytes(version) not in (b"1", b"2"):
@@ -233,7 +235,7 @@ def _check_data(card: ModelCard, path: Path) -> None:
 
 
 def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], FloatArray]:
-    content = _read(path)
+    content = read_bytes(path, fix=NAMED)
     if _digest(content) != card.arrays:
         raise _damaged(path, "the content is not what was written with the JSON file")
     arrays = read_arrays(content, FIELDS, where=str(path), fix=RESTORE, error=ModelError)
@@ -247,17 +249,6 @@ def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], Fl
     if np.any(keys[1:] <= keys[:-1]) or np.any((keys < 0) | (keys >= products)):
         raise _damaged(path, "they are not ascending products of the bases and words", "keys")
     return keys, weights
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise ModelError(
-            f"the model can't be read: {error.strerror}",
-            where=str(path),
-            fix="give the name that 'ct train g3 --out' was given; a model is a .npz and a .json",
-        ) from error
 
 
 def _digest(content: bytes) -> str:

@@ -25,7 +25,6 @@ from g3.atomic_file import write_bytes
 from g3.inference.costs import RandomCost
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.state import start_state
-from g3.language.parser import parse
 
 CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
@@ -136,7 +135,7 @@ def _planned(
         annotation, sdcs = unit.annotation, unit.annotation.sdcs
         scenario = annotation.command.scenario
         if unit.configuration == "auto":
-            sdcs = parse(annotation.command.text, extractor=extractor_of(scenario)).sdcs
+            [sdcs] = extractor_of(scenario).predict([annotation.command.text])
         is_random = unit.configuration == "random"
         grounder = Grounder(RandomCost(settings.seed) if is_random else cost_of(scenario))
         result = grounder.follow(sdcs, annotation.context, least=0.0)

@@ -19,13 +19,13 @@ import numpy.typing as npt
 from g3.action_candidates import Kind, end_of, kind_of, moved
 from g3.actions import centre, recorded
 from g3.annotation import Annotation
+from g3.factor_matrix import Labelled
 from g3.geometry import point_gap
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.actions import Action, Focus, move, possible_actions, result
 from g3.inference.arguments import Arguments, combine
 from g3.inference.candidates import beneath, ground, square
 from g3.inference.clauses import HANDLING
-from g3.inference.labelled import Labelled
 from g3.inference.roles import goal_paths
 from g3.inference.scene import Group
 from g3.inference.stage import Trial, event_batch, path_batch

@@ -14,10 +14,10 @@ import numpy as np
 
 from g3.actions import centre
 from g3.annotation import Annotation
+from g3.factor_matrix import Labelled
 from g3.features.order import is_ordinal
 from g3.groundings import Path, PhysicalObject, Place
 from g3.inference.candidates import grounded, spots_about, spots_of_robot
-from g3.inference.labelled import Labelled
 from g3.inference.phrases import factor_type, is_pronoun
 from g3.inference.scene import Group, Scene
 from g3.inference.state import State

@@ -16,11 +16,10 @@ import numpy as np
 
 from g3.annotation import Annotation
 from g3.examples import examples
-from g3.factor_matrix import FactorMatrix, joined, matrix_of_batch, matrix_of_examples
+from g3.factor_matrix import FactorMatrix, Labelled, joined, matrix_of_examples, matrix_of_labelled
 from g3.features.registry import FeatureSet
 from g3.inference.action_examples import action_examples
 from g3.inference.candidates import object_groups
-from g3.inference.labelled import Labelled
 from g3.inference.scene import scene_of
 from g3.inference.state import start_state
 from g3.inference.thing_examples import thing_examples
@@ -94,8 +93,7 @@ def _examples(task: _Task, sets: Sequence[FeatureSet], seed: int) -> FactorMatri
     if task.number is not None:
         rng = np.random.default_rng([seed, task.number])
         labelled = _own(task.annotations, rng)
-        parts = [matrix_of_batch(o.batch, o.correct, [o.annotation], sets) for o in labelled]
-        return joined(parts, sets)
+        return joined([matrix_of_labelled(one, sets) for one in labelled], sets)
     items = [e for e in examples(task.annotations) if e.sdc.type in ("OBJECT", "PLACE")]
     return joined([matrix_of_examples(items, sets)] if items else [], sets)
 

@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from g3.atomic_file import write_bytes
-from g3.errors import ModelError
-from g3.estimator import Estimator
+from g3.estimator import Estimator, read_bytes
 from g3.language.assembly import Clause, assemble
 from g3.language.attachment import AttachmentModel, probabilities
 from g3.language.extractor_file import from_bytes, to_bytes
@@ -195,14 +194,7 @@ class SDCExtractor(Estimator):
         ModelError
             If it is missing or damaged, or was written for other roles or features than there are.
         """
-        try:
-            content = Path(path).read_bytes()
-        except OSError as error:
-            raise ModelError(
-                f"the model can't be read: {error.strerror}",
-                where=str(path),
-                fix="give what 'ct train sdc --out' wrote",
-            ) from error
+        content = read_bytes(Path(path), fix="give what 'ct train sdc --out' wrote")
         roles, attachments, card = from_bytes(content, where=str(path))
         found = cls(l2=card.get("l2", DEFAULT_L2), card=card)
         found.roles_, found.attachments_, found.card_ = roles, attachments, card

@@ -38,17 +38,11 @@ SMALL = 1e-3
 def to_bytes(roles: RoleModel, attachments: AttachmentModel, card: Mapping[str, object]) -> bytes:
     """Write an extractor as an archive of NumPy arrays; weights are rounded to half precision."""
     buckets = sorted(attachments.weights)
-    form = {
-        "version": VERSION,
-        "roles": ROLES,
-        "templates": [" ".join(template) for template in TEMPLATES],
-        "move_templates": [" ".join(template) for template in MOVE_TEMPLATES],
-    }
     role_keys, role_weights = _arrays(roles.roles)
     move_keys, move_weights = _arrays(roles.moves)
     values = [attachments.weights[bucket] for bucket in buckets]
     arrays: dict[str, Array] = {
-        "form": _text(form),
+        "form": _form(VERSION),
         "card": _text(dict(card)),
         "role_keys": role_keys,
         "role_weights": role_weights,
@@ -59,6 +53,14 @@ def to_bytes(roles: RoleModel, attachments: AttachmentModel, card: Mapping[str, 
         "attachment_weights": np.array(values, dtype=np.float16),
     }
     return write_arrays(arrays, sealed=True)
+
+
+def _form(version: int) -> npt.NDArray[np.uint8]:
+    """What weights are of, which must be the same where they are read."""
+    templates, moves = ([" ".join(one) for one in of] for of in (TEMPLATES, MOVE_TEMPLATES))
+    return _text(
+        {"version": version, "roles": ROLES, "templates": templates, "move_templates": moves}
+    )
 
 
 def _text(value: object) -> npt.NDArray[np.uint8]:
@@ -90,13 +92,8 @@ def from_bytes(
     """
     arrays = read_arrays(content, _FIELDS, where=where, fix=RETRAIN, error=ModelError)
     try:
-        form = json.loads(arrays["form"].tobytes())
-        if (
-            form["version"] != (VERSION if DIGEST in arrays else UNSEALED_VERSION)
-            or form["roles"] != list(ROLES)
-            or form["templates"] != [" ".join(template) for template in TEMPLATES]
-            or form["move_templates"] != [" ".join(template) for template in MOVE_TEMPLATES]
-        ):
+        form = _form(VERSION if DIGEST in arrays else UNSEALED_VERSION)
+        if arrays["form"].tobytes() != form.tobytes():
             raise ModelError(
                 "the extractor was trained by another version of the program",
                 where=where,

@@ -131,7 +131,6 @@ def changed(content, *, sealed=True, **arrays):
     [
         {"role_weights": np.zeros((3, 3))},
         {"role_keys": None},
-        {"form": np.frombuffer(b"{}", dtype=np.uint8)},
         {"card": np.frombuffer(b"nothing", dtype=np.uint8)},
         {"attachment_weights": np.zeros((1, 1))},
     ],
