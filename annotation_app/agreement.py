@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from g3.sdc import CHILD_FIELDS, SDC, all_words
+from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
 Measure: TypeAlias = Literal["span", "tree"]
 

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from annotation_app.export import subject_of
 from annotation_app.models import Answer, Item, Person, Record, Study
 from g3.errors import FormatError
-from g3.sdc_notation import from_json
+from g3.sdc.sdc_notation import from_json
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
@@ -73,8 +73,8 @@ def to_conllu(session: Session, study: Study) -> bytes:
     FormatError
         If the parser of English isn't installed.
     """
-    from g3.language.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
-    from g3.language.pipeline import analyse  # noqa: PLC0415 - as above
+    from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
 
     found = session.execute(
         select(Answer, Item)

@@ -6,7 +6,7 @@ they are kept with real ones:
 describe
     ``{"text"}``, with the video watched: ``{"played_to_end", "watched_s"}``
 segment
-    ``{"sdcs"}`` as :func:`g3.sdc_notation.to_json` writes them
+    ``{"sdcs"}`` as :func:`g3.sdc.sdc_notation.to_json` writes them
 ground
     ``{"groundings": {node: {"objects": [ids], "places": [{"xy"} or {"place": index}],
     "cant_tell", "time_s"}}, "trims": {node: [start_s, end_s]}}``
@@ -33,9 +33,9 @@ from annotation_app.payloads import aliases_of
 from annotation_app.problems import FieldProblem, Refusal
 from annotation_app.scenes import Aliases, Scene
 from g3.errors import SDCError
-from g3.geometry import area, convex_hull
-from g3.sdc import SDC, all_words, breadth_first
-from g3.sdc_notation import from_json, to_json
+from g3.geometry.plane import area, convex_hull
+from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.sdc_notation import from_json, to_json
 
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200

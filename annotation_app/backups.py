@@ -28,8 +28,8 @@ from annotation_app.models import Base
 from annotation_app.salt import SALT, installation_salt
 from annotation_app.schema import NEWEST, is_current
 from annotation_app.sealed_keys import seal
-from g3.atomic_file import replacing
 from g3.errors import FormatError
+from g3.storage.atomic_file import replacing
 
 _BATCH = 1000
 

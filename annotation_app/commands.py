@@ -251,8 +251,8 @@ def export(
     from corpus_tools.corpus.atomic import write_folder
     from corpus_tools.corpus.writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
+    from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
     if form == "corpus":

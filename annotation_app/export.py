@@ -20,13 +20,13 @@ from annotation_app.trims import shifted, trimmed
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.reading import load_corpus
-from g3.actions import covers
+from g3.actions.logged_actions import covers
 from g3.annotation import RATINGS, Annotation, Command, Judgment
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, Place, Prism
 from g3.groundings import Path as GroundedPath
-from g3.sdc import SDC, breadth_first, child_indices
-from g3.sdc_notation import from_json
+from g3.sdc.clauses import SDC, breadth_first, child_indices
+from g3.sdc.sdc_notation import from_json
 
 LOG_INTERVAL_S = 10_000.0
 """Logs of different videos don't overlap on the corpus's clock."""

@@ -13,8 +13,8 @@ import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
-from g3.atomic_file import flush_folder, write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import flush_folder, write_bytes
 
 KEY_FILE = "secret-key"
 KEY_BYTES = 32

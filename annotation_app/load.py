@@ -31,8 +31,8 @@ from corpus_tools.corpus.model import Corpus
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject, Place
-from g3.sdc import breadth_first
-from g3.sdc_notation import to_json
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import to_json
 
 PROVIDER = "import"
 

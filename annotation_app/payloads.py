@@ -30,8 +30,8 @@ from annotation_app.media import Files, media_files
 from annotation_app.models import Draft, Item, Record
 from annotation_app.scenes import Aliases, Scene, aliases, read_scene, scene_payload
 from annotation_app.suggestions import suggest
-from g3.sdc import SDC, all_words, breadth_first
-from g3.sdc_notation import from_json
+from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.sdc_notation import from_json
 
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
 

@@ -20,8 +20,8 @@ from annotation_app.payloads import scene_of
 from annotation_app.people import new_id
 from annotation_app.study import StudyConfig, restored
 from annotation_app.submissions import AGREED, add_event
-from g3.sdc import breadth_first
-from g3.sdc_notation import from_json
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import from_json
 
 REPLACED = "replaced "
 """How the subjects of items begin that were made of an answer that has been replaced."""

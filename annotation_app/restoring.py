@@ -39,8 +39,8 @@ from annotation_app.salt import SALT, keep_check
 from annotation_app.schema import NEWEST
 from annotation_app.sealed_keys import unseal
 from annotation_app.tombstones import Tombstone
-from g3.atomic_file import flush_folder, write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import flush_folder, write_bytes
 
 _BATCH = 1000
 _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")

@@ -22,7 +22,7 @@ from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, PhysicalObject
 
 MANIFEST, SEGMENTATION = "manifest.json", "segmentation.json"

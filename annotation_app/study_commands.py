@@ -27,8 +27,8 @@ def init(*, study_file: Path, form: str) -> None:
       ct annotate init my-study.yaml
     """
     from annotation_app.study_template import TEMPLATE
-    from g3.atomic_file import write_bytes
     from g3.errors import FormatError
+    from g3.storage.atomic_file import write_bytes
 
     if study_file.exists():
         raise FormatError("the file is there already", where=str(study_file), fix="name another")

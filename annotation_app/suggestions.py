@@ -8,7 +8,7 @@ import threading
 
 from annotation_app.models import Record
 from g3.errors import CorpusError
-from g3.sdc_notation import to_json
+from g3.sdc.sdc_notation import to_json
 
 _ONE_AT_A_TIME = threading.Lock()
 """So that the extractor isn't read twice, which takes seconds."""
@@ -24,7 +24,7 @@ def suggest(text: str) -> list[Record] | None:
     """A command's clauses as JSON; None if there is no extractor, or nothing was found."""
     if importlib.util.find_spec("spacy") is None:
         return None
-    from g3.language.extractor import default_extractor  # noqa: PLC0415 - slow, may be missing
+    from g3.language.parsing.extractor import default_extractor  # noqa: PLC0415 - slow, may be missing
 
     try:
         with _ONE_AT_A_TIME:

@@ -15,8 +15,8 @@ from sqlalchemy import Engine, select
 
 from annotation_app.database import reading
 from annotation_app.models import Erasure
-from g3.atomic_file import write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
 
 ERASED_FILE = "erased.jsonl"
 

@@ -14,7 +14,7 @@ from benchmarks import candidates, extraction, logs, parsing, reading, rendering
 from benchmarks.timing import table
 from corpus_tools.bundled import open_corpus
 from corpus_tools.video.drawing.gl import choose_back_end
-from g3.examples import examples, labels
+from g3.learning.examples import examples, labels
 
 
 def main() -> None:

@@ -14,13 +14,13 @@ import numpy as np
 
 from benchmarks.inference import world
 from benchmarks.timing import best, heading, show
-from g3.examples import factor_words
-from g3.features.batch import FactorBatch
-from g3.features.registry import select, values
-from g3.inference.candidates import object_groups
-from g3.inference.scene import Scene, scene_of
-from g3.sdc import SDCType
-from g3.sdc_notation import parse_brackets
+from g3.actions.grounding_candidates import object_groups
+from g3.features.factor_batch import FactorBatch
+from g3.features.feature_registry import select, values
+from g3.inference.problem.packed_scene import Scene, scene_of
+from g3.learning.examples import factor_words
+from g3.sdc.clauses import SDCType
+from g3.sdc.sdc_notation import parse_brackets
 
 OBJECTS = (8, 60, 100)
 CLAUSES: Mapping[str, tuple[SDCType, str, bool]] = {

@@ -9,9 +9,9 @@ import numpy as np
 from scipy import sparse
 
 from benchmarks.timing import best, heading, show
-from g3.examples import Example, to_batch
+from g3.features.feature_registry import select
 from g3.features.matrix import fit_space, transform
-from g3.features.registry import select
+from g3.learning.examples import Example, to_batch
 
 TIMES = (1, 2, 4, 8, 16)
 

@@ -15,18 +15,18 @@ import numpy as np
 from benchmarks.timing import heading, show
 from corpus_tools.bundled import open_corpus
 from corpus_tools.following import default_model
-from g3.examples import factor_words
-from g3.features.batch import FactorBatch
+from g3.actions.grounding_candidates import object_groups
+from g3.actions.robot_state import start_state
 from g3.features.bodies import IntArray
+from g3.features.factor_batch import FactorBatch
 from g3.features.matrix import transform
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
-from g3.inference.candidates import object_groups
 from g3.inference.grounder import Grounder
-from g3.inference.scene import Scene, scene_of
-from g3.inference.scoring import Scorer
-from g3.inference.state import start_state
-from g3.sdc import SDC
-from g3.sdc_notation import parse_brackets
+from g3.inference.problem.packed_scene import Scene, scene_of
+from g3.inference.problem.scoring import Scorer
+from g3.learning.examples import factor_words
+from g3.sdc.clauses import SDC
+from g3.sdc.sdc_notation import parse_brackets
 
 COMMANDS = {
     "pick up": "EVENT(r = Pick up, l = OBJ(f = the tire pallet))",

@@ -11,16 +11,16 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.timing import best, best_of, compare, heading, show
 from corpus_tools.corpus.model import Corpus
-from g3.language.extractor import BATCH, default_extractor
-from g3.language.pipeline import analyse, language_model
+from g3.language.parsing.extractor import BATCH, default_extractor
+from g3.language.parsing.spacy_pipeline import analyse, language_model
 
 COMMANDS = 1000
 LOAD = """
 import time
 import numpy
 start = time.process_time()
-from g3.language.extractor import default_extractor
-from g3.language.pipeline import language_model
+from g3.language.parsing.extractor import default_extractor
+from g3.language.parsing.spacy_pipeline import language_model
 language_model(), default_extractor()
 print(time.process_time() - start)
 """

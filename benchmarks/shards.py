@@ -22,7 +22,7 @@ from corpus_tools.parallel import Workers
 from corpus_tools.shards.files import MANIFEST, Manifest, ShardRecord, read_manifest, read_shard
 from corpus_tools.shards.making import write_shards
 from corpus_tools.shards.training import TOLERANCE, fit_on_shards
-from g3.model import GroundingModel
+from g3.learning.grounding_model import GroundingModel
 
 T = TypeVar("T")
 

@@ -18,10 +18,10 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.timing import best_of, compare, heading, show
 from corpus_tools.shards.files import Shard, read_manifest, read_shard
-from g3 import crf
-from g3.crf import BoolArray
 from g3.features.matrix import ALONE
 from g3.groundings import FloatArray
+from g3.learning import crf
+from g3.learning.crf import BoolArray
 
 L2 = 1.0
 TOLERANCE = 1e-4

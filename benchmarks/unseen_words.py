@@ -15,10 +15,10 @@ from eval.correspondence import predicted_true
 from eval.experiment import predictions
 from eval.protocol import Choices, set_up
 from eval.statistics import figures
-from g3.factor_matrix import matrix_of_examples
-from g3.features.registry import select
-from g3.language.words import normalise
-from g3.model import GroundingModel
+from g3.features.feature_registry import select
+from g3.language.lexicon.field_words import normalise
+from g3.learning.factor_matrix import matrix_of_examples
+from g3.learning.grounding_model import GroundingModel
 
 NOUNS = (
     "pallet skid crate palette tire tyre box truck trailer platform wheel load bricks lorry "

@@ -41,14 +41,14 @@ def encoding() -> str:
 
 def wordnet() -> str:
     """Whether WordNet can be read."""
-    from g3.language import resources  # noqa: PLC0415 - slow to import
+    from g3.language.similarity import resources  # noqa: PLC0415 - slow to import
 
     return f"{len(resources.wordnet().senses)} nouns"
 
 
 def image_tags() -> str:
     """Whether the table of image tags can be read."""
-    from g3.language import resources  # noqa: PLC0415 - slow to import
+    from g3.language.similarity import resources  # noqa: PLC0415 - slow to import
 
     table = resources.tag_table()
     return f"{len(table.tags)} tags of {table.images} images"
@@ -56,8 +56,8 @@ def image_tags() -> str:
 
 def parsing() -> str:
     """Whether commands can be parsed."""
-    from g3.language.extractor import default_extractor  # noqa: PLC0415 - slow to import
-    from g3.language.pipeline import language_model  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.extractor import default_extractor  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import language_model  # noqa: PLC0415 - slow to import
 
     meta = language_model().meta
     default_extractor()

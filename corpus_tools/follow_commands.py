@@ -14,8 +14,8 @@ from g3.errors import CorpusError
 
 if TYPE_CHECKING:
     from corpus_tools.world.physics.execute import Execution
+    from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Plan, Result
-    from g3.inference.state import State
 
 NOTHING = 2
 """Exit status where there is nothing to do, as for bad input."""
@@ -152,7 +152,7 @@ def _check_options(
 
 
 def _start(scenario: str | None, context_name: str | None) -> State:
-    from g3.inference.state import start_state
+    from g3.actions.robot_state import start_state
 
     if scenario is not None:
         from corpus_tools.world.scenarios.contexts import scenario_context
@@ -180,8 +180,8 @@ def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
     from corpus_tools.following import default_model
     from corpus_tools.progress import progress_bar
     from g3.inference.grounder import Grounder
-    from g3.inference.potentials import check_potentials
-    from g3.model import GroundingModel
+    from g3.inference.potentials.potential_registry import check_potentials
+    from g3.learning.grounding_model import GroundingModel
 
     without = check_potentials(ablate)
     if model is not None:
@@ -217,9 +217,9 @@ def _sentence(plan: Plan) -> str:
 
 def _record(result: Result) -> dict[str, object]:
     from corpus_tools.plan_words import described
-    from g3.inference.aspects import aspects
     from g3.inference.grounder import object_ids
-    from g3.sdc_notation import to_json
+    from g3.inference.reasons.aspects import aspects
+    from g3.sdc.sdc_notation import to_json
 
     return {
         "sdcs": to_json(result.sdcs),

@@ -24,17 +24,17 @@ from corpus_tools.world.state.robot_script import (
     Script,
     ScriptStep,
 )
-from g3.actions import centre
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.grounding_candidates import GROUND_M, ground, square
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import ModelError
-from g3.examples import examples
-from g3.features.registry import CATALOGUE_VERSION, select
+from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.groundings import Context, PhysicalObject, Place, Prism
-from g3.inference.actions import Action, move, result
-from g3.inference.candidates import GROUND_M, ground, square
-from g3.inference.state import State, moved_to, start_state
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
-from g3.model_file import TrainingCard
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.examples import examples
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.model_file import TrainingCard
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 3

@@ -12,12 +12,12 @@ import numpy as np
 from corpus_tools.corpus.model import Corpus
 from g3.annotation import Annotation
 from g3.errors import CorpusError
-from g3.examples import Example, examples
 from g3.groundings import Context
+from g3.learning.examples import Example, examples
 
 Negatives = Literal["random", "hard"]
 """``random``: the corpus's own, the paper's protocol. ``hard``: other plausible groundings
-in the same scene, made from the positives (:func:`g3.negatives.hard_negatives`)."""
+in the same scene, made from the positives (:func:`g3.negatives.hard_negatives.hard_negatives`)."""
 NEGATIVES: tuple[Negatives, ...] = get_args(Negatives)
 
 
@@ -69,7 +69,7 @@ def labelled_examples(
 def _annotations(corpus: Corpus, negatives: Negatives, seed: int) -> list[Annotation]:
     if negatives == "random":
         return list(corpus.annotations)
-    from g3.negatives import hard_negatives  # noqa: PLC0415 - brings the simulator of actions
+    from g3.negatives.hard_negatives import hard_negatives  # noqa: PLC0415 - brings the simulator of actions
 
     positives = [a for a in corpus.annotations if a.source == "positive"]
     return [*positives, *hard_negatives(positives, np.random.default_rng([seed, _STREAM]))]

@@ -16,8 +16,8 @@ from corpus_tools.terminal import say
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
-    from g3.features.registry import FeatureSet
-    from g3.inference.potentials import Potential
+    from g3.features.feature_registry import FeatureSet
+    from g3.inference.potentials.potential_registry import Potential
 
 
 @click.command(
@@ -50,10 +50,10 @@ def graph(
     semicolons; "-" reads them from the standard input.
     """
     from corpus_tools.format_option import as_json
-    from g3.atomic_file import write_bytes
-    from g3.graph import GroundingGraph, grounding_graph
-    from g3.graph_drawing import to_dot, to_record, to_svg, to_text
-    from g3.sdc_notation import parse_brackets
+    from g3.graph.graph_drawing import to_dot, to_record, to_svg, to_text
+    from g3.graph.grounding_graph import GroundingGraph, grounding_graph
+    from g3.sdc.sdc_notation import parse_brackets
+    from g3.storage.atomic_file import write_bytes
 
     try:
         sdcs = parse_brackets(_notation(notation, source), command=text)
@@ -114,8 +114,8 @@ def list_features(form: str) -> None:
       ct features list --json
     """
     import g3.inference  # noqa: F401 - fills both catalogues
-    from g3.features.registry import CATALOGUE_VERSION, catalogue
-    from g3.inference.potentials import KINDS, potentials
+    from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
+    from g3.inference.potentials.potential_registry import KINDS, potentials
 
     records = [_feature_record(feature) for feature in catalogue()]
     rules = [_potential_record(potential) for potential in potentials()]
@@ -283,8 +283,8 @@ def g3(
     from corpus_tools.labelled import Options
     from corpus_tools.parallel import Workers
     from corpus_tools.trained import from_corpus, from_shards
-    from g3.model import DEFAULT_L2
-    from g3.model_file import model_files
+    from g3.learning.grounding_model import DEFAULT_L2
+    from g3.learning.model_file import model_files
 
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
@@ -366,8 +366,8 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> No
     """
     from corpus_tools.bundled import open_corpus
     from corpus_tools.trees import annotated_trees
-    from g3.language.extractor import DEFAULT_L2, SDCExtractor
-    from g3.language.extractor_training import prepare
+    from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor
+    from g3.language.parsing.training.extractor_training import prepare
 
     if not out.parent.is_dir():
         raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")

@@ -13,7 +13,7 @@ from corpus_tools.terminal import note, say
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
-    from g3.language.extractor import Parse, SDCExtractor
+    from g3.language.parsing.extractor import Parse, SDCExtractor
 
 
 @click.command(
@@ -67,8 +67,8 @@ def parse(
     TEXT is a command; "-" reads commands from the standard input, one a line. What can't be
     parsed, wholly or in part, is told on the standard error.
     """
-    from g3.atomic_file import write_bytes
-    from g3.language.extractor import SDCExtractor, default_extractor
+    from g3.language.parsing.extractor import SDCExtractor, default_extractor
+    from g3.storage.atomic_file import write_bytes
 
     commands = _commands(text, source)
     if form == "svg" and len(commands) != 1:
@@ -111,9 +111,9 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
 
 
 def _write(commands: list[str], form: str, n_best: int, extractor: SDCExtractor) -> list[str]:
-    from g3.language.conllu import to_conllu
-    from g3.language.pipeline import analyse
-    from g3.sdc_drawing import to_svg
+    from g3.language.parsing.conllu import to_conllu
+    from g3.language.parsing.spacy_pipeline import analyse
+    from g3.sdc.sdc_drawing import to_svg
 
     if form == "conllu":
         analyses = list(analyse(commands))
@@ -137,14 +137,14 @@ def _write(commands: list[str], form: str, n_best: int, extractor: SDCExtractor)
 def _json(parsed: Parse) -> str:
     import json
 
-    from g3.sdc_notation import to_json
+    from g3.sdc.sdc_notation import to_json
 
     trees = [{"probability": t.probability, "sdcs": to_json(t.sdcs)} for t in parsed.trees]
     return json.dumps({"text": parsed.text, "note": parsed.note, "trees": trees})
 
 
 def _brackets(parsed: Parse, n_best: int, *, several: bool) -> str:
-    from g3.sdc_notation import format_brackets
+    from g3.sdc.sdc_notation import format_brackets
 
     lines = [f"# {' '.join(parsed.text.split())}"] if several else []
     for tree in parsed.trees:

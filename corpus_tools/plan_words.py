@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from g3.actions.action_kinds import Action
 from g3.groundings import Grounding, Path, Place
-from g3.inference.actions import Action
-from g3.inference.aspects import aspects
 from g3.inference.grounder import Plan, object_ids
-from g3.sdc import SDC
+from g3.inference.reasons.aspects import aspects
+from g3.sdc.clauses import SDC
 
 
 def described(action: Action) -> str:

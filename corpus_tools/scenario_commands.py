@@ -131,7 +131,7 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
     from corpus_tools.world.scenarios.maps import draw_map
     from corpus_tools.world.scenarios.scenario_reading import read_scenario
-    from g3.atomic_file import write_bytes
+    from g3.storage.atomic_file import write_bytes
 
     found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
     if out is not None:
@@ -176,7 +176,7 @@ def generate(
     from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
     from corpus_tools.world.scenarios.random.generation import generate as make
     from corpus_tools.world.scenarios.scenario_writing import format_scenario
-    from g3.atomic_file import write_bytes
+    from g3.storage.atomic_file import write_bytes
 
     known = read_layouts(dataset_folder(dataset), layouts)
     out.mkdir(parents=True, exist_ok=True)

@@ -77,7 +77,7 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
 def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
     """Show each measure's similarity of words and labels, from 0 to 1."""
     from g3.errors import ModelError
-    from g3.language.similarity import MEASURES
+    from g3.language.similarity.word_similarity import MEASURES
 
     records = []
     for name, measure in MEASURES.items():

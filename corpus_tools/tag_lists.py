@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TextIO
 
 from corpus_tools.progress import OnProgress
-from g3.atomic_file import write_bytes
 from g3.errors import FormatError
-from g3.language.cooccurrence import (
+from g3.language.similarity.cooccurrence import (
     TagTable,
     count_together,
     frequent_tags,
     read_tags,
     table_to_bytes,
 )
+from g3.storage.atomic_file import write_bytes
 
 LINES_PER_REPORT = 10_000
 

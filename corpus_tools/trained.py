@@ -12,9 +12,9 @@ from corpus_tools.bundled import open_corpus
 from corpus_tools.labelled import Options, labelled_examples, scenario_ids
 from corpus_tools.parallel import Workers
 from corpus_tools.progress import progress_bar
-from g3.crf import Optimizer
-from g3.features.registry import select
-from g3.model import GroundingModel
+from g3.features.feature_registry import select
+from g3.learning.crf import Optimizer
+from g3.learning.grounding_model import GroundingModel
 
 if TYPE_CHECKING:
     from corpus_tools.shards.files import Manifest

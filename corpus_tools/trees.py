@@ -7,7 +7,7 @@ from typing import NamedTuple
 from corpus_tools.corpus.model import Corpus
 from g3.annotation import Command
 from g3.errors import CorpusError
-from g3.sdc import SDC
+from g3.sdc.clauses import SDC
 
 
 class Annotated(NamedTuple):

@@ -10,9 +10,9 @@ import click
 from sphinx.application import Sphinx
 
 from corpus_tools import __version__
-from g3.graph import grounding_graph
-from g3.graph_drawing import to_svg
-from g3.sdc_notation import parse_brackets
+from g3.graph.graph_drawing import to_svg
+from g3.graph.grounding_graph import grounding_graph
+from g3.sdc.sdc_notation import parse_brackets
 
 project = "corpus-tools-g3"
 author = "The corpus-tools authors"

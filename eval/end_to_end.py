@@ -22,14 +22,14 @@ from eval.outcomes import JudgedRow, Outcome, judged_row
 from eval.search_examples import data_of, read, written
 from g3.annotation import Annotation
 from g3.errors import CorpusError
-from g3.features.registry import FeatureSet, select
+from g3.features.feature_registry import FeatureSet, select
 from g3.groundings import PhysicalObject
-from g3.inference.costs import Cost, RandomCost, Scorer
 from g3.inference.grounder import Grounder, Result, object_ids
-from g3.inference.potentials import Ablation, ablation
-from g3.inference.tree import Tree
-from g3.language.extractor import SDCExtractor
-from g3.sdc import SDC
+from g3.inference.potentials.potential_registry import Ablation, ablation
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost, RandomCost, Scorer
+from g3.language.parsing.extractor import SDCExtractor
+from g3.sdc.clauses import SDC
 
 TOP = 30
 """How many commands the paper's top rows have."""

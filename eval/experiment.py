@@ -18,10 +18,10 @@ from eval.learning_curve import CurvePoint
 from eval.protocol import Choices, Metadata, Trial, chosen_sets, set_up, set_up_model
 from eval.splits import IntArray
 from eval.statistics import FloatArray
-from g3.examples import Example, labels
-from g3.factor_matrix import FactorMatrix, matrix_of_examples
-from g3.model import GroundingModel
-from g3.sdc import all_words
+from g3.learning.examples import Example, labels
+from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
+from g3.learning.grounding_model import GroundingModel
+from g3.sdc.clauses import all_words
 
 SMALLEST_SIZE = 50
 """Annotated SDCs at the first point of a learning curve; each further point has twice as many."""

@@ -15,13 +15,13 @@ from corpus_tools.trees import annotated_trees
 from eval.outcomes import Outcome
 from eval.splits import leave_one_out
 from eval.statistics import BoolArray
-from g3.factor_matrix import FactorMatrix
 from g3.inference.calibration import fit_curve
-from g3.inference.costs import Scorer
-from g3.inference.training import TOLERANCE
-from g3.language.extractor import SDCExtractor
-from g3.language.extractor_training import prepare
-from g3.model import GroundingModel
+from g3.inference.problem.costs import Scorer
+from g3.inference.training.search_training import TOLERANCE
+from g3.language.parsing.extractor import SDCExtractor
+from g3.language.parsing.training.extractor_training import prepare
+from g3.learning.factor_matrix import FactorMatrix
+from g3.learning.grounding_model import GroundingModel
 
 Fitted = TypeVar("Fitted")
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.action_candidates import end_of, kind_of, moved
-from g3.actions import centre, recorded
-from g3.geometry import convex_hull, point_gap
+from g3.actions.action_candidates import end_of, kind_of, moved
+from g3.actions.grounding_candidates import beneath, square
+from g3.actions.logged_actions import centre, recorded
+from g3.actions.robot_state import State, start_state
+from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import Context, FloatArray, PhysicalObject
-from g3.inference.candidates import beneath, square
-from g3.inference.state import State, start_state
 
 MOVED_M = 0.5
 """What ends nearer than this to where it was counts as left alone."""

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from eval.outcomes import Outcome
-from g3.atomic_file import write_bytes
+from g3.storage.atomic_file import write_bytes
 
 SUFFIX = ".part"
 """Of the file, beside the one that the table will be written to."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Literal
 
 from eval.correspondence import ROW_TYPES, Row, RowType
 from eval.formats import delimited, metadata_text
-from g3.atomic_file import write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

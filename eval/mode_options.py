@@ -82,7 +82,7 @@ def is_terminal(out: Path | None) -> bool:
 
 def write(text: str, out: Path | None) -> None:
     """Write a result to a file, or to the standard output."""
-    from g3.atomic_file import write_bytes  # noqa: PLC0415 - `ct --help` does without
+    from g3.storage.atomic_file import write_bytes  # noqa: PLC0415 - `ct --help` does without
 
     if out is None:
         say(text, styled=True)

@@ -78,7 +78,7 @@ def table_3(
     from eval.plan_report import render
     from eval.studies.judge_report import in_a_line, with_validity
     from eval.studies.judge_validity import known_validity
-    from g3.features.registry import CATALOGUE_VERSION
+    from g3.features.feature_registry import CATALOGUE_VERSION
 
     strength = l2 or 1.0
     settings = {

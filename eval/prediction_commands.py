@@ -148,7 +148,7 @@ def table_1(
     from eval import experiment
     from eval.correspondence import table_rows
     from eval.formats import render
-    from g3.inference.potentials import ablation
+    from g3.inference.potentials.potential_registry import ablation
 
     rules = ablation(choices.ablate).potentials
     if rules:

@@ -17,10 +17,10 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.labelled import Negatives, labelled_examples, scenario_ids
 from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
-from g3.examples import Example
-from g3.features.registry import CATALOGUE_VERSION, FeatureSet, select
-from g3.inference.potentials import ablation
-from g3.model import DEFAULT_L2, GroundingModel
+from g3.features.feature_registry import CATALOGUE_VERSION, FeatureSet, select
+from g3.inference.potentials.potential_registry import ablation
+from g3.learning.examples import Example
+from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 
 Division = Literal["cv", "split"]
 Metadata = dict[str, object]

@@ -1,8 +1,8 @@
 """How well words alone tell what OBJECTs speak of, by the annotated trees and groundings.
 
-Antecedents of pronouns (:mod:`g3.language.anaphora`) are compared with the groundings: one is
-right if it is grounded in what the pronoun is grounded in. The number of an OBJECT
-(:mod:`g3.language.groups`) is compared with how many groundings it has.
+Antecedents of pronouns (:mod:`g3.language.discourse.anaphora`) are compared with the groundings:
+one is right if it is grounded in what the pronoun is grounded in. The number of an OBJECT
+(:mod:`g3.language.discourse.groups`) is compared with how many groundings it has.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from g3.annotation import Annotation
 from g3.groundings import Grounding, PhysicalObject
-from g3.language.anaphora import anaphors
-from g3.language.groups import group
-from g3.sdc import all_words, breadth_first
+from g3.language.discourse.anaphora import anaphors
+from g3.language.discourse.groups import group
+from g3.sdc.clauses import all_words, breadth_first
 
 
 @dataclass(frozen=True, slots=True)

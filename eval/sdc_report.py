@@ -12,8 +12,8 @@ from rich.table import Table
 from eval.formats import cell, document, table_text
 from eval.sdc_scores import FIELDS, NOWHERE, Counts
 from eval.sdc_trials import Trial
-from g3.sdc import SDC_TYPES
-from g3.sdc_notation import format_brackets
+from g3.sdc.clauses import SDC_TYPES
+from g3.sdc.sdc_notation import format_brackets
 
 
 def figures(trials: Sequence[Trial]) -> dict[str, object]:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from g3.sdc import SDC, SDC_TYPES, Span, all_words, breadth_first
+from g3.sdc.clauses import SDC, SDC_TYPES, Span, all_words, breadth_first
 
 T = TypeVar("T")
 

@@ -13,8 +13,8 @@ from eval.reference_scores import reference_scores
 from eval.sdc_scores import Comparison, compare
 from eval.splits import leave_one_out
 from g3.errors import CorpusError
-from g3.language.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
-from g3.language.extractor_training import Lesson, prepare
+from g3.language.parsing.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
+from g3.language.parsing.training.extractor_training import Lesson, prepare
 
 OnProgress = Callable[[str, int, int], None]
 

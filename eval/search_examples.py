@@ -15,12 +15,12 @@ from corpus_tools.bundled import cache_folder, forget_old
 from corpus_tools.corpus.model import Corpus
 from corpus_tools.parallel import Team, WorkerDiedError, work_in_order
 from corpus_tools.progress import OnProgress
-from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import CorpusError, FormatError
-from g3.factor_matrix import FactorMatrix
+from g3.features.feature_registry import FeatureSet, select
 from g3.features.matrix import FeatureSpace
-from g3.features.registry import FeatureSet, select
-from g3.inference.training import training_data
+from g3.inference.training.search_training import training_data
+from g3.learning.factor_matrix import FactorMatrix
+from g3.storage.array_file import Field, read_arrays, write_arrays
 
 Item = TypeVar("Item")
 _PREFIX = ".examples-"

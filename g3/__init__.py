@@ -2,9 +2,9 @@
 
 The package knows nothing of corpora on disk, simulators, web servers or the command line.
 The only files that it writes are models: :meth:`GroundingModel.save`, :meth:`SDCExtractor.save`.
-Read :mod:`g3.sdc` first (what a command is made of), then :mod:`g3.groundings`
-(what it can mean), :mod:`g3.annotation` (both together), :mod:`g3.graph` (the
-factor graph), :mod:`g3.features` and :mod:`g3.crf` (the learned model).
+Read :mod:`g3.sdc.clauses` first (what a command is made of), then :mod:`g3.groundings`
+(what it can mean), :mod:`g3.annotation` (both together), :mod:`g3.graph.grounding_graph` (the
+factor graph), :mod:`g3.features` and :mod:`g3.learning.crf` (the learned model).
 ``g3.parse`` extracts the clauses of a command, ``g3.Grounder`` follows it. ``g3.SDCExtractor``
 and ``g3.GroundingModel`` are what they learn from annotations, with `fit` and `predict`.
 """
@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from g3.inference.grounder import Grounder
-    from g3.language.extractor import SDCExtractor
-    from g3.language.parser import parse, parse_many
-    from g3.model import GroundingModel
+    from g3.language.parsing.extractor import SDCExtractor
+    from g3.language.parsing.parser import parse, parse_many
+    from g3.learning.grounding_model import GroundingModel
 
 __all__ = ["Grounder", "GroundingModel", "SDCExtractor", "parse", "parse_many"]
 
@@ -26,10 +26,10 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "Grounder": "g3.inference.grounder",
-    "GroundingModel": "g3.model",
-    "SDCExtractor": "g3.language.extractor",
-    "parse": "g3.language.parser",
-    "parse_many": "g3.language.parser",
+    "GroundingModel": "g3.learning.grounding_model",
+    "SDCExtractor": "g3.language.parsing.extractor",
+    "parse": "g3.language.parsing.parser",
+    "parse_many": "g3.language.parsing.parser",
 }
 
 

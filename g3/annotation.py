@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from g3.groundings import Context, Grounding
-from g3.sdc import SDC
+from g3.sdc.clauses import SDC
 
 Source = Literal["positive", "random", "easy", "hard"]
 """How an annotation's groundings came about.
 
 ``positive``: an annotator's groundings. ``random``: a random grounding per SDC,
 re-annotated where it happens to be right. ``easy``: an object that is plainly wrong.
-``hard``: a plausible candidate from the command's own start state (:mod:`g3.negatives`).
+``hard``: a plausible candidate from the command's own start state
+(:mod:`g3.negatives.hard_negatives`).
 """
 SOURCES: tuple[Source, ...] = get_args(Source)
 
@@ -62,7 +63,7 @@ class Annotation:
     sdcs
         The top-level clauses.
     groundings
-        For each clause in breadth-first order (:func:`g3.sdc.breadth_first`) its
+        For each clause in breadth-first order (:func:`g3.sdc.clauses.breadth_first`) its
         groundings: none if it has not been grounded, several for a plural.
     correct
         For each clause whether its groundings are right, or None where nobody said.

@@ -13,7 +13,7 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.world.state.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
-from g3.sdc import SDC, SDC_TYPES, Span, breadth_first
+from g3.sdc.clauses import SDC, SDC_TYPES, Span, breadth_first
 
 words = st.text(min_size=1, max_size=8).filter(
     lambda text: not any(c.isspace() for c in text)

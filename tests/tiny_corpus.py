@@ -10,8 +10,8 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.model import Corpus
 from g3.annotation import Annotation, Command, Source
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
-from g3.sdc import all_words
-from g3.sdc_notation import parse_brackets
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import parse_brackets
 from tests.worlds import line, log, prism, still
 
 SCENARIOS = ("to_pallet", "to_truck", "put_on_truck")

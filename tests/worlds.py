@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
 
 

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from annotation_app.agreement import Measure, mean_pairwise
 from annotation_app.models import Answer, Event, Item, Record, Task
 from corpus_tools.agreement import Level, fleiss_kappa, krippendorff_alpha
-from g3.sdc_notation import from_json
+from g3.sdc.sdc_notation import from_json
 
 
 @dataclass(frozen=True, slots=True)

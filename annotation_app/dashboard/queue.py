@@ -18,8 +18,8 @@ from annotation_app.payloads import clauses_of
 from annotation_app.problems import FieldProblem, Refusal
 from annotation_app.submissions import add_event
 from g3.errors import SDCError
-from g3.sdc_drawing import to_svg
-from g3.sdc_notation import format_brackets, from_json, parse_brackets, to_json
+from g3.sdc.sdc_drawing import to_svg
+from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
 
 ADJUDICATED: tuple[Task, ...] = ("segment", "ground")
 

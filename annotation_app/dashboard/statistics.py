@@ -10,8 +10,8 @@ from sqlalchemy import and_, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.models import TASKS, Answer, Event, Item, Slot, Task
-from g3.sdc import SDC_TYPES, breadth_first
-from g3.sdc_notation import from_json
+from g3.sdc.clauses import SDC_TYPES, breadth_first
+from g3.sdc.sdc_notation import from_json
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from g3.atomic_file import write_bytes
 from g3.errors import CorpusError
 from g3.groundings import Grounding, Place
+from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
     from corpus_tools.video.frame_renderers import Frames
     from corpus_tools.world.physics.execute import Execution
     from corpus_tools.world.state.recording import Recording
+    from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
-    from g3.inference.state import State
 
 log = logging.getLogger(__name__)
 
@@ -141,7 +141,7 @@ def attempt(folder: Path, model: Path | None) -> None:
 
 
 def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
-    from g3.sdc_drawing import to_svg  # noqa: PLC0415 - only the process that tries has all this
+    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415 - only the process that tries has all this
 
     then = msgspec.structs.replace
     yield (shown := then(shown, phase="learning"))
@@ -181,7 +181,7 @@ def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
     """A model's grounder, which is kept; without a model, of the one that comes along."""
     from corpus_tools.following import default_model  # noqa: PLC0415 - as above
     from g3.inference.grounder import Grounder  # noqa: PLC0415
-    from g3.model import GroundingModel  # noqa: PLC0415
+    from g3.learning.grounding_model import GroundingModel  # noqa: PLC0415
 
     if model not in _grounders:
         found = default_model(on_progress) if model is None else GroundingModel.load(model)
@@ -203,7 +203,7 @@ def scenarios() -> dict[str, Path]:
 def _start(scenario: str) -> State:
     from corpus_tools.world.scenarios.contexts import scenario_context  # noqa: PLC0415 - as above
     from corpus_tools.world.scenarios.scenario_reading import read_scenario  # noqa: PLC0415
-    from g3.inference.state import start_state  # noqa: PLC0415
+    from g3.actions.robot_state import start_state  # noqa: PLC0415
 
     return start_state(scenario_context(read_scenario(scenarios()[scenario])))
 

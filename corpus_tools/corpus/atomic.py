@@ -17,7 +17,7 @@ from pathlib import Path
 
 from corpus_tools.corpus.exchange import exchange
 from g3.errors import FormatError
-from g3.only_writer import only_writer
+from g3.storage.only_writer import only_writer
 
 
 def check_target(folder: Path, *, force: bool, marker: str) -> None:

@@ -27,7 +27,7 @@ from corpus_tools.corpus.records import (
 from g3.annotation import Annotation, Command, Judgment
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
-from g3.sdc import SDC, Span, breadth_first
+from g3.sdc.clauses import SDC, Span, breadth_first
 
 GetTrajectory = Callable[[int, str], Trajectory]
 """The trajectory with a number; the second argument is the field that asks for it."""

@@ -13,8 +13,8 @@ from corpus_tools.corpus.statistics import PAPER, Statistics
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
-from g3.sdc import SDC, all_words, breadth_first
-from g3.sdc_notation import format_brackets
+from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.sdc_notation import format_brackets
 
 EXAMPLE_WIDTH = 70
 LABELS = {True: "right", False: "wrong", None: "-"}

@@ -29,7 +29,7 @@ from corpus_tools.corpus.records import (
 from corpus_tools.corpus.trajectories import Arrays, pack
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
-from g3.sdc import SDC, Span
+from g3.sdc.clauses import SDC, Span
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from g3.annotation import Rating, Source
-from g3.sdc import SDCType
+from g3.sdc.clauses import SDCType
 
 SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
 """Corpora of the second can be read; the first adds the digests."""

@@ -15,7 +15,7 @@ import msgspec
 from corpus_tools.corpus.records import LINE_RECORDS, MANIFEST, Manifest
 from corpus_tools.importers.report import REPORT, ImportReport
 from corpus_tools.world.scenarios.scenario_files import LayoutFile, ScenarioFile, schema
-from g3.model_file import ModelCard
+from g3.learning.model_file import ModelCard
 
 
 def schemas() -> dict[str, bytes]:

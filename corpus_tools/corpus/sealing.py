@@ -8,8 +8,8 @@ from corpus_tools.corpus.digests import sealed
 from corpus_tools.corpus.reading import read_content, read_manifest
 from corpus_tools.corpus.records import MANIFEST, Manifest
 from corpus_tools.corpus.writing import manifest_to_bytes
-from g3.atomic_file import write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
 
 
 def seal(folder: Path) -> tuple[Manifest, Manifest]:

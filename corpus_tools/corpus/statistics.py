@@ -8,7 +8,7 @@ import msgspec
 
 from corpus_tools.corpus.model import Corpus
 from g3.annotation import SOURCES, Annotation
-from g3.sdc import SDC, SDC_TYPES, breadth_first
+from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 
 PAPER = {"subjects": 45.0, "videos": 22.0, "commands_per_video": 13.0}
 """What section 4.1 says of the corpus of AAAI-11."""

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.corpus.records import TRAJECTORIES
-from g3 import array_file
-from g3.array_file import Field
 from g3.errors import FormatError
 from g3.groundings import Trajectory
+from g3.storage import array_file
+from g3.storage.array_file import Field
 
 Arrays = dict[str, npt.NDArray[Any]]
 _FIELDS = {

@@ -19,7 +19,7 @@ from corpus_tools.corpus.records import (
 from corpus_tools.corpus.trajectories import read_arrays, unpack_one
 from g3.errors import CorpusError, FormatError
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
-from g3.sdc_notation import check_sdc
+from g3.sdc.sdc_notation import check_sdc
 
 SMALLEST_AREA_M2 = 1e-6
 

@@ -37,8 +37,8 @@ from g3.groundings import (
     Prism,
     Trajectory,
 )
-from g3.sdc import CHILD_FIELDS, SDC, Span, breadth_first, child_indices
-from g3.sdc_notation import has_implicit_figure
+from g3.sdc.clauses import CHILD_FIELDS, SDC, Span, breadth_first, child_indices
+from g3.sdc.sdc_notation import has_implicit_figure
 
 DATA = "data"
 MARKER = f"{DATA}/{POSITIVES}{COMPRESSED}"

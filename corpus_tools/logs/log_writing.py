@@ -38,9 +38,9 @@ from corpus_tools.logs.log_records import RobotRecord, context_record, steps_rec
 from corpus_tools.logs.scene_messages import entities, frames
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
-from g3.atomic_file import write_bytes
-from g3.geometry import BoolArray
+from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
+from g3.storage.atomic_file import write_bytes
 
 CHUNK_BYTES = 1 << 20
 

@@ -27,7 +27,7 @@ from corpus_tools.world.state.dimensions import (
 )
 from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place
 
 COLOURS = {

@@ -12,10 +12,10 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from g3.atomic_file import write_bytes
 from g3.errors import CorpusError, FormatError
+from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.features.matrix import FeatureSpace
-from g3.features.registry import CATALOGUE_VERSION
+from g3.storage.atomic_file import write_bytes
 
 MANIFEST = "shards.json"
 FORMAT_VERSION, UNSEALED_VERSION = 2, 1
@@ -107,7 +107,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     format_version
         Version of this form.
     catalogue_version
-        :data:`g3.features.registry.CATALOGUE_VERSION`.
+        :data:`g3.features.feature_registry.CATALOGUE_VERSION`.
     sets
         Names of the feature sets.
     ablated, added

@@ -28,11 +28,11 @@ from corpus_tools.shards.files import (
     write_shard,
 )
 from g3.errors import CorpusError, FormatError
-from g3.examples import Example, to_batch
+from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.features.matrix import fit_space
-from g3.features.registry import CATALOGUE_VERSION, select
 from g3.groundings import Grounding
-from g3.only_writer import only_writer
+from g3.learning.examples import Example, to_batch
+from g3.storage.only_writer import only_writer
 
 EXAMPLES = 20_000
 """In one shard; what bounds the memory."""

@@ -20,13 +20,13 @@ import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.parallel import Team, Workers, work_in_order
 from corpus_tools.progress import OnProgress
 from corpus_tools.shards.files import Manifest, read_shard
-from g3 import crf
-from g3.array_file import Field, read_arrays, write_arrays
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
-from g3.model import GroundingModel
-from g3.newton import Local, Problem
+from g3.learning import crf
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.newton import Local, Problem
+from g3.storage.array_file import Field, read_arrays, write_arrays
 
 PARTS = 16
 """Shards are summed in so many parts, whoever does it, so that the sums are always the same."""

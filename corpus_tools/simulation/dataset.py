@@ -26,10 +26,10 @@ from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
 from corpus_tools.world.scenarios.scenario_logs import scenario_log
 from corpus_tools.world.scenarios.scenario_writing import format_scenario
-from g3.atomic_file import write_bytes
 from g3.errors import CorpusError, FormatError
-from g3.sdc import breadth_first
-from g3.sdc_notation import format_brackets
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import format_brackets
+from g3.storage.atomic_file import write_bytes
 
 SOURCE = "Simulated: written by a grammar for random scenarios, by nobody. See docs/simulation.md."
 

@@ -20,7 +20,7 @@ from corpus_tools.simulation.wording import Wording, clause
 from corpus_tools.simulation.workers import POLITE, Worker, misspell
 from corpus_tools.world.state.robot_script import APPROACH, DRIVE_PAST, DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError
-from g3.sdc import SDC
+from g3.sdc.clauses import SDC
 
 PICK = ("pick up", "lift", "get", "grab", "lift up")
 PLACE_VERBS = ("put", "place", "set", "leave")

@@ -14,7 +14,7 @@ import numpy as np
 
 from corpus_tools.simulation.scenes import Scene, Seen, distance
 from corpus_tools.simulation.wording import Wording, clause
-from g3.sdc import SDC
+from g3.sdc.clauses import SDC
 
 CLEARLY_M = 1.0
 """What lies further to a side, or nearer, does so by this much at least."""

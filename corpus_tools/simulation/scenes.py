@@ -10,7 +10,7 @@ import numpy as np
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
 from corpus_tools.world.state.thing_kinds import KINDS
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Prism
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from g3.sdc import SDC, SDCType, Span
+from g3.sdc.clauses import SDC, SDCType, Span
 
 Spell: TypeAlias = Callable[[str], str]
 """What somebody types for a word."""

@@ -11,7 +11,7 @@ import yaml
 from corpus_tools.world.scenarios.documents import read_document
 from eval.plan_study.planning import PlanRecord, top
 from g3.annotation import Annotation
-from g3.atomic_file import write_bytes
+from g3.storage.atomic_file import write_bytes
 
 STUDY, VIDEOS = "study.yaml", "videos"
 INSTANCE = "annotation"

@@ -20,11 +20,11 @@ from eval.held_out import costs_without, extractor_without
 from eval.judge import judge
 from eval.plan_study.settings import Settings
 from eval.search_examples import data_of
+from g3.actions.robot_state import start_state
 from g3.annotation import Annotation
-from g3.atomic_file import write_bytes
-from g3.inference.costs import RandomCost
 from g3.inference.grounder import Grounder, Plan
-from g3.inference.state import start_state
+from g3.inference.problem.costs import RandomCost
+from g3.storage.atomic_file import write_bytes
 
 CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0

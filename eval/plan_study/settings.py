@@ -7,8 +7,8 @@ from pathlib import Path
 import msgspec
 
 from corpus_tools.bundled import open_corpus
-from g3.atomic_file import write_bytes
 from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
 
 SETTINGS = "settings.json"
 

@@ -23,7 +23,7 @@ from eval.report.plans import Plans, read_plans
 from eval.report.reliability import Bin, bins
 from eval.studies.judge_validity import Validity, known_validity
 from eval.studies.table_2 import Results, table_2
-from g3.features.registry import CATALOGUE_VERSION
+from g3.features.feature_registry import CATALOGUE_VERSION
 
 STUDY_DRAWS = 10_000
 EXAMPLES = 4

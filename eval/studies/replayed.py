@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from g3.action_candidates import RELEASED_M, moved
-from g3.actions import centre, loaded, recorded
+from g3.actions.action_candidates import RELEASED_M, moved
+from g3.actions.logged_actions import centre, loaded, recorded
+from g3.actions.robot_state import State, moved_to, start_state, with_moved
 from g3.groundings import Context, PhysicalObject
-from g3.inference.state import State, moved_to, start_state, with_moved
 
 
 def replayed(world: Context, shown: Context) -> State | None:

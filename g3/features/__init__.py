@@ -1,36 +1,36 @@
 """Features of factors: geometry, trajectories, ranks and words (section 3.3).
 
-:mod:`g3.features.registry` is the catalogue; :mod:`g3.features.batch` is what features
-see; each other module holds one family; :mod:`g3.features.matrix` makes the binary
+:mod:`g3.features.feature_registry` is the catalogue; :mod:`g3.features.factor_batch` is what
+features see; each module of ``sets`` holds one family; :mod:`g3.features.matrix` makes the binary
 matrix. Importing the package registers everything, and what other distributions name in the
 entry point group ``g3.features``.
 """
 
 from g3.extensions import load_extensions
-from g3.features import (
+from g3.features.sets import (
     artefacts,
-    frames,
-    moments,
+    label_words,
     named,
     order,
     prisms,
     ranks,
-    scene,
+    reference_frames,
+    scene_places,
     trajectories,
-    words,
+    trajectory_moments,
 )
 
 __all__ = [
     "artefacts",
-    "frames",
-    "moments",
+    "label_words",
     "named",
     "order",
     "prisms",
     "ranks",
-    "scene",
+    "reference_frames",
+    "scene_places",
     "trajectories",
-    "words",
+    "trajectory_moments",
 ]
 
 load_extensions("g3.features")

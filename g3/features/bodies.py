@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from g3.geometry import area, centroid, convex_hull, cross, hull_centre, rotate, wrap
+from g3.geometry.plane import area, centroid, convex_hull, cross, hull_centre, rotate, wrap
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 
 IntArray = npt.NDArray[np.intp]

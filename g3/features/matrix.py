@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from g3.features.batch import FactorBatch, FieldWords
 from g3.features.bodies import IntArray
-from g3.features.registry import Columns, FeatureSet, scale_of, values
+from g3.features.factor_batch import FactorBatch, FieldWords
+from g3.features.feature_registry import Columns, FeatureSet, scale_of, values
 from g3.groundings import FloatArray
-from g3.sdc import SDC_TYPES
+from g3.sdc.clauses import SDC_TYPES
 
 EDGE_TOLERANCE = 1e-6
 """A value this close below the edge of a bin, in bins, is on it: the last digits of a sum

@@ -1,41 +1,12 @@
 """Inference: from a command and a state to groundings and a plan (section 3.4).
 
-Read `grounder` first: it finds the groundings of OBJECTs and PLACEs (`things`), then action
-sequences for EVENTs and PATHs (`search`). `state` is what an action starts from, `actions` what
-the robot can do, `motions` how that looks as trajectories, `scene` packs candidates for features,
-`scoring` scores them. `potentials` is the catalogue of hand-written rules. Importing the package
-registers the kinds of actions and the potentials, and what other distributions name in the entry
-point groups ``g3.actions`` and ``g3.potentials``.
+Read :mod:`~g3.inference.grounder` first. ``problem`` is a command with a state and candidates, and
+what a factor's groundings cost. ``potentials`` are the hand-written rules. ``search`` finds the
+groundings of OBJECTs and PLACEs, then action sequences for EVENTs and PATHs. ``reasons`` says why.
+``training`` makes the examples that inference needs besides a corpus's own. Importing the package
+registers the potentials.
 """
 
-from g3.extensions import load_extensions
-from g3.inference import (
-    changes,
-    clauses,
-    directions,
-    loaded,
-    meant,
-    places,
-    proposals,
-    referents,
-    rows,
-    salience,
-    sides,
-)
+from g3.inference import potentials
 
-__all__ = [
-    "changes",
-    "clauses",
-    "directions",
-    "loaded",
-    "meant",
-    "places",
-    "proposals",
-    "referents",
-    "rows",
-    "salience",
-    "sides",
-]
-
-load_extensions("g3.actions")
-load_extensions("g3.potentials")
+__all__ = ["potentials"]

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
-from g3.actions import centre
-from g3.geometry import BoolArray
+from g3.actions.grounding_candidates import beneath
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import State
+from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.inference.candidates import beneath
-from g3.inference.search import Hypothesis
-from g3.inference.state import State
+from g3.inference.search.action_search import Hypothesis
 
 WEIGHTS = np.array([2.48, 1.1, 2.56])
 """Bias, mean log-probability of the factors, and log share of the rivals that lead to the same:
@@ -77,7 +77,7 @@ def fit_curve(seen: FloatArray, correct: BoolArray) -> FloatArray:
     correct
         Which of them are right, shape (n,).
     """
-    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.lbfgs
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.lbfgs
 
     sign = np.where(correct, 1.0, -1.0)
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import softmax
 
-from g3.actions import centre
-from g3.geometry import rotate
+from g3.actions.grounding_candidates import beneath
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import State
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.inference.candidates import beneath
-from g3.inference.phrases import is_pronoun
-from g3.inference.search import Choices, Hypothesis
-from g3.inference.state import State
-from g3.inference.tree import Tree
-from g3.sdc import all_words
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.phrases import is_pronoun
+from g3.inference.search.action_search import Choices, Hypothesis
+from g3.sdc.clauses import all_words
 
 UNSURE_NATS = 0.5
 """Entropy over the objects that a clause may mean from which on it is asked."""

@@ -8,24 +8,24 @@ from functools import partial
 
 import numpy as np
 
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import object_groups
+from g3.actions.robot_state import State, start_state
 from g3.groundings import Context, Grounding, PhysicalObject
-from g3.inference.actions import Action
 from g3.inference.calibration import evidence, plan_probability
-from g3.inference.candidates import object_groups
-from g3.inference.cases import CommandCase
 from g3.inference.clarification import Question, question_about
-from g3.inference.costs import Cost, Scorer
-from g3.inference.explanation import reasons_for_things
-from g3.inference.potentials import check_potentials, refusal
-from g3.inference.scene import Group, scene_of
-from g3.inference.scoring import Reason
-from g3.inference.search import WIDTH, Hypothesis, search
-from g3.inference.state import State, start_state
-from g3.inference.surroundings import Surroundings
-from g3.inference.things import ground_others
-from g3.inference.tree import Tree
-from g3.model import GroundingModel
-from g3.sdc import SDC, all_words
+from g3.inference.potentials.cases import CommandCase
+from g3.inference.potentials.potential_registry import check_potentials, refusal
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost, Scorer
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import Group, scene_of
+from g3.inference.problem.scoring import Reason
+from g3.inference.reasons.explanation import reasons_for_things
+from g3.inference.search.action_search import WIDTH, Hypothesis, search
+from g3.inference.search.thing_search import ground_others
+from g3.learning.grounding_model import GroundingModel
+from g3.sdc.clauses import SDC, all_words
 
 LIKELY_NOTHING = 0.02
 """A plan less probable than this is no answer."""
@@ -242,7 +242,7 @@ def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple
     """The trees of a command with their probabilities, the best first; an empty one if none."""
     if not isinstance(command, str):
         return [(1.0, tuple(command))]
-    from g3.language.parser import parse  # noqa: PLC0415 - brings the language pipeline
+    from g3.language.parsing.parser import parse  # noqa: PLC0415 - brings the language pipeline
 
     trees = parse(command, n_best=count).trees if command.strip() else ()
     return [(tree.probability, tree.sdcs) for tree in trees] or [(1.0, ())]

@@ -1,1 +1,5 @@
-"""Words: their normal form, the words of an SDC's fields, and how like a label they are."""
+"""Words: the lexicon, words against labels, discourse, and from text to SDC trees.
+
+Imports run one way: ``lexicon`` ← ``similarity``; ``discourse``; ``parsing`` ←
+``parsing.training``.
+"""

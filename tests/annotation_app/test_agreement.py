@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from annotation_app.agreement import mean_pairwise, span_f, tree_f
-from g3.sdc import SDC
-from g3.sdc_notation import parse_brackets
+from g3.sdc.clauses import SDC
+from g3.sdc.sdc_notation import parse_brackets
 
 COMMAND = "Put the pallet on the truck"
 

@@ -14,7 +14,7 @@ from sqlalchemy import select
 from annotation_app.answers import clean_text
 from annotation_app.database import reading
 from annotation_app.models import Answer
-from g3.sdc_notation import parse_brackets, to_json
+from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
 from tests.annotation_app.test_pipeline import SDCS, grounded
 

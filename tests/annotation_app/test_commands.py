@@ -31,8 +31,8 @@ from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.validation import validate
 from corpus_tools.corpus.writing import write_corpus
-from g3.sdc import all_words
-from g3.sdc_notation import parse_brackets, to_json
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.rendered import VIDEOS, render
 from tests.tiny_corpus import tiny_corpus

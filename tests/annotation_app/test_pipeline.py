@@ -8,7 +8,7 @@ from flask import Flask
 from annotation_app.database import reading
 from annotation_app.export import export_corpus
 from annotation_app.work import find_study
-from g3.sdc_notation import parse_brackets, to_json
+from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
 
 TREE = "EVENT(r = Pick up, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"

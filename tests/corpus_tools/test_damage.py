@@ -18,12 +18,12 @@ from corpus_tools.corpus.records import MANIFEST
 from corpus_tools.corpus.writing import corpus_files, write_corpus
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
-from g3.examples import examples
-from g3.language.cooccurrence import count_list, table_from_bytes, table_to_bytes
-from g3.language.extractor import default_extractor
-from g3.language.extractor_file import from_bytes, to_bytes
-from g3.model import GroundingModel
-from g3.model_file import model_files, read_card
+from g3.language.parsing.extractor import default_extractor
+from g3.language.parsing.extractor_file import from_bytes, to_bytes
+from g3.language.similarity.cooccurrence import count_list, table_from_bytes, table_to_bytes
+from g3.learning.examples import examples
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.model_file import model_files, read_card
 from tests.damage import damaged
 from tests.tiny_corpus import tiny_corpus
 

@@ -9,14 +9,14 @@ from click.testing import CliRunner
 from corpus_tools.bundled import open_corpus
 from corpus_tools.follow_commands import follow
 from corpus_tools.following import state_after, to_script
-from g3.actions import centre, covers
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import is_open, spots_about, square
+from g3.actions.logged_actions import centre, covers
+from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
-from g3.features.registry import select
-from g3.inference.actions import Action
-from g3.inference.candidates import is_open, spots_about, square
-from g3.inference.state import start_state
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
+from g3.features.feature_registry import select
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
 
 SCENARIO = ["--scenario", "dock_pick_up_tires"]
 

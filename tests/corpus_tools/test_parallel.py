@@ -23,7 +23,7 @@ from corpus_tools.shards.making import write_shards
 from corpus_tools.shards.training import fit_on_shards
 from eval.resampling import resampled_sums
 from g3.errors import CorpusError
-from g3.model import GroundingModel
+from g3.learning.grounding_model import GroundingModel
 from tests.corpus_tools.parallel_work import die, die_once, square
 from tests.tiny_corpus import tiny_corpus
 

@@ -13,9 +13,9 @@ import pytest
 from corpus_tools.cli import run
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
-from g3.language.extractor import SDCExtractor
-from g3.language.parser import parse
-from g3.sdc_notation import format_brackets, from_json, parse_brackets
+from g3.language.parsing.extractor import SDCExtractor
+from g3.language.parsing.parser import parse
+from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets
 from tests.tiny_corpus import tiny_corpus
 
 PUT = "Put the pallet on the truck."

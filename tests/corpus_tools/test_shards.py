@@ -18,12 +18,12 @@ from corpus_tools.parallel import Workers
 from corpus_tools.shards.files import MANIFEST, read_manifest, read_shard
 from corpus_tools.shards.making import to_shard, write_shards
 from corpus_tools.shards.training import fit_on_shards
-from g3 import crf
 from g3.errors import FormatError
-from g3.examples import labels, to_batch
+from g3.features.feature_registry import select
 from g3.features.matrix import fit_space, prior_scale
-from g3.features.registry import select
-from g3.model import GroundingModel
+from g3.learning import crf
+from g3.learning.examples import labels, to_batch
+from g3.learning.grounding_model import GroundingModel
 from tests.damage import damaged
 from tests.tiny_corpus import tiny_corpus
 

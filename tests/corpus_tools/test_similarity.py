@@ -14,9 +14,9 @@ from numpy.testing import assert_array_equal
 from corpus_tools.cli import run
 from corpus_tools.tag_lists import build_table
 from g3.errors import FormatError, ModelError
-from g3.features.registry import catalogue, select
-from g3.language.cooccurrence import count_list, table_from_bytes
-from g3.model import GroundingModel
+from g3.features.feature_registry import catalogue, select
+from g3.language.similarity.cooccurrence import count_list, table_from_bytes
+from g3.learning.grounding_model import GroundingModel
 from tests.g3.language.installed import needs_wordnet
 
 TEXT = "# three pictures\ntruck,tires\ntruck,trailer\n\ndog\n"

@@ -131,7 +131,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (small / "logs").symlink_to(source / "logs")
     (folder / "warehouse").symlink_to(small)
     shutil.copy(source / f"scenarios/{SCENARIOS[0]}.yaml", folder / "my-scenario.yaml")
-    tags = (ROOT / "g3/language/warehouse_tags.txt").read_bytes()
+    tags = (ROOT / "g3/language/similarity/warehouse_tags.txt").read_bytes()
     (folder / "tags.txt.bz2").write_bytes(bz2.compress(tags))
     before = Path.cwd()
     os.chdir(folder)

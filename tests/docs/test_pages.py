@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from g3.features import registry
-from g3.inference.potentials import KINDS, potentials
+from g3.features import feature_registry as registry
+from g3.inference.potentials.potential_registry import KINDS, potentials
 from tests.docs.blocks import ROOT, pages
 
 DOCS = ROOT / "docs"

@@ -21,10 +21,10 @@ from annotation_app.models import Item
 from corpus_tools.bundled import open_corpus
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
-from g3.features.registry import select
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
-from g3.sdc_notation import parse_brackets, to_json
+from g3.features.feature_registry import select
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
+from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.docs.blocks import ROOT, shown
 

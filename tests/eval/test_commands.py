@@ -16,10 +16,10 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.writing import write_corpus
 from eval.correspondence import ROW_TYPES
 from eval.experiment import curve_sizes
-from g3.examples import examples
-from g3.factor_matrix import matrix_of_examples
-from g3.features.registry import select
-from g3.model import GroundingModel
+from g3.features.feature_registry import select
+from g3.learning.examples import examples
+from g3.learning.factor_matrix import matrix_of_examples
+from g3.learning.grounding_model import GroundingModel
 from tests.tiny_corpus import SCENARIOS, tiny_corpus
 
 CV = ["--corpus", "tiny", "--cv", "scenario"]

@@ -9,7 +9,7 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.trees import annotated_trees
 from eval.held_out import extractor_without
 from eval.sdc_trials import seen_scenarios
-from g3.language.parser import parse
+from g3.language.parsing.parser import parse
 
 
 def part(*names):

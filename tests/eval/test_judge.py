@@ -6,10 +6,10 @@ import pytest
 from corpus_tools.bundled import open_corpus
 from eval.judge import judge
 from eval.outcomes import Outcome, judged_row, reliability, risk_coverage
-from g3.actions import recorded
-from g3.inference.actions import Action, move, result
-from g3.inference.candidates import spots_about
-from g3.inference.state import start_state
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.grounding_candidates import spots_about
+from g3.actions.logged_actions import recorded
+from g3.actions.robot_state import start_state
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from eval.reference_scores import ReferenceScores, reference_scores
 from g3.annotation import Annotation, Command
 from g3.groundings import Context
-from g3.sdc import breadth_first
-from g3.sdc_notation import parse_brackets
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import parse_brackets
 from tests.worlds import thing
 
 TEXT = "Lift the pallet off the truck and put it down"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from eval.sdc_scores import Counts, compare
-from g3.sdc_notation import parse_brackets
+from g3.sdc.sdc_notation import parse_brackets
 
 TEXT = "Put the pallet on the truck. Wait."
 GOLD = (

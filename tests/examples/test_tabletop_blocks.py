@@ -7,7 +7,7 @@ import pytest
 
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
-from g3.sdc import breadth_first
+from g3.sdc.clauses import breadth_first
 from tests.examples.installed import EXAMPLES, install
 
 SETS = ("table-pair", "table-theme", "table-goal", "table-path")

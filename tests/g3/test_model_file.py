@@ -13,10 +13,10 @@ from corpus_tools.cli import run
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.labelled import scenario_ids
 from g3.errors import ModelError
-from g3.examples import examples
-from g3.features.registry import CATALOGUE_VERSION, select
-from g3.model import GroundingModel
-from g3.model_file import (
+from g3.features.feature_registry import CATALOGUE_VERSION, select
+from g3.learning.examples import examples
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.model_file import (
     ModelCard,
     card_digest,
     model_files,

@@ -28,7 +28,7 @@ from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_of
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
-from g3.sdc import SDC_TYPES, breadth_first
+from g3.sdc.clauses import SDC_TYPES, breadth_first
 
 IMPORTER = "authored"
 LOG_INTERVAL_S = 10_000.0

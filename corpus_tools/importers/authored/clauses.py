@@ -11,8 +11,8 @@ from corpus_tools.importers.authored.worlds import World
 from corpus_tools.world.scenarios.scenario_files import Utterance
 from g3.errors import FormatError, SDCError
 from g3.groundings import Grounding, Path, PhysicalObject
-from g3.sdc import SDC, breadth_first
-from g3.sdc_notation import format_brackets, has_implicit_figure, parse_brackets
+from g3.sdc.clauses import SDC, breadth_first
+from g3.sdc.sdc_notation import format_brackets, has_implicit_figure, parse_brackets
 
 Groundings = tuple[Grounding, ...]
 
@@ -94,7 +94,7 @@ def _number(name: str) -> int:
 
 
 def clause_names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:
-    """The name of each clause as :func:`g3.sdc_notation.format_brackets` prints it."""
+    """The name of each clause as :func:`g3.sdc.sdc_notation.format_brackets` prints it."""
     printed = iter(_HEAD.findall(format_brackets(sdcs)))
     names = {id(sdc): next(printed) for sdc in _depth_first(sdcs)}
     return tuple(names.get(id(node), "") for node in nodes)

@@ -8,9 +8,9 @@ from corpus_tools.importers.authored.clauses import Clauses
 from corpus_tools.importers.authored.worlds import World, ends
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from g3.errors import FormatError
-from g3.geometry import convex_hull, point_gap
+from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.sdc import breadth_first, child_indices
+from g3.sdc.clauses import breadth_first, child_indices
 
 GOAL_TOLERANCE_M = 0.5
 

@@ -17,7 +17,7 @@ from corpus_tools.importers.authored.files import Dataset
 from corpus_tools.importers.authored.worlds import World
 from corpus_tools.world.scenarios.scenario import ROBOT
 from g3.groundings import Grounding, Path, PhysicalObject, Place
-from g3.sdc import SDC, breadth_first, child_indices
+from g3.sdc.clauses import SDC, breadth_first, child_indices
 
 
 def generator(seed: int, command_id: str) -> np.random.Generator:

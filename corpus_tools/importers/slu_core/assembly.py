@@ -28,7 +28,7 @@ from corpus_tools.progress import OnProgress
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding
-from g3.sdc import breadth_first
+from g3.sdc.clauses import breadth_first
 
 IMPORTER = "slu-core"
 NAME = "aaai11"

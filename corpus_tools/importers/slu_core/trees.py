@@ -1,4 +1,4 @@
-"""SDC trees as slu_core writes them, read into :class:`g3.sdc.SDC`.
+"""SDC trees as slu_core writes them, read into :class:`g3.sdc.clauses.SDC`.
 
 An SDC is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``; a field holds an SDC, a list of
 SDCs, or words: one string that occurs exactly once in the command, or a list of
@@ -18,7 +18,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from g3.errors import FormatError
-from g3.sdc import SDC, SDC_TYPES, SDCType, Span
+from g3.sdc.clauses import SDC, SDC_TYPES, SDCType, Span
 
 FIELDS = ("f", "r", "l", "l2")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import shape_of
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 UP = np.array([0.0, 0.0, 1.0])

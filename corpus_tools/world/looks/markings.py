@@ -11,7 +11,7 @@ import numpy as np
 
 from corpus_tools.world.looks.atlas import Finish, colour
 from corpus_tools.world.looks.parts import Part, join, moved, quad, quads, tapered
-from g3.geometry import convex_hull, rotate
+from g3.geometry.plane import convex_hull, rotate
 from g3.groundings import Context, FloatArray
 
 MARGIN_M = 7.0

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.world.looks.atlas import Finish
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 Point: TypeAlias = Sequence[float] | FloatArray

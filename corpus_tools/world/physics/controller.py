@@ -17,7 +17,7 @@ from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, upr
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.start import moved, starting
 from g3.errors import CorpusError
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, Trajectory
 
 SLIP_M = 0.10

@@ -30,9 +30,9 @@ from corpus_tools.world.state.robot_script import (
     TURN,
     WAIT,
 )
-from g3.actions import centre
-from g3.driving import direction
-from g3.geometry import cross, rotate, wrap
+from g3.actions.driving import direction
+from g3.actions.logged_actions import centre
+from g3.geometry.plane import cross, rotate, wrap
 from g3.groundings import FloatArray, Place
 
 STAND_OFF_M = 0.8

@@ -12,9 +12,9 @@ from corpus_tools.world.physics.controller import TILT, ActionError, Simulation,
 from corpus_tools.world.physics.script_actions import BEHAVIOURS, Goal
 from corpus_tools.world.state.recording import Recording, Step, heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
-from g3.actions import loaded
+from g3.actions.logged_actions import loaded
 from g3.errors import CorpusError
-from g3.geometry import wrap
+from g3.geometry.plane import wrap
 from g3.groundings import Context, Place
 
 NEAR_M = 0.15

@@ -11,8 +11,8 @@ from corpus_tools.world.physics.controller import ActionError, Simulation
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.solids import deck_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions import centre
-from g3.geometry import convex_hull, cross, rotate
+from g3.actions.logged_actions import centre
+from g3.geometry.plane import convex_hull, cross, rotate
 from g3.groundings import FloatArray, Place
 
 NUDGE_M = 0.1

@@ -43,9 +43,9 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.robot_script import PICK_UP, PUT_DOWN
 from corpus_tools.world.state.start import HEEL_GAP_M
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions import centre
-from g3.driving import direction
-from g3.geometry import rotate
+from g3.actions.driving import direction
+from g3.actions.logged_actions import centre
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Place
 
 CARRY_M = 0.12

@@ -21,8 +21,8 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape
 from corpus_tools.world.state.solids import beside_deck
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.driving import direction
-from g3.geometry import rotate
+from g3.actions.driving import direction
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 STRAIGHT_MARGIN_M = 0.03

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 _SPACING_M = 0.2

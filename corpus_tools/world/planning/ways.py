@@ -33,8 +33,8 @@ from corpus_tools.world.planning.curves import (
     poses_on,
     turn_go_turn,
 )
-from g3.driving import arc
-from g3.geometry import wrap
+from g3.actions.driving import arc
+from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 
 MARGIN_M = 0.10

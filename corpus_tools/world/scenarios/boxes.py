@@ -9,7 +9,7 @@ import numpy as np
 
 from corpus_tools.world.scenarios.scenario import ROBOT, Point, Region, Robot, Thing
 from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS, Kind
-from g3.geometry import intersection_area, rotate
+from g3.geometry.plane import intersection_area, rotate
 from g3.groundings import FloatArray
 
 FORK_HEEL_M = 0.56

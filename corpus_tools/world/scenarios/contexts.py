@@ -7,7 +7,7 @@ import numpy as np
 from corpus_tools.world.scenarios.boxes import Box, place_box, robot_box, thing_box
 from corpus_tools.world.scenarios.scenario import ROBOT, Layout, Scenario
 from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Trajectory
 
 

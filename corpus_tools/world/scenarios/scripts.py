@@ -22,7 +22,7 @@ from corpus_tools.world.state.robot_script import (
     ScriptStep,
 )
 from corpus_tools.world.state.thing_kinds import KINDS
-from g3.geometry import point_gap
+from g3.geometry.plane import point_gap
 
 STANDING_ROOM_M = 0.6
 """The robot's middle keeps this far from anything where it stops in a place."""

@@ -9,8 +9,8 @@ from corpus_tools.world.state.dimensions import ENTRY_HEIGHT
 from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions import REACH_M
-from g3.geometry import BoolArray, rotate
+from g3.actions.logged_actions import REACH_M
+from g3.geometry.plane import BoolArray, rotate
 from g3.groundings import FloatArray
 
 NEAR_M = (0.5, REACH_M + 0.3)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject
 
 

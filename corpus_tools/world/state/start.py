@@ -12,8 +12,8 @@ import numpy as np
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions import covers, loaded
-from g3.geometry import rotate, wrap
+from g3.actions.logged_actions import covers, loaded
+from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 HEEL_GAP_M = 0.01

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import FactorBatch
 from g3.features.bodies import positions_at
-from g3.features.registry import Column, feature_set
-from g3.geometry import area, centroid, gap, intersection_area, rotate
+from g3.features.factor_batch import FactorBatch
+from g3.features.feature_registry import Column, feature_set
+from g3.geometry.plane import area, centroid, gap, intersection_area, rotate
 from g3.groundings import FloatArray
 
 TOUCHING_M = 0.01

@@ -21,8 +21,8 @@ from g3.annotation import Annotation, Command, Source
 from g3.errors import FormatError
 from g3.groundings import Grounding, PhysicalObject
 from g3.groundings import Path as WorldPath
-from g3.sdc import SDC, SDC_TYPES, breadth_first
-from g3.sdc_notation import parse_brackets
+from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
+from g3.sdc.sdc_notation import parse_brackets
 from tabletop_blocks.phrases import Phrase, commands_for, groundings_of
 from tabletop_blocks.scenes import Task, make_task, named, other_place, other_task
 

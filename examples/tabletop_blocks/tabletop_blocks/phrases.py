@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.groundings import Grounding, PhysicalObject
-from g3.sdc import SDCType
+from g3.sdc.clauses import SDCType
 from tabletop_blocks.scenes import Task, is_on
 
 PUT_VERBS = ("Put", "Place", "Set", "Move")

@@ -19,7 +19,7 @@ from annotation_app.models import Answer
 from annotation_app.pipeline import NewItem, add_item
 from annotation_app.study import Question, StudyConfig, TaskConfig
 from annotation_app.work import find_study
-from g3.sdc_notation import parse_brackets, to_json
+from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser as Known
 from tests.annotation_app.conftest import set_up
 from tests.annotation_app.in_browser import serving

@@ -11,7 +11,7 @@ from annotation_app.config import DATABASE_FILE, open_instance
 from annotation_app.study import StudyConfig, TaskConfig
 from corpus_tools.cli import run
 from corpus_tools.corpus.reading import load_corpus
-from g3.sdc_notation import to_json
+from g3.sdc.sdc_notation import to_json
 from tests.annotation_app.conftest import PATIENCE_MS, set_up
 from tests.annotation_app.pages.conftest import COMMAND, TASKS, served
 from tests.annotation_app.pages.test_tasks import TREE, make_tree_by_keys, send_by_keys, tab_to

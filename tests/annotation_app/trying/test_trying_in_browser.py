@@ -12,9 +12,9 @@ from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.factory import create_app
 from corpus_tools.bundled import open_corpus
-from g3.features.registry import select
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
+from g3.features.feature_registry import select
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
 from tests.annotation_app.browser import engine_of, installation_of
 from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
 

@@ -10,7 +10,7 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.corpus.writing import write_corpus
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
-from g3.sdc import SDC, Span
+from g3.sdc.clauses import SDC, Span
 
 
 def square(x: float, y: float) -> Prism:

@@ -17,7 +17,7 @@ from corpus_tools.corpus.reading import load_corpus
 from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.shipped import bundled
 from g3.errors import FormatError
-from g3.only_writer import lock_of, only_writer
+from g3.storage.only_writer import lock_of, only_writer
 from tests.tiny_corpus import tiny_corpus
 
 KILLS = int(os.environ.get("CT_KILLS", "12"))

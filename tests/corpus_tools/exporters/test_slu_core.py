@@ -14,7 +14,7 @@ from corpus_tools.corpus.model import Corpus
 from corpus_tools.exporters.slu_core import MARKER, slu_core_files
 from corpus_tools.importers.slu_core.assembly import import_slu_core
 from g3.annotation import Annotation, Judgment
-from g3.sdc import SDC, Span
+from g3.sdc.clauses import SDC, Span
 from tests.tiny_corpus import tiny_corpus
 
 

@@ -15,7 +15,7 @@ from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import Path
-from g3.sdc import breadth_first
+from g3.sdc.clauses import breadth_first
 from tests.corpus_tools.importers.authored_logs import sliding, write_logs
 
 DATASET = """

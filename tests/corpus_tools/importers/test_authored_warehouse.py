@@ -19,7 +19,7 @@ from corpus_tools.importers.authored.clauses import leaf_words
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.groundings import Path, PhysicalObject, Place
-from g3.sdc import all_words, breadth_first
+from g3.sdc.clauses import all_words, breadth_first
 from tests.corpus_tools.importers.authored_logs import write_logs
 
 SOURCE = bundled()["warehouse"]

@@ -23,7 +23,7 @@ from corpus_tools.importers.slu_core.files import (
 from g3.errors import FormatError
 from g3.groundings import Path as PathGrounding
 from g3.groundings import PhysicalObject
-from g3.sdc import SDC, Span, all_words, breadth_first
+from g3.sdc.clauses import SDC, Span, all_words, breadth_first
 
 SMALL = Path(__file__).parents[2] / "data" / "slu_core_small"
 BOXES = ("generator", "accessories", "pallet")

@@ -17,7 +17,7 @@ from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.replay import replay
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.groundings import PhysicalObject
-from g3.sdc import SDC, breadth_first
+from g3.sdc.clauses import SDC, breadth_first
 from tests.corpus_tools.world.state.replayed import deviations
 from tests.worlds import place
 

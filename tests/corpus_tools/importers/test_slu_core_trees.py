@@ -4,7 +4,7 @@ import pytest
 
 from corpus_tools.importers.slu_core.trees import read_trees
 from g3.errors import FormatError
-from g3.sdc import SDC, Span
+from g3.sdc.clauses import SDC, Span
 
 TEXT = "Put  the pallet down near the\r\ntruck, the pallet"
 

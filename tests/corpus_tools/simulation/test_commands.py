@@ -16,8 +16,8 @@ from corpus_tools.world.scenarios.random.generation import generate
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Region, Robot, Scenario, Thing
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import CorpusError
-from g3.sdc import breadth_first
-from g3.sdc_notation import check_sdc, format_brackets, parse_brackets
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import check_sdc, format_brackets, parse_brackets
 
 LAYOUTS = read_layouts(dataset_folder("warehouse"))
 EXACT = Worker("simulated-0000", 0.0, 0.0, 0.0, capitals=True, full_stop=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from g3.language.resources import VECTORS_VARIABLE
+from g3.language.similarity.resources import VECTORS_VARIABLE
 
 
 @pytest.fixture(scope="package", autouse=True)

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from g3.annotation import Annotation, Command
-from g3.examples import Example, to_batch
-from g3.features.batch import FactorBatch, FieldWords
-from g3.features.registry import catalogue, values
-from g3.geometry import rotate
+from g3.features.factor_batch import FactorBatch, FieldWords
+from g3.features.feature_registry import catalogue, values
+from g3.geometry.plane import rotate
 from g3.groundings import (
     Context,
     FloatArray,
@@ -21,8 +20,9 @@ from g3.groundings import (
     Place,
     Trajectory,
 )
-from g3.language.words import normalise
-from g3.sdc import SDC, SDCType
+from g3.language.lexicon.field_words import normalise
+from g3.learning.examples import Example, to_batch
+from g3.sdc.clauses import SDC, SDCType
 from tests.worlds import line, log, prism, robot, scene, thing
 
 Groundings = tuple[Grounding, ...]

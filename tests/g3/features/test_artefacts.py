@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from g3.examples import Example, to_batch
-from g3.features.registry import catalogue, select
+from g3.features.feature_registry import catalogue, select
 from g3.groundings import FloatArray, Path, PhysicalObject
+from g3.learning.examples import Example, to_batch
 from tests.g3.features.scenes import one, row, table
 from tests.worlds import line, log, robot, scene, thing
 

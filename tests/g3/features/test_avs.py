@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from g3.features.avs import avs_directions, footprints
-from g3.geometry import rotate
+from g3.features.avs.vector_sums import avs_directions, footprints
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 from tests.worlds import prism
 

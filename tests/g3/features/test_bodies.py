@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from g3.features.bodies import MAX_CORNERS, MAX_MEMBERS, SAMPLES, moved_corners, pack, positions_at
-from g3.geometry import area, centroid, convex_hull
+from g3.geometry.plane import area, centroid, convex_hull
 from g3.groundings import Grounding, Path, Place, Prism, Trajectory
 from tests.strategies import contexts, groundings, trajectories
 from tests.worlds import line, log, prism, thing

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from g3.features.avs import avs_directions, footprints
-from g3.features.frames import (
+from g3.features.avs.vector_sums import avs_directions, footprints
+from g3.features.sets.reference_frames import (
     DIRECTIONS,
     intrinsic_yaw,
     speaker_yaw,

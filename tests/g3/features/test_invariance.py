@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from g3.examples import Example, to_batch
+from g3.features.feature_registry import catalogue, select, values
 from g3.features.matrix import discretise, fit_space, transform
-from g3.features.registry import catalogue, select, values
 from g3.groundings import FloatArray, Trajectory
+from g3.learning.examples import Example, to_batch
 from tests.g3.features.scenes import change, denser, random_rows, rigid, table, yard
 
 seeds = st.integers(0, 100_000)

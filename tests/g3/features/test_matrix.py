@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from g3.examples import Example, to_batch
-from g3.features.batch import FactorBatch
+from g3.features.factor_batch import FactorBatch
+from g3.features.feature_registry import Column, FeatureSet, catalogue, scale_of, select
 from g3.features.matrix import (
     FeatureSpace,
     discretise,
@@ -23,8 +23,8 @@ from g3.features.matrix import (
     prior_scale,
     transform,
 )
-from g3.features.registry import Column, FeatureSet, catalogue, scale_of, select
 from g3.groundings import FloatArray
+from g3.learning.examples import Example, to_batch
 from tests.g3.features.scenes import random_rows, row, yard
 from tests.worlds import scene, thing
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from g3.examples import to_batch
-from g3.features.named import named, satisfied
+from g3.features.sets.named import named, satisfied
 from g3.groundings import Path, PhysicalObject
-from g3.language.concepts import CONCEPTS
+from g3.language.lexicon.concepts import CONCEPTS
+from g3.learning.examples import to_batch
 from tests.g3.features.scenes import one, row
 from tests.worlds import line, log, scene, thing
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.examples import to_batch
-from g3.features.order import rivals
+from g3.features.sets.order import rivals
 from g3.groundings import PhysicalObject
+from g3.learning.examples import to_batch
 from tests.g3.features.scenes import one, row, table
 from tests.worlds import scene, thing
 

@@ -8,9 +8,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from g3.errors import ModelError
-from g3.examples import to_batch
-from g3.features.batch import Role, WordField
-from g3.features.registry import (
+from g3.features.factor_batch import Role, WordField
+from g3.features.feature_registry import (
     Column,
     FeatureSet,
     catalogue,
@@ -19,7 +18,8 @@ from g3.features.registry import (
     select,
     values,
 )
-from g3.sdc import SDC_TYPES
+from g3.learning.examples import to_batch
+from g3.sdc.clauses import SDC_TYPES
 from tests.g3.features.scenes import yard
 
 every_set = pytest.mark.parametrize("feature", catalogue(), ids=lambda s: s.name)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from g3.features.trajectories import Tracks, path_length
+from g3.features.sets.trajectories import Tracks, path_length
 from g3.groundings import FloatArray, Path, PhysicalObject, Place, Trajectory
 from tests.g3.features.scenes import Groundings, one, row
 from tests.worlds import line, log, prism, robot, scene, thing

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from g3.examples import to_batch
+from g3.learning.examples import to_batch
 from tests.g3.features.scenes import one, row, table
 from tests.worlds import scene, thing
 

@@ -3,10 +3,10 @@
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from g3.features.registry import select
+from g3.features.feature_registry import select
 from g3.inference.grounder import Grounder
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
 
 KNOWN = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 """The scenarios that the model learns from."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.features.batch import FactorBatch
+from g3.features.factor_batch import FactorBatch
 from g3.groundings import FloatArray
 
 

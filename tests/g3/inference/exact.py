@@ -10,12 +10,12 @@ from itertools import product
 
 import numpy as np
 
-from g3.inference.cases import FactorCase
-from g3.inference.phrases import is_complement
-from g3.inference.potentials import added
-from g3.inference.scene import Group
-from g3.inference.surroundings import Surroundings
-from g3.inference.tree import Tree
+from g3.inference.potentials.cases import FactorCase
+from g3.inference.potentials.potential_registry import added
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import Group
+from g3.inference.problem.phrases import is_complement
 
 
 def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, dict[int, Group]]:

@@ -3,15 +3,15 @@
 import numpy as np
 
 import g3.inference  # noqa: F401 - fills the catalogue
+from g3.actions.robot_state import start_state
 from g3.groundings import Context
-from g3.inference.arguments import Arguments
-from g3.inference.cases import ActionCase, CandidateCase, FactorCase
-from g3.inference.potentials import added_by, potentials
-from g3.inference.scene import scene_of
-from g3.inference.state import start_state
-from g3.inference.surroundings import Surroundings
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.cases import ActionCase, CandidateCase, FactorCase
+from g3.inference.potentials.potential_registry import added_by, potentials
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import scene_of
+from g3.inference.search.arguments import Arguments
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 from tests.worlds import robot
 

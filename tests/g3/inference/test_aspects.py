@@ -1,10 +1,10 @@
 """Reasons in plain words."""
 
-from g3.features.registry import select
-from g3.inference.aspects import ASPECTS, aspects
+from g3.features.feature_registry import select
 from g3.inference.grounder import object_ids
-from g3.inference.scoring import Reason
-from g3.sdc_notation import parse_brackets
+from g3.inference.problem.scoring import Reason
+from g3.inference.reasons.aspects import ASPECTS, aspects
+from g3.sdc.sdc_notation import parse_brackets
 
 
 def test_reasons_of_a_sort_are_told_together():

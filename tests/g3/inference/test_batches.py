@@ -5,18 +5,18 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.grounding_candidates import object_groups, spots_about, spots_of_robot
+from g3.actions.motions import Motions
+from g3.actions.robot_state import start_state
 from g3.features.bodies import Bodies, pack
-from g3.inference.actions import Action, Focus, move, possible_actions, result
-from g3.inference.candidates import object_groups, spots_about, spots_of_robot
-from g3.inference.costs import Scorer
-from g3.inference.leaves import leaf_scores
-from g3.inference.motions import Motions
-from g3.inference.scene import pack_like, scene_of
-from g3.inference.state import start_state
-from g3.inference.surroundings import Surroundings
-from g3.inference.things import ground_thing
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Scorer
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import pack_like, scene_of
+from g3.inference.search.leaves import leaf_scores
+from g3.inference.search.thing_search import ground_thing
+from g3.sdc.sdc_notation import parse_brackets
 
 THEMES = ("tires-2", "boxes-1")
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from g3.actions.action_kinds import Action
+from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
-from g3.inference.actions import Action
 from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end
-from g3.inference.search import Hypothesis
-from g3.inference.state import State, moved_to, with_moved
+from g3.inference.search.action_search import Hypothesis
 from tests import worlds
 
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import square
 from g3.groundings import Context
-from g3.inference.actions import Action
-from g3.inference.arguments import Arguments
-from g3.inference.candidates import square
-from g3.inference.cases import PathCase
-from g3.inference.roles import goal_paths
-from g3.inference.surroundings import Candidate
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.cases import PathCase
+from g3.inference.problem.clause_roles import goal_paths
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Candidate
+from g3.inference.search.arguments import Arguments
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem
 from tests.worlds import robot, thing
 

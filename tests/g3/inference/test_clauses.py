@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from g3.actions.action_kinds import Action
 from g3.groundings import Context
-from g3.inference.actions import Action
-from g3.inference.arguments import Arguments
-from g3.inference.cases import ActionCase
-from g3.inference.potentials import added_by
-from g3.inference.surroundings import Candidate
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.cases import ActionCase
+from g3.inference.potentials.potential_registry import added_by
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Candidate
+from g3.inference.search.arguments import Arguments
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
 from tests.g3.inference.ruled import WEIGHT, of_actions, problem
 

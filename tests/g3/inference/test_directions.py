@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from g3.inference.actions import Action
-from g3.inference.roles import told_side
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.actions.action_kinds import Action
+from g3.inference.problem.clause_roles import told_side
+from g3.inference.problem.command_tree import Tree
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, of_actions
 
 ACTIONS = {

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from g3.geometry import rotate
+from g3.actions.proposals import is_load
+from g3.actions.robot_state import moved_to, start_state, with_moved
+from g3.geometry.plane import rotate
 from g3.inference.clarification import told_apart
 from g3.inference.grounder import Grounder, object_ids
-from g3.inference.proposals import is_load
-from g3.inference.state import moved_to, start_state, with_moved
-from g3.language.parser import parse
-from g3.sdc_notation import parse_brackets
+from g3.language.parsing.parser import parse
+from g3.sdc.sdc_notation import parse_brackets
 
 
 def did(result):

@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 
 from corpus_tools.bundled import open_corpus
-from g3.inference.cases import CommandCase
+from g3.actions.robot_state import start_state
 from g3.inference.grounder import Grounder
-from g3.inference.potentials import refusal
-from g3.inference.scene import scene_of
-from g3.inference.state import start_state
-from g3.inference.surroundings import Surroundings
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.cases import CommandCase
+from g3.inference.potentials.potential_registry import refusal
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import scene_of
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 
 

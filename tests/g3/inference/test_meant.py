@@ -2,19 +2,19 @@
 
 import pytest
 
-from g3.examples import to_batch
+from g3.actions.grounding_candidates import object_groups
+from g3.actions.robot_state import start_state
 from g3.groundings import Context, Place
-from g3.inference.candidates import object_groups
-from g3.inference.cases import CandidateCase
-from g3.inference.meant import UNLIKELY
-from g3.inference.phrases import named_places
-from g3.inference.potentials import added
-from g3.inference.scene import scene_of
-from g3.inference.state import start_state
-from g3.inference.surroundings import Surroundings
-from g3.inference.things import ground_others, ground_thing
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.cases import CandidateCase
+from g3.inference.potentials.meant import UNLIKELY
+from g3.inference.potentials.potential_registry import added
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.packed_scene import scene_of
+from g3.inference.problem.phrases import named_places
+from g3.inference.search.thing_search import ground_others, ground_thing
+from g3.learning.examples import to_batch
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
 from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows, of_things

@@ -12,13 +12,13 @@ from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.end_to_end import annotated_commands
 from eval.judge import judge
-from g3.actions import centre
-from g3.features.registry import select
+from g3.actions.grounding_candidates import beneath
+from g3.actions.logged_actions import centre
+from g3.features.feature_registry import select
 from g3.groundings import Place
-from g3.inference.candidates import beneath
 from g3.inference.grounder import Grounder, object_ids
-from g3.inference.training import TOLERANCE, training_data
-from g3.model import GroundingModel
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
 
 UNSURE = 0.5
 """A plan that isn't what was meant must be less probable."""

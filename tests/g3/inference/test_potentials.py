@@ -14,14 +14,20 @@ from hypothesis import strategies as st
 from corpus_tools.bundled import open_corpus
 from eval.end_to_end import annotated_commands
 from g3.errors import ModelError
-from g3.features.registry import catalogue
-from g3.inference import potentials as registry
-from g3.inference import search
+from g3.features.feature_registry import catalogue
 from g3.inference.grounder import Grounder
-from g3.inference.potentials import KINDS, ablation, check_potentials, potential, potentials
-from g3.inference.scoring import Scorer
-from g3.sdc import SDC_TYPES
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials import potential_registry as registry
+from g3.inference.potentials.potential_registry import (
+    KINDS,
+    ablation,
+    check_potentials,
+    potential,
+    potentials,
+)
+from g3.inference.problem.scoring import Scorer
+from g3.inference.search import action_search as search
+from g3.sdc.clauses import SDC_TYPES
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -126,7 +132,7 @@ import sys
 from corpus_tools.bundled import open_corpus
 from tests.g3.inference.constant_cost import ConstantCost
 from g3.inference.grounder import Grounder
-from g3.sdc_notation import parse_brackets
+from g3.sdc.sdc_notation import parse_brackets
 
 context = open_corpus("warehouse").contexts["court_put_crate_on_trailer"]
 go = parse_brackets("EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the trailer)))")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from g3.inference.roles import (
+from g3.inference.problem.clause_roles import (
     goal_paths,
     goal_places,
     goal_within,
@@ -15,9 +15,9 @@ from g3.inference.roles import (
     tells_place,
     ways,
 )
-from g3.inference.tree import Tree
-from g3.sdc import all_words
-from g3.sdc_notation import parse_brackets
+from g3.inference.problem.command_tree import Tree
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import parse_brackets
 
 
 def tree(notation):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from g3.inference.phrases import is_bare
-from g3.inference.salience import is_alone
-from g3.sdc_notation import parse_brackets
+from g3.inference.potentials.salience import is_alone
+from g3.inference.problem.phrases import is_bare
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, of_things
 from tests.worlds import thing
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from g3.examples import examples, to_batch
-from g3.inference.scoring import Scorer
+from g3.inference.problem.scoring import Scorer
+from g3.learning.examples import examples, to_batch
 
 
 def test_tables_give_what_the_matrix_gives(model, warehouse):

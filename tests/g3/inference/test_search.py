@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from g3.actions import centre
+from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.grounding_candidates import object_groups, square
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import centres, start_state
 from g3.groundings import Prism
-from g3.inference.actions import Action, Focus, move, possible_actions, result
-from g3.inference.candidates import object_groups, square
-from g3.inference.costs import RandomCost, Scorer
-from g3.inference.scene import scene_of
-from g3.inference.state import centres, start_state
-from g3.inference.surroundings import Candidate, Surroundings
-from g3.inference.things import ground_thing, likely
-from g3.inference.tree import Tree
-from g3.sdc_notation import parse_brackets
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import RandomCost, Scorer
+from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.packed_scene import scene_of
+from g3.inference.search.thing_search import ground_thing, likely
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 from tests.g3.inference.exact import best_groundings
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from g3.examples import to_batch
-from g3.inference.facing import facing
+from g3.actions.facing import facing
+from g3.learning.examples import to_batch
 from tests.g3.features.scenes import row
 from tests.g3.inference.ruled import WEIGHT, of_rows
 from tests.worlds import robot, scene, thing

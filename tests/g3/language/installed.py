@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from g3.errors import ModelError
-from g3.language.resources import wordnet_identity
+from g3.language.similarity.resources import wordnet_identity
 
 
 def _missing() -> str:

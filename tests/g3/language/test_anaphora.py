@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.anaphora import anaphors
-from g3.language.parser import parse
-from g3.sdc import all_words, breadth_first
-from g3.sdc_notation import parse_brackets
+from g3.language.discourse.anaphora import anaphors
+from g3.language.parsing.parser import parse
+from g3.sdc.clauses import all_words, breadth_first
+from g3.sdc.sdc_notation import parse_brackets
 
 LIFT_AND_SET = (
     "EVENT(r = Pick up, l = OBJ(f = the tire pallet), l2 = PATH(r = off, l = OBJ(f = the truck)))\n"

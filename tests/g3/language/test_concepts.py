@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from g3.language.concepts import CONCEPTS, concepts
-from g3.language.words import normalise
+from g3.language.lexicon.concepts import CONCEPTS, concepts
+from g3.language.lexicon.field_words import normalise
 
 
 def of(phrase: str) -> set[str]:

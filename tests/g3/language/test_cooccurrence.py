@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from g3.errors import ModelError
-from g3.language.cooccurrence import (
+from g3.language.similarity.cooccurrence import (
     MAX_TAGS_PER_IMAGE,
     count_list,
     count_together,
@@ -19,7 +19,7 @@ from g3.language.cooccurrence import (
     table_from_bytes,
     table_to_bytes,
 )
-from g3.language.resources import tag_table
+from g3.language.similarity.resources import tag_table
 
 LINES = ["truck tire", "truck,trailer", "truck\ttires", "# truck trailer", "", "dog"]
 TABLE = count_list(LINES)

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.groups import Group, group
-from g3.language.lexicon import COLLECTIVES
-from g3.sdc import SDC, Span
-from g3.sdc_notation import parse_brackets
+from g3.language.discourse.groups import Group, group
+from g3.language.lexicon.word_sets import COLLECTIVES
+from g3.sdc.clauses import SDC, Span
+from g3.sdc.sdc_notation import parse_brackets
 
 GOLDEN = {
     "the pallet": Group("singular", 1),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from g3.language.lessons import written_trees
-from g3.sdc import all_words
-from g3.sdc_notation import check_sdc
+from g3.language.parsing.training.lessons import written_trees
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import check_sdc
 
 
 @pytest.mark.parametrize(("text", "sdcs"), written_trees(), ids=lambda value: str(value)[:40])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from g3.language.negation import negated
-from g3.sdc import breadth_first
-from g3.sdc_notation import parse_brackets
+from g3.language.discourse.negation import negated
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import parse_brackets
 
 
 def clauses(text, notation):

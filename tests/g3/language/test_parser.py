@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import g3
 from g3.errors import CorpusError
-from g3.language.parser import parse, parse_many
-from g3.language.pipeline import LONGEST_CHUNK, MAX_WORDS, language_model
-from g3.sdc import breadth_first
-from g3.sdc_notation import check_sdc, format_brackets, parse_brackets
+from g3.language.parsing.parser import parse, parse_many
+from g3.language.parsing.spacy_pipeline import LONGEST_CHUNK, MAX_WORDS, language_model
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import check_sdc, format_brackets, parse_brackets
 
 GOLDEN = {
     "Put the pallet on the truck.": (

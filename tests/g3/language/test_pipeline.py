@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from g3.errors import ModelError
-from g3.language.mending import mend
-from g3.language.pipeline import VARIABLE, analyse, language_model
+from g3.language.parsing.mending import mend
+from g3.language.parsing.spacy_pipeline import VARIABLE, analyse, language_model
 
 
 def test_words_stand_where_they_were_typed():
@@ -80,7 +80,7 @@ def test_importing_the_package_imports_neither_spacy_nor_numba():
 def test_spacy_comes_without_its_command_line_which_can_be_imported_later():
     check = (
         "import sys\n"
-        "from g3.language.spacy_import import import_spacy\n"
+        "from g3.language.parsing.spacy_import import import_spacy\n"
         "spacy = import_spacy()\n"
         "assert import_spacy() is spacy and 'spacy.cli' not in sys.modules\n"
         "import spacy.cli\n"

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import check_grad
 
-from g3.language import role_training
-from g3.language.pipeline import VECTOR
-from g3.language.role_model import POSSIBLE, Chains, Scores, best_roles, likely_roles, score
-from g3.language.role_training import expectations, train_roles
-from g3.language.roles import ROLES
-from g3.language.word_features import Features
+from g3.language.parsing.role_model import POSSIBLE, Chains, Scores, best_roles, likely_roles, score
+from g3.language.parsing.spacy_pipeline import VECTOR
+from g3.language.parsing.training import role_training
+from g3.language.parsing.training.role_training import expectations, train_roles
+from g3.language.parsing.word_features import Features
+from g3.language.parsing.word_roles import ROLES
 
 R = len(ROLES)
 

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.assembly import assemble
-from g3.language.attachment_training import annotated_choice
-from g3.language.pipeline import analyse
-from g3.language.roles import ROLES, read_roles
-from g3.sdc import Span
-from g3.sdc_notation import check_sdc, format_brackets, parse_brackets
+from g3.language.parsing.spacy_pipeline import analyse
+from g3.language.parsing.training.attachment_training import annotated_choice
+from g3.language.parsing.tree_assembly import assemble
+from g3.language.parsing.word_roles import ROLES, read_roles
+from g3.sdc.clauses import Span
+from g3.sdc.sdc_notation import check_sdc, format_brackets, parse_brackets
 
 TREES = {
     "phrasal verb": (

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from g3.language.similarity import (
+from g3.language.lexicon.field_words import normalise
+from g3.language.similarity.word_similarity import (
     MEASURES,
     best_match,
     domain,
@@ -17,7 +18,6 @@ from g3.language.similarity import (
     mean_match,
     spelling,
 )
-from g3.language.words import normalise
 from tests.g3.language.installed import needs_wordnet
 
 every_measure = pytest.mark.parametrize(

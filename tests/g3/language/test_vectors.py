@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from g3.errors import ModelError
-from g3.language.resources import word_vectors, word_vectors_identity
-from g3.language.similarity import MEASURES
-from g3.language.vectors import read_vectors
+from g3.language.similarity.resources import word_vectors, word_vectors_identity
+from g3.language.similarity.vectors import read_vectors
+from g3.language.similarity.word_similarity import MEASURES
 
 LINES = ["skid 3 4", "pallet 4 3", "truck -4 3", "loading dock 0 1", "skid 9 9"]
 

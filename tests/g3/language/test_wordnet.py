@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from g3.errors import ModelError
-from g3.language.resources import wordnet, wordnet_identity
-from g3.language.wordnet import WordNet, read_wordnet
+from g3.language.similarity.resources import wordnet, wordnet_identity
+from g3.language.similarity.wordnet import WordNet, read_wordnet
 from tests.g3.language.installed import needs_wordnet
 
 #   1 thing ── 2 vehicle ── 3 truck, 4 cart       5 feeling (another root)

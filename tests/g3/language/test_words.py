@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.words import field_words, figure_words, normalise
-from g3.sdc import SDC, Span
-from g3.sdc_notation import parse_brackets
+from g3.language.lexicon.field_words import field_words, figure_words, normalise
+from g3.sdc.clauses import SDC, Span
+from g3.sdc.sdc_notation import parse_brackets
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt, label
 
 from corpus_tools.world.scenarios.boxes import Box
 from corpus_tools.world.scenarios.scenario import Bounds
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 CELL_M = 0.2

@@ -18,7 +18,7 @@ from corpus_tools.world.scenarios.boxes import (
 from corpus_tools.world.scenarios.random.free_space import TURNING_M, connected
 from corpus_tools.world.scenarios.scenario import ROBOT, Layout, Point, Region, Robot, Thing
 from corpus_tools.world.state.thing_kinds import KINDS
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 TRIES = 40

@@ -32,7 +32,7 @@ from corpus_tools.world.state.robot_script import (
     ScriptStep,
 )
 from corpus_tools.world.state.thing_kinds import KINDS
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 
 Steps: TypeAlias = tuple[ScriptStep, ...]
 Spot: TypeAlias = tuple[Point, float]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
 from corpus_tools.world.looks.parts import join
-from g3.geometry import rotate
+from g3.geometry.plane import rotate
 from g3.groundings import Context, PhysicalObject, Place, Prism
 from tests.strategies import contexts
 from tests.worlds import prism, still

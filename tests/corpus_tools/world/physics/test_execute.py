@@ -15,7 +15,7 @@ from corpus_tools.world.state.dimensions import ENTRY_HEIGHT
 from corpus_tools.world.state.recording import NS_PER_S, heading, to_context
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import CorpusError
-from g3.geometry import rotate, wrap
+from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, Place
 from tests.physics_scenes import TURNED, on_deck, thing, yard
 from tests.worlds import place

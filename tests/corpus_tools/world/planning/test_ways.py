@@ -19,7 +19,7 @@ from corpus_tools.world.planning.clearance import (
 )
 from corpus_tools.world.planning.curves import cost_of, dubins, poses_on, turn_go_turn
 from corpus_tools.world.planning.ways import NoWayError, plan
-from g3.geometry import wrap
+from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 
 VEHICLE = outline((Rect((-1.2, 0.5), (-0.55, 0.55)), Rect((0.5, 1.55), (-0.3, 0.3))))

@@ -9,7 +9,7 @@ from corpus_tools.world.scenarios.boxes import FORK_HEEL_M, FORKS_M, FORKS_TOP_M
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from corpus_tools.world.state.thing_kinds import FORKLIFT
-from g3.actions import loaded
+from g3.actions.logged_actions import loaded
 from tests.corpus_tools.world.scenarios.floor import SCENARIO
 
 CARRYING = SCENARIO.replace("at: [7, 1.5]", "yaw_deg: 90").replace(

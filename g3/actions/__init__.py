@@ -1,0 +1,12 @@
+"""What a robot can do: kinds of actions, where they can end, what they change, how they look.
+
+Read :mod:`~g3.actions.action_kinds` first. Importing the package registers the kinds of actions,
+and what other distributions name in the entry point group ``g3.actions``.
+"""
+
+from g3.actions import proposals
+from g3.extensions import load_extensions
+
+__all__ = ["proposals"]
+
+load_extensions("g3.actions")

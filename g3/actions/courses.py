@@ -1,0 +1,163 @@
+"""What candidate actions do: the poses that they drive to, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from g3.actions.driving import direction
+from g3.actions.logged_actions import RUN_IN_M
+from g3.features.bodies import IntArray
+from g3.geometry.plane import rotate
+from g3.groundings import FloatArray
+
+BLOCKED_COST_M = 20.0
+CLEAR_M = 1.6
+"""Entering past the middle of another thing nearer than this is as good as blocked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stops:
+    """Where n actions drive to next, each to the cheapest of h poses.
+
+    Parameters
+    ----------
+    finals
+        The poses, shape (n, h, 3).
+    penalty
+        What each costs on top in metres, infinite for one that isn't there, shape (n, h). Actions
+        that have none stay where they are.
+    run_in, out
+        How far the pose is entered straight ahead, and backed out of, in metres; shape (n,).
+    """
+
+    finals: FloatArray
+    penalty: FloatArray
+    run_in: FloatArray
+    out: FloatArray
+
+
+NEVER = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What n actions do one after the other.
+
+    Parameters
+    ----------
+    lead
+        Poses x, y, yaw to begin with, shape (n, m, 3).
+    load
+        Ids of what they move, empty for nothing.
+    stops
+        Where they drive then.
+    grip, drop
+        At which of the stops the load is gripped, NEVER for one that is on the forks already, and
+        at which it is let go of; shape (n,).
+    down
+        How high over where it was gripped it is put down, in metres, shape (n,).
+    """
+
+    lead: FloatArray
+    load: tuple[str, ...]
+    stops: tuple[Stops, ...]
+    grip: IntArray
+    drop: IntArray
+    down: FloatArray
+
+
+def course(
+    lead: FloatArray,
+    load: Sequence[str],
+    *stops: Stops,
+    grip: int = NEVER,
+    drop: int = NEVER,
+    down: FloatArray | float = 0.0,
+) -> Course:
+    """A course of n actions of one kind; parameters as of :class:`Course`."""
+    n = len(lead)
+    return Course(
+        lead, tuple(load), stops, np.full(n, grip), np.full(n, drop), np.broadcast_to(down, n)
+    )
+
+
+def stops(
+    finals: FloatArray, penalty: FloatArray | None = None, *, run_in: float = 0.0, out: float = 0.0
+) -> Stops:
+    """Stops that are all entered and left alike; parameters as of :class:`Stops`."""
+    n, h = finals.shape[:2]
+    free = np.zeros((n, h)) if penalty is None else penalty
+    return Stops(finals, free, np.full(n, run_in), np.full(n, out))
+
+
+def join_courses(parts: Sequence[Course]) -> Course:
+    """Courses one after another."""
+    longest = max(part.lead.shape[1] for part in parts)
+    most = max(len(part.stops) for part in parts)
+    return Course(
+        np.concatenate([_longer(part.lead, longest) for part in parts]),
+        tuple(i for part in parts for i in part.load),
+        tuple(_join_stops(parts, number) for number in range(most)),
+        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("grip", "drop", "down")),
+    )
+
+
+def _longer(poses: FloatArray, length: int) -> FloatArray:
+    """Poses (n, m, 3) with the last one repeated."""
+    missing = length - poses.shape[1]
+    return np.concatenate((poses, np.repeat(poses[:, -1:], missing, axis=1)), axis=1)
+
+
+def _join_stops(parts: Sequence[Course], number: int) -> Stops:
+    """The stops of a number; courses that have fewer stay where they are."""
+    found = [part.stops[number] if number < len(part.stops) else None for part in parts]
+    n = sum(len(part.lead) for part in parts)
+    most = max(stop.penalty.shape[1] for stop in found if stop)
+    joined = Stops(np.zeros((n, most, 3)), np.full((n, most), np.inf), np.zeros(n), np.zeros(n))
+    row = 0
+    for part, stop in zip(parts, found, strict=True):
+        if stop:
+            rows = slice(row, row + len(part.lead))
+            h = stop.penalty.shape[1]
+            joined.finals[rows, :h], joined.penalty[rows, :h] = stop.finals, stop.penalty
+            joined.run_in[rows], joined.out[rows] = stop.run_in, stop.out
+        row += len(part.lead)
+    return joined
+
+
+def quarters(yaw: FloatArray) -> FloatArray:
+    """The four headings along and across yaws (n,); shape (n, 4)."""
+    result: FloatArray = yaw[:, None] + np.pi / 2 * np.arange(4)
+    return result
+
+
+def entries(
+    middle: FloatArray, headings: FloatArray, reach: FloatArray, things: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Poses in which a load is gripped or put down, and what entering them costs.
+
+    Parameters
+    ----------
+    middle
+        Where the load's middle is then, shape (n, 2).
+    headings
+        Of the robot, shape (n, h).
+    reach
+        From the robot to the load's middle in the robot's frame, shape (n, 2).
+    things
+        Middles of what may be in the way, shape (p, 2).
+    """
+    n, h = headings.shape
+    offset = rotate(np.broadcast_to(reach[:, None], (n, h, 2)), headings)
+    finals = np.concatenate((middle[:, None] - offset, headings[..., None]), axis=2)
+    back = -np.array([0.5, 1.5, RUN_IN_M])
+    along = finals[:, :, None, :2] + back[:, None] * direction(headings)[:, :, None]
+    if not len(things):
+        return finals, np.zeros((n, h))
+    apart = np.linalg.norm(along[..., None, :] - things, axis=-1)
+    own = np.linalg.norm(middle[:, None] - things, axis=-1) < 0.5
+    apart = np.where(own[:, None, None], np.inf, apart)
+    return finals, BLOCKED_COST_M * (apart.min(axis=(2, 3)) < CLEAR_M)

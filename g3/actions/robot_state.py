@@ -1,0 +1,82 @@
+"""States: where everything is before an action, and what is on the forks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from g3.actions.action_log import at_rest
+from g3.actions.logged_actions import loaded
+from g3.features.bodies import moved_corners
+from g3.geometry.plane import hull_centre
+from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The world between two actions.
+
+    Parameters
+    ----------
+    context
+        Where everything stands; trajectories are single poses.
+    held
+        Id of the object on the forks; None if they are empty.
+    """
+
+    context: Context
+    held: str | None
+
+    @property
+    def pose(self) -> FloatArray:
+        """The robot's x, y, yaw."""
+        track = self.context.agent.trajectory
+        return np.array([*track.xyz[0, :2], track.yaw[0]])
+
+    def thing(self, object_id: str) -> PhysicalObject:
+        """An object by its id."""
+        return next(o for o in self.context.objects if o.id == object_id)
+
+
+def centres(prisms: Sequence[Prism]) -> FloatArray:
+    """The middles of footprints, shape (n, 2)."""
+    if not prisms:
+        return np.zeros((0, 2))
+    return np.array([hull_centre(p.xy) for p in prisms])
+
+
+def padded(hulls: Sequence[FloatArray]) -> FloatArray:
+    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
+    width = max(len(hull) for hull in hulls)
+    return np.array([np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls])
+
+
+def start_state(context: Context) -> State:
+    """The state that a context's log starts in."""
+    objects = tuple(
+        replace(o, trajectory=at_rest(o.trajectory)) if len(o.trajectory) > 1 else o
+        for o in context.objects
+    )
+    return State(replace(context, objects=objects), loaded(context))
+
+
+def moved_to(thing: PhysicalObject, pose: FloatArray, bottom: float) -> PhysicalObject:
+    """An object carried rigidly to a pose x, y, yaw with its bottom at a height."""
+    before = np.array([*thing.trajectory.xyz[0, :2], thing.trajectory.yaw[0]])
+    corners = moved_corners(thing.prism.xy[None], before[None], pose[None])[0]
+    height = thing.prism.z_max - thing.prism.z_min
+    lift = bottom - thing.prism.z_min
+    xyz = np.array([[*pose[:2], thing.trajectory.xyz[0, 2] + lift]])
+    return replace(
+        thing,
+        prism=Prism(corners, bottom, bottom + height),
+        trajectory=Trajectory(np.zeros(1), xyz, pose[2:3]),
+    )
+
+
+def with_moved(state: State, moved: dict[str, PhysicalObject], held: str | None) -> State:
+    """The state with some objects, by their ids, at other poses."""
+    objects = tuple(moved.get(o.id, o) for o in state.context.objects)
+    return State(replace(state.context, objects=objects), held)

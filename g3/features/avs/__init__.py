@@ -1,0 +1,1 @@
+"""Attentional vector sums: how far a point lies in a direction from a landmark."""

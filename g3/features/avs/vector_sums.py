@@ -1,0 +1,126 @@
+"""Attentional vector sums: how far a point lies in a direction from a landmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.features.bodies import IntArray, Singles
+from g3.geometry.plane import centroid, corner_count, cross, following, length
+from g3.groundings import FloatArray
+
+THICKNESS, LEAST_M = 1e-3, 1e-6
+"""How wide a landmark without an area is, as part of its length, and at least."""
+
+RECTANGLE = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""Its corners, counter-clockwise: at which end and on which side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Footprints:
+    """Convex landmarks with an area: n of them, of which m differ.
+
+    Parameters
+    ----------
+    centre
+        Of those that differ, shape (m, 2), in metres.
+    seen
+        Their corners, seen from there, shape (m, k, 2).
+    corners
+        How many come before the last one is repeated, shape (m,).
+    row
+        Which of them each landmark is, shape (n,).
+    """
+
+    centre: FloatArray
+    seen: Singles
+    corners: npt.NDArray[np.uint8]
+    row: IntArray
+
+
+def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
+    """Landmarks to measure directions from; those without an area become a little wide.
+
+    Parameters
+    ----------
+    corners
+        Convex, counter-clockwise, the last ones repeated where there are fewer; shape (m, k, 2),
+        in metres.
+    row
+        Which of them each landmark is, shape (n,); each once if left out.
+    """
+    centre = centroid(corners)
+    missing = max(len(RECTANGLE) - corners.shape[1], 0)
+    seen = np.concatenate((corners, np.repeat(corners[:, -1:], missing, axis=1)), axis=1)
+    seen -= centre[:, None]
+    edge = following(seen) - seen
+    side = length(edge)
+    flat = np.flatnonzero(cross(seen, edge).sum(axis=1) <= 1e-12 * (side**2).sum(axis=1))
+    seen[flat] = _thickened(seen[flat], edge[flat], side[flat])
+    row = np.arange(len(corners)) if row is None else row
+    return Footprints(centre, seen.astype(np.float32), corner_count(seen), row)
+
+
+def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> FloatArray:
+    """Rectangles around lines and points, with as many corners (m, k, 2)."""
+    rows = np.arange(len(corners))
+    longest = side.argmax(axis=1)
+    span = side[rows, longest]
+    along = np.where(span[:, None] > 0, edge[rows, longest], [1.0, 0.0])
+    along /= length(along)[:, None]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    reach = np.einsum("mkc,mc->mk", corners, along)
+    low, high = reach.min(axis=1), reach.max(axis=1)
+    half = (THICKNESS * (high - low) + LEAST_M) / 2
+    ends, sides = ((low - half), (high + half)), (-half, half)
+    around = [(ends[i], sides[j]) for i, j in RECTANGLE]
+    around += [around[-1]] * (corners.shape[1] - len(around))
+    return np.stack([a[:, None] * along + s[:, None] * across for a, s in around], axis=1)
+
+
+def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -> FloatArray:
+    """Degrees, from 0 to 1, to which points lie ahead, left, behind and right of landmarks.
+
+    Attention is centred on the point of the landmark's border that faces the direction
+    in line with the figure, and falls off exponentially with the distance from it. The
+    vectors from all points of the landmark to the figure are summed with attention as
+    their weight; the angle between the sum and the direction gives the degree [1]_. The
+    height component of the original, which orders heights above a horizontal top, is
+    left out: on a map there is no gravity.
+
+    The landmark is seen as triangles from its centre of attention to its sides. Along a ray
+    from there the sum has a closed form; along each side it is looked at in three points (Gauss
+    and Legendre's). Single precision is enough.
+
+    Parameters
+    ----------
+    points
+        Figures, shape (n, 2), in metres.
+    landmarks
+        What they are seen from.
+    yaw
+        Where k frames head for each of them, shape (k, n).
+
+    Returns
+    -------
+    FloatArray
+        Shape (n, 4 k).
+
+    References
+    ----------
+    .. [1] T. Regier and L. A. Carlson, "Grounding spatial language in perception: an
+       empirical and computational investigation", Journal of Experimental Psychology:
+       General 130(2), 2001.
+    """
+    from g3.features.avs.attention import degrees  # noqa: PLC0415 - see g3.geometry.compiled
+
+    frames, n = yaw.shape
+    turn = yaw.astype(np.float32)
+    result = np.empty((n, frames, 4))
+    row = np.require(landmarks.row, np.intp, ("C", "W"))
+    footprint = (landmarks.seen, landmarks.corners, landmarks.centre, row)
+    heading = np.array((np.cos(turn), np.sin(turn)), order="C")
+    degrees(footprint, np.require(points, float, ("C", "W")), heading, result)
+    return result.reshape(n, 4 * frames)

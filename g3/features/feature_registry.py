@@ -1,0 +1,223 @@
+"""The catalogue of feature sets: every feature that the model can use is registered here."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from g3.errors import ModelError
+from g3.features.bodies import IntArray
+from g3.features.factor_batch import FactorBatch, Role, WordField
+from g3.groundings import FloatArray
+from g3.sdc.clauses import SDC_TYPES, SDCType
+
+CATALOGUE_VERSION = 2
+"""Raised whenever a change makes older models read features differently."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One base feature.
+
+    Parameters
+    ----------
+    name
+        Unique in its set.
+    unit
+        Unit of the value: "m", "rad", "1" for a ratio, "bool".
+    low, high
+        Values outside are taken as these.
+    bins
+        Number of uniform bins between them; 0 for a binary feature.
+    """
+
+    name: str
+    unit: str
+    low: float = 0.0
+    high: float = 1.0
+    bins: int = 0
+
+
+Columns = tuple[Column, ...]
+Compute = Callable[[FactorBatch], FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureSet:
+    """A named family of base features that share their computation.
+
+    Parameters
+    ----------
+    name
+        Unique in the catalogue; what ``--ablate`` takes.
+    description
+        One line, from the docstring.
+    types
+        SDC types whose factors have these features.
+    roles
+        Groundings that must be present.
+    words
+        Fields whose words multiply the features.
+    columns
+        The features, or a function that names them for a batch (labels).
+    compute
+        From a batch of n rows to values (n, len(columns)); NaN where a feature does
+        not apply.
+    default
+        Whether models use the set unless told otherwise.
+    alone
+        Whether the features also count without a word. A property of one grounding
+        alone says nothing about its being right.
+    scale
+        How large the features' weights are expected to be, relative to other sets'
+        (the standard deviation of the Gaussian prior that L2 regularisation is).
+    wordless
+        Whether the values depend on nothing but the scene and the groundings in the set's
+        roles, so that rows which differ in other things alone need them once.
+    data
+        For a set that reads data which may be absent or differ, what tells these data
+        from others; raises a ModelError where there are none.
+    """
+
+    name: str
+    description: str
+    types: tuple[SDCType, ...]
+    roles: tuple[Role, ...]
+    words: tuple[WordField, ...]
+    columns: Columns | Callable[[FactorBatch], Columns]
+    compute: Compute
+    default: bool = True
+    alone: bool = True
+    scale: float = 1.0
+    wordless: bool = False
+    data: Callable[[], str] | None = None
+
+    def columns_for(self, batch: FactorBatch) -> Columns:
+        """The features' descriptions for this batch."""
+        return self.columns(batch) if callable(self.columns) else self.columns
+
+
+_CATALOGUE: dict[str, FeatureSet] = {}
+
+
+def feature_set(
+    name: str,
+    *,
+    types: Iterable[SDCType],
+    roles: Iterable[Role],
+    words: Iterable[WordField],
+    columns: Columns | Callable[[FactorBatch], Columns],
+    default: bool = True,
+    alone: bool = True,
+    scale: float = 1.0,
+    wordless: bool = False,
+    data: Callable[[], str] | None = None,
+) -> Callable[[Compute], Compute]:
+    """Register a function as a feature set; the parameters are those of `FeatureSet`."""
+
+    def register(compute: Compute) -> Compute:
+        if name in _CATALOGUE:
+            raise ValueError(f"feature set {name!r} is registered twice")
+        description = (compute.__doc__ or "").strip().split("\n")[0]
+        _CATALOGUE[name] = FeatureSet(
+            name,
+            description,
+            tuple(types),
+            tuple(roles),
+            tuple(words),
+            columns,
+            compute,
+            default,
+            alone,
+            scale,
+            wordless,
+            data,
+        )
+        return compute
+
+    return register
+
+
+def catalogue() -> tuple[FeatureSet, ...]:
+    """All registered feature sets in the order of their names."""
+    return tuple(_CATALOGUE[name] for name in sorted(_CATALOGUE))
+
+
+def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
+    """The default feature sets, some left out and others added.
+
+    A default set whose data are absent is left out, with a note in the log.
+
+    Raises
+    ------
+    ModelError
+        If a name is not in the catalogue, or the data of an added set are absent.
+    """
+    without, plus = set(without), set(plus)
+    unknown = sorted((without | plus) - set(_CATALOGUE))
+    if unknown:
+        raise ModelError(
+            f"there is no feature set {unknown[0]!r}",
+            fix="'ct features list' shows the catalogue: " + ", ".join(sorted(_CATALOGUE)),
+        )
+    wanted = [s for s in catalogue() if (s.default or s.name in plus) and s.name not in without]
+    for feature in wanted:
+        if feature.data is not None and feature.name in plus:
+            feature.data()
+    return tuple(s for s in wanted if s.data is None or _has_data(s))
+
+
+def _has_data(feature: FeatureSet) -> bool:
+    try:
+        if feature.data is not None:
+            feature.data()
+    except ModelError as error:
+        _note(f"feature set {feature.name!r} is off: {error}")
+        return False
+    return True
+
+
+@cache
+def _note(text: str) -> None:
+    """Say something once."""
+    logging.getLogger(__name__).warning(text)
+
+
+def scale_of(name: str) -> float:
+    """Prior scale of a feature set; 1 for a name that isn't in the catalogue."""
+    return _CATALOGUE[name].scale if name in _CATALOGUE else 1.0
+
+
+def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:
+    """Values of a feature set for every row, NaN where it doesn't apply; shape (n, columns).
+
+    Nobody may change them.
+    """
+    rows, part = batch.once(
+        (feature.types, feature.roles), lambda b: _applicable(b, feature.types, feature.roles)
+    )
+    if not len(rows):
+        return np.full((len(batch), len(feature.columns_for(batch))), np.nan)
+    shared, compute = feature.wordless, feature.compute
+    found = part.shared(compute, *feature.roles) if shared else compute(part)
+    found = np.asarray(found, dtype=float)
+    if part is batch:
+        return found
+    result = np.full((len(batch), found.shape[1]), np.nan)
+    result[rows] = found
+    return result
+
+
+def _applicable(
+    batch: FactorBatch, types: tuple[SDCType, ...], roles: tuple[Role, ...]
+) -> tuple[IntArray, FactorBatch]:
+    """Rows of some types that have groundings in some roles, and the batch of them."""
+    wanted = np.array([t in types for t in SDC_TYPES])[batch.type]
+    for role in roles:
+        wanted &= batch.role(role) >= 0
+    rows = np.flatnonzero(wanted)
+    return rows, batch.take(rows) if 0 < len(rows) < len(batch) else batch

@@ -1,0 +1,1 @@
+"""The feature sets, a family in each module."""

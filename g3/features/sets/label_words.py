@@ -1,0 +1,248 @@
+"""Words of an SDC and labels of the semantic map (section 3.3, last paragraph)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from g3.features.bodies import IntArray
+from g3.features.factor_batch import FactorBatch
+from g3.features.feature_registry import Column, Columns, feature_set
+from g3.geometry.plane import BoolArray
+from g3.groundings import FloatArray
+from g3.language.similarity.resources import (
+    tag_table_identity,
+    word_vectors_identity,
+    wordnet_identity,
+)
+from g3.language.similarity.word_similarity import MEASURES, best_match, label_patterns, mean_match
+
+TIE = 1e-9
+"""Similarities this close are equal."""
+
+
+def label_columns(batch: FactorBatch) -> Columns:
+    """A binary column for each label of the batch."""
+    return tuple(Column(name, "bool") for name in batch.bodies.label_names)
+
+
+@feature_set(
+    "labels",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=("figure", "relation"),
+    columns=label_columns,
+    wordless=True,
+)
+def labels(batch: FactorBatch) -> FloatArray:
+    """Labels that the semantic map gives the figure: all of it, for a plural."""
+    return batch.bodies.shared_labels[batch.figure].astype(float)
+
+
+def _mixed_columns(batch: FactorBatch) -> Columns:
+    return tuple(Column(f"{name}.some", "bool") for name in batch.bodies.label_names)
+
+
+@feature_set(
+    "mixed-labels",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=("figure",),
+    columns=_mixed_columns,
+    scale=0.7,
+    wordless=True,
+)
+def mixed_labels(batch: FactorBatch) -> FloatArray:
+    """Labels that some, but not all, things of a plural have."""
+    bodies = batch.bodies
+    return (bodies.labels & ~bodies.shared_labels)[batch.figure].astype(float)
+
+
+@feature_set(
+    "landmark-labels",
+    types=("OBJECT", "PLACE", "PATH"),
+    roles=("landmark",),
+    words=("relation",),
+    columns=label_columns,
+    scale=0.5,
+    wordless=True,
+)
+def landmark_labels(batch: FactorBatch) -> FloatArray:
+    """Labels of the landmark: what can carry, contain or be near things."""
+    return batch.bodies.labels[batch.landmark].astype(float)
+
+
+@feature_set(
+    "theme-labels",
+    types=("EVENT",),
+    roles=("theme",),
+    words=("relation",),
+    columns=label_columns,
+    scale=0.2,
+    wordless=True,
+)
+def theme_labels(batch: FactorBatch) -> FloatArray:
+    """Labels of the object acted on: what can be picked up, moved, loaded."""
+    return batch.bodies.labels[batch.theme].astype(float)
+
+
+def _compared(measures: tuple[str, ...]) -> Columns:
+    return tuple(
+        Column(f"{name}.{side}", "1", 0, 1, 5) for name in measures for side in ("own", "other")
+    )
+
+
+def _compare(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
+    """Similarity of the closest word and label: of the figure, and of others in its scene."""
+    names = [factor.get("name", ()) for factor in batch.words]
+    vocabulary = sorted({word for words in names for word in words})
+    row = {word: i for i, word in enumerate(vocabulary)}
+    indices = [[row[word] for word in words] for words in names]
+    similarity = np.array(
+        [MEASURES[name](vocabulary, batch.bodies.label_names) for name in measures]
+    )
+    sides = [
+        best_match(similarity, indices, factor, labels)[:, row]
+        for factor, labels, row in batch.once("label sides", _label_sides)
+    ]
+    found: FloatArray = np.stack(sides, axis=1).reshape(-1, len(batch)).T
+    return found
+
+
+def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray]]:
+    """Labels of the figure, and those that only others in its scene have.
+
+    For each of the two: factors and labels of the pairs of them that differ, and which of
+    these each row has.
+    """
+    labels = batch.bodies.labels
+    own = labels[batch.figure]
+    peers = labels[batch.peers] & (batch.peers >= 0)[..., None]
+    other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
+    sides = []
+    for side in (own, other):
+        patterns, pattern = label_patterns(side)
+        pair = batch.factor * len(patterns) + pattern
+        different, row = np.unique(pair, return_inverse=True)
+        factor, place = np.divmod(different, len(patterns))
+        sides.append((factor, patterns[place], row.reshape(-1)))
+    return sides
+
+
+@feature_set(
+    "word-form",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_compared(("exact", "lemma", "spelling")),
+)
+def word_form(batch: FactorBatch) -> FloatArray:
+    """Likeness in form of the figure's words to its labels, and to others in its scene."""
+    return batch.shared(_form, "figure", words=True)
+
+
+def _form(batch: FactorBatch) -> FloatArray:
+    return _compare(batch, ("exact", "lemma", "spelling"))
+
+
+@feature_set(
+    "word-domain",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_compared(("domain",)),
+)
+def word_domain(batch: FactorBatch) -> FloatArray:
+    """Whether the figure's words are synonyms of its labels, or of others', in a warehouse."""
+    return batch.shared(_domain, "figure", words=True)
+
+
+def _domain(batch: FactorBatch) -> FloatArray:
+    return _compare(batch, ("domain",))
+
+
+def _graded(measures: tuple[str, ...]) -> Columns:
+    return tuple(
+        column
+        for name in measures
+        for column in (
+            Column(f"{name}.own", "1", 0, 1, 5),
+            Column(f"{name}.margin", "1", -0.5, 0.5, 8),
+            Column(f"{name}.best", "bool"),
+        )
+    )
+
+
+def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
+    """Similarity of the figure, how much more that is than any other thing's, and whether it is.
+
+    Measures of meaning differ more between words than between things, so that what counts
+    is which thing of the scene a word fits best. NaN where no word is known.
+    """
+    bodies = batch.bodies
+    patterns, pattern = label_patterns(bodies.labels)
+    own = pattern[batch.figure]
+    others = np.column_stack((batch.peers, batch.agent_body))
+    rival = (others >= 0) & (pattern[others] != own[:, None])
+    names = [factor.get("name", ()) for factor in batch.words]
+    columns = []
+    for name in measures:
+        score = mean_match(MEASURES[name], names, bodies.label_names, patterns)[batch.factor]
+        mine = np.take_along_axis(score, own[:, None], axis=1)[:, 0]
+        theirs = np.where(rival, np.take_along_axis(score, pattern[others], axis=1), 0.0)
+        margin = mine - theirs.max(axis=1)
+        columns += [mine, margin, np.where(np.isnan(margin), np.nan, margin > -TIE)]
+    return np.column_stack(columns)
+
+
+@feature_set(
+    "word-wordnet",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("path", "wup", "lin")),
+    scale=0.4,
+    data=wordnet_identity,
+)
+def word_wordnet(batch: FactorBatch) -> FloatArray:
+    """Similarity in WordNet of the figure's words to its labels, next to others in its scene."""
+    return batch.shared(_wordnet, "figure", words=True)
+
+
+def _wordnet(batch: FactorBatch) -> FloatArray:
+    return _grade(batch, ("path", "wup", "lin"))
+
+
+@feature_set(
+    "word-tags",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("tag-npmi", "tag-given")),
+    scale=0.4,
+    default=False,
+    data=tag_table_identity,
+)
+def word_tags(batch: FactorBatch) -> FloatArray:
+    """Co-occurrence as image tags of the figure's words with its labels, next to others.
+
+    Off: the table that comes along is made by hand and adds nothing to `word-domain`.
+    """
+    return _grade(batch, ("tag-npmi", "tag-given"))
+
+
+@feature_set(
+    "word-vectors",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=_graded(("vector",)),
+    scale=0.4,
+    default=False,
+    data=word_vectors_identity,
+)
+def word_vectors(batch: FactorBatch) -> FloatArray:
+    """Likeness of the vectors of the figure's words and its labels, next to others in its scene.
+
+    Off: no vectors come along.
+    """
+    return _grade(batch, ("vector",))

@@ -1,0 +1,1 @@
+"""Geometry of footprints, prisms and trajectories."""

@@ -1,0 +1,35 @@
+"""The hand-written rules of inference, registered like feature sets.
+
+:mod:`~g3.inference.potentials.potential_registry` is the catalogue, and
+:mod:`~g3.inference.potentials.cases` are what potentials score. Importing the package registers all
+potentials, and what other distributions name in the entry point group ``g3.potentials``.
+"""
+
+from g3.extensions import load_extensions
+from g3.inference.potentials import (
+    changes,
+    directions,
+    loaded,
+    meant,
+    place_rules,
+    referents,
+    rows,
+    salience,
+    sides,
+    verbs,
+)
+
+__all__ = [
+    "changes",
+    "directions",
+    "loaded",
+    "meant",
+    "place_rules",
+    "referents",
+    "rows",
+    "salience",
+    "sides",
+    "verbs",
+]
+
+load_extensions("g3.potentials")

@@ -1,0 +1,39 @@
+"""Ways that words name without a landmark: "back up", "turn left", "go forward"."""
+
+from __future__ import annotations
+
+from math import log
+
+import numpy as np
+
+from g3.actions.action_kinds import Action
+from g3.inference.potentials.cases import ActionCase
+from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.phrases import is_measure
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.word_sets import AROUND, WAYS
+from g3.sdc.clauses import all_words
+
+BARE = frozenset({"wait", "go straight", "back up", "turn"})
+"""Actions that lead to nothing in particular."""
+
+
+@potential("way", kind="action", types=("EVENT", "PATH"), weight=log(0.05))
+def way(case: ActionCase) -> Measured:
+    """An action without a goal goes the way that words name: "back up"."""
+    below = (case.tree.nodes[n] for n in case.tree.all_below(case.root))
+    things = (sdc for sdc in below if sdc.type == "OBJECT" and not sdc.is_implicit)
+    if not all(map(is_measure, things)):
+        return False
+    words = field_words(all_words(case.sdc))
+    named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}
+    return bool(named) and case.each(lambda a: a.kind in BARE and way_of(a) not in named)
+
+
+def way_of(action: Action) -> str:
+    """Which way an action goes by itself; empty where it stays, or goes by what it is about."""
+    if action.kind == "turn":
+        half = abs(action.amount) > 3 * np.pi / 4
+        return "around" if half else "left" if action.amount > 0 else "right"
+    return {"go straight": "front", "back up": "back"}.get(action.kind, "")

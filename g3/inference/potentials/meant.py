@@ -1,0 +1,170 @@
+"""What words rule out for an OBJECT, whatever the model has learned of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import log
+
+import numpy as np
+
+from g3.actions.facing import ROW
+from g3.geometry.plane import BoolArray
+from g3.groundings import Place
+from g3.inference.potentials.cases import CandidateCase, FactorCase
+from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.grounding_problem import Group, things_of
+from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
+from g3.language.discourse.groups import group as group_of
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.word_sets import EMPTY, LADEN, PARTS, ROWS, SIDES
+
+UNLIKELY = log(0.01)
+
+
+def _ids(group: Group) -> set[str]:
+    return {thing.id for thing in things_of(group)}
+
+
+def _places(group: Group) -> list[Place]:
+    return [g for g in group if isinstance(g, Place)]
+
+
+def _says(case: CandidateCase, test: Callable[[Group], bool]) -> Measured:
+    """Which candidates a test is true of, where a noun is no place's name."""
+    return not case.called and case.each(test)
+
+
+@potential("place-name", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def place_name(case: CandidateCase) -> Measured:
+    """A place is meant by its name, or most of its words: "storage" may be A or B."""
+    called = case.called
+    return bool(called) and case.each(lambda g: not any(p.name in called for p in _places(g)))
+
+
+@potential("no-place", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def no_place(case: CandidateCase) -> Measured:
+    """A noun that names no area, and no place by its name, names things: "the pallet"."""
+    return names_thing(case.sdc) and _says(case, lambda g: bool(_places(g)))
+
+
+@potential("whole-row", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def whole_row(case: CandidateCase) -> Measured:
+    """A row is all that stands in it: "the row"."""
+    if group_of(case.sdc).collective not in ROWS or not case.problem.rows:
+        return False
+    return _says(case, lambda g: frozenset(_ids(g)) not in case.problem.rows)
+
+
+@potential("spoken-of", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def spoken_of(case: CandidateCase) -> Measured:
+    """What is pointed at was spoken of before: "this truck"."""
+    same = case.problem.spoken - {case.problem.load}
+    if not same or not names_same(case.sdc):
+        return False
+    return _says(case, lambda g: not _ids(g) <= same)
+
+
+@potential("other-one", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def other_one(case: CandidateCase) -> Measured:
+    """Another one wasn't spoken of, nor does the load stand on it: "the other truck"."""
+    if not names_other(case.sdc):
+        return False
+    load = case.problem.load
+    meant = case.problem.spoken | ({case.problem.carriers.get(load)} if load else set())
+    return _says(case, lambda g: bool(_ids(g) & meant))
+
+
+@potential("you", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def you(case: CandidateCase) -> Measured:
+    """A word for who is spoken to names the robot: "you"."""
+    robot = {case.problem.state.context.agent_id}
+    return names_robot(case.sdc) and _says(case, lambda g: _ids(g) != robot)
+
+
+def _attributes(case: CandidateCase) -> set[str]:
+    """Words of a noun that are said of all of the thing, not of a part of it."""
+    said = {bare(word.text) for word in case.sdc.words}
+    return set() if said & PARTS else said
+
+
+@potential("empty", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def empty(case: CandidateCase) -> Measured:
+    """Nothing stands on what is empty: "the empty truck"."""
+    if not _attributes(case) & EMPTY:
+        return False
+    laden = set(case.problem.carriers.values())
+    return _says(case, lambda g: bool(_ids(g) & laden))
+
+
+@potential("laden", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def laden(case: CandidateCase) -> Measured:
+    """Something stands on what is loaded: "the loaded truck"."""
+    said = _attributes(case)
+    if said & EMPTY or not said & LADEN:
+        return False
+    bare_ones = case.problem.surfaces - set(case.problem.carriers.values())
+    return _says(case, lambda g: bool(_ids(g) & bare_ones))
+
+
+@potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))
+def load_elsewhere(case: CandidateCase) -> Measured:
+    """What is moved isn't the landmark of where it goes."""
+    return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
+
+
+@potential(
+    "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
+)
+def stands_on(case: FactorCase) -> Measured:
+    """A thing that is "on the truck" stands on it."""
+    told = concepts(field_words(case.sdc.relation))
+    if "on" not in told or told & (SIDES | {"between"}):
+        return False
+    batch, about = case.batch, case.problem
+    ids = [o.id for o in about.state.context.objects]
+    under, surface = np.full((2, len(batch.bodies.z_min)), -1)
+    for i, own in enumerate(ids):
+        under[i] = ids.index(about.carriers[own]) if own in about.carriers else -1
+        surface[i] = own in about.surfaces
+    wrong = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
+    wrong &= (under[batch.figure] != batch.landmark) & (batch.figure != batch.landmark)
+    result: BoolArray = wrong & (batch.bodies.count[batch.figure] == 1)
+    return result
+
+
+def _number_said(case: FactorCase) -> str:
+    """What a noun says of how many things it names: a row, a count, one, or several."""
+    if case.sdc.figure:
+        return ""
+    said = group_of(case.sdc)
+    if said.collective in ROWS:
+        return "row"
+    if said.count is not None and said.count > 1:
+        return "count"
+    return "one" if said.number == "singular" else "several"
+
+
+@potential("row-size", kind="factor", types=("OBJECT",), weight=log(0.001))
+def row_size(case: FactorCase) -> Measured:
+    """A row is three things and more."""
+    return _number_said(case) == "row" and np.less(case.sizes, ROW)
+
+
+@potential("count", kind="factor", types=("OBJECT",), weight=log(0.001))
+def count(case: FactorCase) -> Measured:
+    """As many things are meant as words say: "both crates"."""
+    said = group_of(case.sdc).count or 0
+    return _number_said(case) == "count" and np.not_equal(case.sizes, said)
+
+
+@potential("singular", kind="factor", types=("OBJECT",), weight=log(0.1))
+def singular(case: FactorCase) -> Measured:
+    """A noun in the singular names one thing."""
+    return _number_said(case) == "one" and np.not_equal(case.sizes, 1)
+
+
+@potential("plural", kind="factor", types=("OBJECT",), weight=log(0.4))
+def plural(case: FactorCase) -> Measured:
+    """A plural names several things, or often one that holds many: "the tires"."""
+    return _number_said(case) == "several" and np.less_equal(case.sizes, 1)

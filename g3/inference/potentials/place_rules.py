@@ -1,0 +1,246 @@
+"""What words say about a place: on the ground, and on which side of a thing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log
+
+import numpy as np
+
+from g3.actions.action_candidates import FREE_M
+from g3.actions.facing import facing, turned
+from g3.actions.grounding_candidates import GROUND_M, carrier
+from g3.actions.logged_actions import centre, recorded
+from g3.actions.robot_state import centres
+from g3.features.bodies import IntArray
+from g3.features.factor_batch import FactorBatch
+from g3.features.sets.named import named
+from g3.features.sets.ranks import local_centres
+from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
+from g3.groundings import FloatArray, PhysicalObject, Place, Prism
+from g3.inference.potentials.cases import FactorCase, SpotCase
+from g3.inference.potentials.potential_registry import HARD, Measured, potential
+from g3.language.lexicon.concepts import CONCEPTS, concepts
+from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.word_sets import BEHIND, BESIDE, ENDS, FLOOR, NEARER
+from g3.sdc.clauses import SDC, all_words
+
+_WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
+"""Where the left, right, front and far side of a thing are for who looks along the first axis."""
+SAME_SPOT_M = 1.5
+"""Nearer than this to where it stood a load has not been moved."""
+ROBOT_M = 1.5
+"""Nearer than this to where the robot is it can put nothing."""
+AWAY_M = 5.0
+"""What is only told by the robot is the less likely meant by e, each time it is so much further."""
+ASIDE = 0.5
+"""A place is on a side of a thing if the cosine of its direction to that side is no smaller."""
+
+
+def on_ground(words: SDC, relation: SDC) -> bool:
+    """Whether words say that something is to be on the ground: not on the truck but beside it.
+
+    Parameters
+    ----------
+    words
+        The clause whose words may name the floor.
+    relation
+        The clause whose relation may put it beside something.
+    """
+    if FLOOR.intersection(field_words(all_words(words))):
+        return True
+    told = concepts(field_words(relation.relation))
+    return "on" not in told and bool(told & BESIDE)
+
+
+def is_on_top(sdc: SDC) -> bool:
+    """Whether words say that something is to be on a thing: on the truck, not on its left."""
+    told = concepts(field_words(sdc.relation))
+    return "on" in told and not told & (BESIDE - {"near", "between"})
+
+
+def _about_thing(batch: FactorBatch) -> BoolArray:
+    """Whether each row's landmark is a thing, not the robot nor a place; shape (n,)."""
+    mark = batch.landmark
+    labelled = batch.bodies.labels[mark].any(axis=1)
+    result: BoolArray = (mark >= 0) & (mark != batch.agent_body) & labelled
+    return result
+
+
+@potential("floor", kind="factor", types=("PLACE",), weight=log(0.05))
+def floor(case: FactorCase) -> Measured:
+    """A place on the ground, or beside something, isn't on top of a thing."""
+    return on_ground(case.sdc, case.sdc) and _is_high(case)
+
+
+@potential(
+    "on-top", kind="factor", types=("PLACE",), roles=("figure", "landmark"), weight=log(0.05)
+)
+def on_top(case: FactorCase) -> Measured:
+    """A place "on the truck" is on top of it."""
+    if on_ground(case.sdc, case.sdc) or not is_on_top(case.sdc):
+        return False
+    return _about_thing(case.batch) & ~_is_high(case)
+
+
+def _is_high(case: FactorCase) -> BoolArray:
+    """Which rows' places aren't on the ground."""
+    high: BoolArray = case.batch.bodies.z_min[case.batch.figure] > case.floor + GROUND_M
+    return high
+
+
+@potential("place-side", kind="factor", types=("PLACE",), weight=log(0.05))
+def place_side(case: FactorCase) -> Measured:
+    """A place is on the side of its landmark that words name: "to the right of the pallet".
+
+    The right of a pallet is where it is for who faces the row of its like; its front is the side
+    of who speaks, and the far side is behind it. The right of several things is beyond all of
+    them. The robot has its own sides. Where there is no landmark they are those of what goes there,
+    for who looks as the robot does: "two metres to the right".
+    """
+    batch = case.batch
+    wanted = _sides(batch)
+    bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
+    robot = mark == batch.agent_body
+    told = wanted.sum(axis=1) == 1
+    told &= robot | bodies.labels[mark].any(axis=1)
+    told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
+    if not told.any():
+        return False
+    middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
+    middle = np.where((batch.landmark < 0)[:, None], _seen(batch, case.origin), middle)
+    peers = local_centres(batch, batch.peers)
+    alike = (bodies.labels[batch.peers] & bodies.labels[mark][:, None]).any(axis=2)
+    ahead, _ = facing(middle, peers, alike & (batch.peers != mark[:, None]))
+    sight = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
+    ahead = np.where(wanted[:, 2:].any(axis=1, keepdims=True), sight, ahead)
+    ahead = np.where(robot[:, None], np.array([1.0, 0.0]), ahead)
+    way = wanted @ _WAYS
+    way[robot, 0] *= -1
+    off = turned(place - middle, ahead)
+    along = (off * way).sum(axis=1)
+    wrong = along < ASIDE * np.linalg.norm(off, axis=1)
+    several = bodies.count[mark] > 1
+    if several.any():
+        beyond = np.nan_to_num(_beyond(batch, mark, place, ahead, way), nan=np.inf).min(axis=1)
+        wrong |= several & (beyond < 0)
+    result: BoolArray = told & wrong
+    return result
+
+
+@potential("near", kind="factor", types=("PLACE",), weight=-1.0)
+def near(case: FactorCase) -> FloatArray:
+    """A place without a landmark, or with the robot as its landmark, is near."""
+    bare, way = _way_to(case)
+    robot = case.batch.landmark == case.batch.agent_body
+    return np.where(bare | robot, np.linalg.norm(way, axis=1) / AWAY_M, 0.0)
+
+
+@potential("ahead", kind="factor", types=("PLACE",), weight=-1.0)
+def ahead(case: FactorCase) -> FloatArray:
+    """A place without a landmark is ahead rather than aside, and aside rather than behind."""
+    bare, way = _way_to(case)
+    away = np.linalg.norm(way, axis=1)
+    return np.where(bare, 1 - way[:, 0] / np.maximum(away, 1e-9), 0.0)
+
+
+def _way_to(case: FactorCase) -> tuple[BoolArray, FloatArray]:
+    """Which rows have no landmark, (n,), and the way to each row's place, (n, 2).
+
+    It begins at the robot, or without a landmark where what goes there is.
+    """
+    batch = case.batch
+    bare = batch.landmark < 0
+    place = local_centres(batch, batch.figure)
+    return bare, np.where(bare[:, None], place - _seen(batch, case.origin), place)
+
+
+def _seen(batch: FactorBatch, origin: FloatArray | None) -> FloatArray:
+    """A point as the robot sees it, shape (n, 2); the robot itself for None."""
+    if origin is None:
+        return np.zeros((len(batch), 2))
+    return rotate(origin - batch.agent[:, :2], -batch.agent[:, 2])
+
+
+def _sides(batch: FactorBatch) -> BoolArray:
+    """Which of left, right, front and far side each row's relation names, shape (n, 4).
+
+    "At the end of the row to your right" is on the right whatever "to your right" belongs to.
+    """
+    ends = np.array([bool(ENDS.intersection(words.get("relation", ()))) for words in batch.words])
+    told = named(batch, ("relation",))
+    if ends.any():
+        told = np.where(ends[batch.factor, None], named(batch, ("relation", "landmark")), told)
+    told = told[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+    behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
+    return np.column_stack((told, np.array(behind)[batch.factor]))
+
+
+def _beyond(
+    batch: FactorBatch, mark: IntArray, place: FloatArray, ahead: FloatArray, way: FloatArray
+) -> FloatArray:
+    """How much further places are than each of their landmark's things; (n, members)."""
+    offset = batch.bodies.members[mark] - batch.agent[:, None, :2]
+    local = rotate(offset, np.broadcast_to(-batch.agent[:, 2, None], offset.shape[:2]))
+    off = turned(place[:, None] - local, ahead[:, None])
+    further: FloatArray = (off * way[:, None]).sum(axis=-1)
+    return further
+
+
+@potential("room", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def room(case: SpotCase) -> BoolArray:
+    """Nothing stands where a load is put."""
+    state, load = case.problem.state, case.problem.load
+    middles = centres([spot.prism for spot in case.spots])
+    low = middles.min(axis=0, initial=np.inf) - FREE_M
+    high = middles.max(axis=0, initial=-np.inf) + FREE_M
+    bottoms = np.array([spot.prism.z_min for spot in case.spots])
+    taken = np.zeros(len(middles), dtype=bool)
+    for thing in recorded(state.context).objects:
+        xy = thing.prism.xy
+        if thing.id != load and (xy.min(axis=0) <= high).all() and (xy.max(axis=0) >= low).all():
+            blocked = _gaps(middles, thing.prism) <= FREE_M
+            taken |= blocked & (thing.prism.z_max > bottoms + 0.3)
+    return taken
+
+
+@potential("off-robot", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def off_robot(case: SpotCase) -> BoolArray:
+    """The robot doesn't stand where it puts a load."""
+    middles = centres([spot.prism for spot in case.spots])
+    near: BoolArray = np.linalg.norm(middles - case.problem.state.pose[:2], axis=1) <= ROBOT_M
+    return near
+
+
+@potential("elsewhere", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
+def elsewhere(case: SpotCase) -> Measured:
+    """A load isn't put where it stands, nor on what it stands on."""
+    state, load = case.problem.state, case.problem.load
+    if load is None or load == state.held:
+        return False
+    return stands_at(case.spots, state.thing(load), carrier(state, load))
+
+
+@potential("closer", kind="spot", types=("PLACE",), weight=log(0.5))
+def closer(case: SpotCase) -> Measured:
+    """A place closer to something is one step on the way there, rather than two."""
+    return bool(NEARER.intersection(case.relation)) and np.arange(1.0, len(case.spots) + 1)
+
+
+def _gaps(points: FloatArray, prism: Prism) -> FloatArray:
+    """How far points (n, 2) are from a footprint, 0 inside; shape (n,)."""
+    gaps: FloatArray = point_gap(points[None], convex_hull(prism.xy)[None])[0]
+    return gaps
+
+
+def stands_at(
+    places: Sequence[Place], thing: PhysicalObject, under: PhysicalObject | None
+) -> BoolArray:
+    """Which places are on what a thing stands on, or for one on the ground where it is."""
+    middles = centres([place.prism for place in places])
+    if under is None:
+        near: BoolArray = np.linalg.norm(middles - centre(thing.prism), axis=1) < SAME_SPOT_M
+        return near
+    bottoms = np.array([place.prism.z_min for place in places])
+    level = np.abs(under.prism.z_max - bottoms) < GROUND_M
+    return level & (_gaps(middles, under.prism) <= 0)

@@ -1,0 +1,248 @@
+"""The catalogue of potentials: every hand-written rule of inference is registered here.
+
+With a few hundred commands much of what words mean can't be learned. So the search multiplies the
+learned factors of the grounding graph by potentials: small functions that measure how far a
+grounding is from what words say. A potential adds its weight times its measure to a score, which is
+the logarithm of a probability. A weight of minus infinity makes it a hard constraint.
+
+The search asks for all potentials of a kind at once and knows none by its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, get_args
+
+import numpy as np
+
+from g3.errors import ModelError
+from g3.features.factor_batch import Role
+from g3.features.feature_registry import catalogue
+from g3.geometry.plane import BoolArray
+from g3.groundings import FloatArray
+from g3.inference.problem.grounding_problem import Surroundings
+from g3.sdc.clauses import SDCType
+
+Kind = Literal["command", "referent", "noun", "argument", "factor", "spot", "action", "path"]
+KINDS: dict[Kind, str] = {
+    "command": "a command before the search begins: the reason to refuse it",
+    "referent": 'what a pronoun or "there" stands for, candidate by candidate',
+    "noun": "what a noun may name, candidate by candidate; the strongest of these counts",
+    "argument": "what a clause may have as its theme, goal or landmark, candidate by candidate",
+    "factor": "an OBJECT's or a PLACE's figure together with its landmark",
+    "spot": "where something can be put, spot by spot",
+    "action": "what the robot can do for a clause, action by action",
+    "path": "actions together with the landmarks of a PATH",
+}
+"""What potentials score."""
+HARD = -np.inf
+"""The weight of a hard constraint."""
+
+
+class Case(Protocol):
+    """What potentials of one kind score: n candidates, or n by m pairs."""
+
+    @property
+    def kind(self) -> Kind:
+        """What is scored."""
+        ...
+
+    @property
+    def type(self) -> SDCType:
+        """Type of the clause's factor."""
+        ...
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the scores."""
+        ...
+
+    @property
+    def problem(self) -> Surroundings:
+        """What is grounded; it knows which potentials are switched off."""
+        ...
+
+    def has(self, role: Role) -> BoolArray | bool:
+        """Which candidates have a grounding in a role."""
+        ...
+
+
+Measured = BoolArray | FloatArray | bool
+"""How far each candidate is from what words say; False where they say nothing."""
+Measure = Callable[[Any], Any]
+"""From a case to how far each candidate is from what words say, an array of the case's shape; of
+a command the reason why it is refused, empty for none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Potential:
+    """A rule of inference.
+
+    Parameters
+    ----------
+    name
+        Unique among potentials and feature sets; what ``--ablate`` takes.
+    description
+        One line, from the docstring.
+    kind
+        What it scores, one of :data:`KINDS`.
+    types
+        Types of the clauses that it reads.
+    roles
+        Groundings that must be present.
+    weight
+        What it adds to a score for each unit of its measure: the logarithm of a probability.
+    measure
+        How far candidates are from what words say, 0 for not at all.
+    """
+
+    name: str
+    description: str
+    kind: Kind
+    types: tuple[SDCType, ...]
+    roles: tuple[Role, ...]
+    weight: float
+    measure: Measure
+
+    @property
+    def is_hard(self) -> bool:
+        """Whether what it measures is ruled out."""
+        return self.weight == HARD
+
+
+_CATALOGUE: dict[str, Potential] = {}
+_BY_KIND: dict[Kind, list[Potential]] = {kind: [] for kind in get_args(Kind)}
+
+
+def potential(
+    name: str,
+    *,
+    kind: Kind,
+    types: Iterable[SDCType],
+    roles: Iterable[Role] = ("figure",),
+    weight: float,
+) -> Callable[[Measure], Measure]:
+    """Register a function as a potential; the parameters are those of `Potential`."""
+
+    def register(measure: Measure) -> Measure:
+        if name in _CATALOGUE or any(feature.name == name for feature in catalogue()):
+            raise ValueError(f"there is a potential or a feature set {name!r} already")
+        about = (measure.__doc__ or "").strip().split("\n")[0]
+        added = Potential(name, about, kind, tuple(types), tuple(roles), weight, measure)
+        _CATALOGUE[name] = added
+        _BY_KIND[kind] = sorted([*_BY_KIND[kind], added], key=lambda p: p.name)
+        return measure
+
+    return register
+
+
+def potentials() -> tuple[Potential, ...]:
+    """All registered potentials, by kind and name."""
+    return tuple(p for own in _BY_KIND.values() for p in own)
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """What is left out: feature sets of the model, and potentials of the search."""
+
+    sets: frozenset[str] = frozenset()
+    potentials: frozenset[str] = frozenset()
+
+
+def ablation(names: Iterable[str]) -> Ablation:
+    """Tell names of feature sets from names of potentials.
+
+    Raises
+    ------
+    ModelError
+        If a name is neither.
+    """
+    wanted = frozenset(names)
+    sets = frozenset(feature.name for feature in catalogue())
+    unknown = sorted(wanted - sets - set(_CATALOGUE))
+    if unknown:
+        raise ModelError(
+            f"there is no feature set or potential {unknown[0]!r}",
+            fix=f"'ct features list' shows the feature sets: {', '.join(sorted(sets))}; "
+            f"and the potentials: {', '.join(sorted(_CATALOGUE))}",
+        )
+    return Ablation(wanted & sets, wanted - sets)
+
+
+def check_potentials(names: Iterable[str]) -> frozenset[str]:
+    """Names of potentials that are to be switched off.
+
+    Raises
+    ------
+    ModelError
+        If one is not in the catalogue.
+    """
+    wanted = frozenset(names)
+    unknown = sorted(wanted - set(_CATALOGUE))
+    if unknown:
+        raise ModelError(
+            f"there is no potential {unknown[0]!r}",
+            fix="'ct features list' shows the potentials: " + ", ".join(sorted(_CATALOGUE)),
+        )
+    return wanted
+
+
+def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
+    """The potentials that say something of a case, with what they measure."""
+    kind, disabled = case.type, case.problem.disabled
+    for own in _BY_KIND[case.kind]:
+        if kind not in own.types or own.name in disabled:
+            continue
+        there = [case.has(role) for role in own.roles]
+        measure = False if any(has is False for has in there) else own.measure(case)
+        if measure is False:
+            continue
+        for has in there:
+            if has is not True:
+                measure = np.where(has, measure, 0.0)
+        known = np.asarray(measure, dtype=float)
+        if known.any():
+            yield own, known
+
+
+def added_by(case: Case) -> dict[str, FloatArray]:
+    """What potentials add to the scores of a case, by name; those that add nothing are left out."""
+    found: dict[str, FloatArray] = {}
+    for own, measure in _measured(case):
+        # Nothing times a hard constraint's weight is nothing.
+        weight = np.where(measure != 0, HARD, 0.0) if own.is_hard else own.weight * measure
+        found[own.name] = np.broadcast_to(weight, case.shape)
+    return found
+
+
+def added(case: Case) -> FloatArray:
+    """What all potentials together add to the scores of a case; its shape.
+
+    What a noun doesn't name is ruled out once, whatever speaks against it: the strongest counts.
+    """
+    total = np.zeros(case.shape)
+    for scores in added_by(case).values():
+        total = np.minimum(total, scores) if case.kind == "noun" else total + scores
+    return total
+
+
+def allowed(case: Case) -> BoolArray:
+    """Which candidates no hard constraint rules out; the case's shape."""
+    result = np.ones(case.shape, dtype=bool)
+    for own, measure in _measured(case):
+        if own.is_hard:
+            result &= measure == 0
+    return result
+
+
+def preferred(case: Case) -> FloatArray:
+    """What potentials that are no hard constraints add to the scores of a case; its shape."""
+    soft = [own.weight * measure for own, measure in _measured(case) if not own.is_hard]
+    return sum(soft, np.zeros(case.shape))
+
+
+def refusal(case: Case) -> str:
+    """Why a command is refused; empty if it isn't."""
+    own = (p for p in _BY_KIND[case.kind] if p.name not in case.problem.disabled)
+    return next(filter(None, (str(p.measure(case)) for p in own)), "")

@@ -1,0 +1,166 @@
+"""What words single out among things alike: "the leftmost pallet", "the second from the right".
+
+People turn to face what they speak of: the leftmost pallet of a row behind the robot is the
+leftmost for who faces the row, not for who looks ahead and has it at the back. Of things all
+around they speak as they stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from g3.actions.facing import facing, turned
+from g3.features.factor_batch import FactorBatch, WordField
+from g3.features.sets.named import named
+from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
+from g3.features.sets.ranks import SAME_PLACE_M, is_robot, local_centres
+from g3.geometry.plane import BoolArray
+from g3.groundings import FloatArray
+from g3.inference.potentials.cases import FactorCase
+from g3.inference.potentials.potential_registry import potential
+from g3.language.lexicon.concepts import CONCEPTS, concepts
+
+DOUBTFUL = 0.3
+"""Of things all around one is further to a side if the sines of their directions differ so much."""
+_FIELDS: tuple[WordField, ...] = ("figure", "relation")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SingledOut:
+    """Which rows' figures aren't those that words single out, by what singles them out; each (n,).
+
+    Words do so that have no landmark but the robot, or the row that the thing stands in. "The
+    second from the left" isn't the leftmost, "the second on the left" is counted from there too,
+    and on "the far left" it's the side that counts.
+    """
+
+    side: BoolArray
+    number: BoolArray
+    middle: BoolArray
+    aside: BoolArray
+
+
+def _singled_out(batch: FactorBatch) -> _SingledOut | None:
+    free = (batch.landmark < 0) | (batch.landmark == batch.agent_body) | is_member(batch)
+    wanted = named(batch, ("figure",)) | (named(batch, _FIELDS) & free[:, None])
+    direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    direction[:, DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
+    aside = direction[:, :4].any(axis=1)
+    direction[:, 4:] &= ~aside[:, None]
+    number = np.where(free, ordinals(batch, _FIELDS), ordinals(batch, ("figure",)))
+    inner = [concepts(w.get("landmark", ())) == {"between"} for w in batch.words]
+    middle = named(batch, ("figure",))[:, CONCEPTS.index("between")] | np.array(inner)[batch.factor]
+    if not (direction.any() or number.any() or middle.any()):
+        return None
+    rival = rivals(batch)
+    ahead = _further(batch, rival)
+    beaten = (direction & (ahead > 0)).any(axis=1)
+    left, right = (ahead[:, DIRECTIONS.index(side)] for side in ("left", "right"))
+    outer = middle & (np.abs(left - right) > 1)
+    counted = direction.copy()
+    counted[:, DIRECTIONS.index("near")] |= ~aside
+    other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
+    told = rival.any(axis=1) & ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
+    plain = told & (number == 0)
+    return _SingledOut(plain & beaten, told & (number > 0) & other, plain & outer & ~beaten, aside)
+
+
+def _wrong(case: FactorCase, which: str) -> FloatArray:
+    """Rows that words don't single out, sides twice.
+
+    How things lie for the robot, which is what the model has learned of sides, says little of how
+    they lie in a row.
+    """
+    if case.is_part:
+        return case.nothing
+    found = case.own_batch.once(_singled_out, _singled_out)
+    return case.nothing if found is None else getattr(found, which) * (1.0 + found.aside)
+
+
+@potential("side", kind="factor", types=("OBJECT",), weight=log(0.05))
+def side(case: FactorCase) -> FloatArray:
+    """Nothing alike is further to the side that words name: "the leftmost pallet"."""
+    return _wrong(case, "side")
+
+
+@potential("ordinal", kind="factor", types=("OBJECT",), weight=log(0.05))
+def ordinal(case: FactorCase) -> FloatArray:
+    """A thing stands where words count to: "the second from the left"."""
+    return _wrong(case, "number")
+
+
+@potential("middle", kind="factor", types=("OBJECT",), weight=log(0.05))
+def middle(case: FactorCase) -> FloatArray:
+    """As many things alike are on the one side as on the other: "the middle pallet"."""
+    return _wrong(case, "middle")
+
+
+@potential("counted-things", kind="factor", types=("OBJECT",), weight=3 * log(0.05))
+def counted_things(case: FactorCase) -> FloatArray:
+    """Several things are those that words count among all alike: "the first and second".
+
+    Counted from the side that is named, or from the robot.
+    """
+    total, batch = case.nothing, case.own_batch
+    bodies = batch.bodies
+    numbers = all_ordinals(batch, "figure")
+    several = np.array([len(own) > 1 for own in numbers])[batch.factor]
+    rows = np.flatnonzero(several & (bodies.count[batch.figure] > 1))
+    if not len(rows) or case.is_part:
+        return total
+    wanted = named(batch, _FIELDS)[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    wanted[:, DIRECTIONS.index("near")] |= ~wanted.any(axis=1)
+    alike = (bodies.labels[batch.peers] == bodies.labels[batch.figure][:, None]).all(axis=2)
+    alike &= (batch.peers >= 0) & (bodies.count[batch.peers] == 1)
+    middles, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
+    ahead, _ = facing(middles, others, alike)
+    extent = np.where(alike[..., None], _extents(others, turned(others, ahead[:, None])), -np.inf)
+    for i in rows:
+        order = np.argsort(-extent[i, :, wanted[i].argmax()], kind="stable")[: alike[i].sum()]
+        counted = bodies.centre[batch.peers[i, order]]
+        members = bodies.members[batch.figure[i]]
+        gap = np.linalg.norm(members[:, None] - counted, axis=-1)
+        _, rank = np.nonzero(gap < SAME_PLACE_M)
+        total[i] = set((rank + 1).tolist()) != numbers[batch.factor[i]]
+    return total
+
+
+def is_member(batch: FactorBatch) -> BoolArray:
+    """Whether each row's figure is one of the several things that its landmark is; shape (n,)."""
+    several = (batch.landmark >= 0) & (batch.bodies.count[batch.landmark] > 1)
+    members = batch.bodies.members[batch.landmark]
+    away = np.linalg.norm(members - batch.bodies.centre[batch.figure][:, None], axis=-1)
+    result: BoolArray = several & (away < SAME_PLACE_M).any(axis=1)
+    return result
+
+
+def _further(batch: FactorBatch, rival: BoolArray) -> FloatArray:
+    """How many rivals are further in each direction for who faces all of them, (n, directions)."""
+    own, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
+    faced, around = facing(own, others, rival)
+    near = _extents(own, turned(own, faced))
+    far = _extents(others, turned(others, faced[:, None]))
+    further: BoolArray = rival[..., None] & (far > near[:, None] + SAME_PLACE_M)
+    sine, sines = (p[..., 1] / np.maximum(np.linalg.norm(p, axis=-1), 1e-9) for p in (own, others))
+    doubtful = around[:, None] & (np.abs(sines - sine[:, None]) < DOUBTFUL)
+    further[..., :2] &= ~doubtful[..., None]
+    count: FloatArray = further.sum(axis=1, dtype=float)
+    return count
+
+
+def _extents(local: FloatArray, faced: FloatArray) -> FloatArray:
+    """How far points lie in each direction; ahead is where the robot looks, not how far.
+
+    Parameters
+    ----------
+    local, faced
+        Points in the robot's frame and in that of who faces them, shape (..., 2).
+    """
+    extent = extents(faced)
+    angle = np.arctan2(np.abs(local[..., 1]), local[..., 0])
+    extent[..., DIRECTIONS.index("front")] = -angle
+    extent[..., DIRECTIONS.index("back")] = angle
+    return extent

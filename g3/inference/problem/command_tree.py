@@ -1,0 +1,116 @@
+"""A command's clauses as inference looks at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from g3.inference.problem.phrases import (
+    is_area,
+    is_complement,
+    is_measure,
+    is_pronoun,
+    names_forks,
+    names_robot,
+    names_thing,
+    told,
+)
+from g3.language.discourse.groups import noun_leaf
+from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.word_sets import NOUNLESS
+from g3.learning.examples import factor_words
+from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A command's clauses with what is looked up again and again.
+
+    Parameters
+    ----------
+    sdcs
+        The top-level clauses.
+    """
+
+    sdcs: tuple[SDC, ...]
+
+    @cached_property
+    def nodes(self) -> list[SDC]:
+        """All clauses, breadth first."""
+        return list(breadth_first(self.sdcs))
+
+    @cached_property
+    def children(self) -> list[dict[Field, tuple[int, ...]]]:
+        """The clauses in the fields of each."""
+        return child_indices(self.sdcs)
+
+    @cached_property
+    def words(self) -> list[dict]:  # type: ignore[type-arg]
+        """Words of each clause's factor; those of an area say where it is, as a PLACE's do."""
+        spoken = [
+            {f: told(w) for f, w in self._with_noun(sdc, factor_words(sdc)).items()}
+            for sdc in self.nodes
+        ]
+        return [
+            {**words, "figure": (), "name": ()} if is_area(sdc) else words
+            for sdc, words in zip(self.nodes, spoken, strict=True)
+        ]
+
+    def _with_noun(self, sdc: SDC, words: dict) -> dict:  # type: ignore[type-arg]
+        """Words of a clause with the noun that "the other" leaves out."""
+        noun = self.left_out(sdc)
+        if noun is None:
+            return words
+        own = field_words([noun])
+        return {
+            **words,
+            "figure": (*words["figure"], *own),
+            "name": (*words["name"], bare(noun.text)),
+        }
+
+    def left_out(self, sdc: SDC) -> Span | None:
+        """The noun of the OBJECT before that "the other" or "the empty one" stands for."""
+        leaf = noun_leaf(sdc)
+        if sdc.type != "OBJECT" or not leaf.words or bare(leaf.words[-1].text) not in NOUNLESS:
+            return None
+        before = [noun for noun in self.nouns if noun.start < leaf.words[0].start]
+        return max(before, key=lambda noun: noun.start, default=None)
+
+    @cached_property
+    def nouns(self) -> list[Span]:
+        """The nouns that name things."""
+        leaves = [sdc for sdc in self.nodes if sdc.type == "OBJECT" and sdc.words]
+        return [
+            sdc.words[-1]
+            for sdc in leaves
+            if bare(sdc.words[-1].text) not in NOUNLESS
+            and names_thing(sdc)
+            and not (is_pronoun(sdc) or names_robot(sdc) or is_measure(sdc) or names_forks(sdc))
+        ]
+
+    @cached_property
+    def parts(self) -> frozenset[int]:
+        """OBJECTs of which another clause says more without a landmark: "the pallet" of tires."""
+        return frozenset(
+            child
+            for node, sdc in enumerate(self.nodes)
+            if sdc.type == "OBJECT" and (is_complement(sdc) or not sdc.landmark1)
+            for child in (*self.children[node].get("f", ()), *self.children[node].get("l", ()))
+        )
+
+    def all_below(self, node: int) -> list[int]:
+        """A clause and all clauses in it."""
+        found = [node]
+        for n in found:
+            found.extend(c for group in self.children[n].values() for c in group)
+        return found
+
+    def below(self, node: int, fields: Sequence[Field], *types: str) -> list[int]:
+        """Clauses of some types in some fields of another, in the order of the fields."""
+        return [
+            child
+            for name in fields
+            for child in self.children[node].get(name, ())
+            if self.nodes[child].type in types and not self.nodes[child].is_implicit
+        ]

@@ -1,0 +1,127 @@
+"""What the first pass grounds clauses in, and what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from g3.actions.grounding_candidates import carrier, is_surface, rows_of
+from g3.actions.robot_state import State
+from g3.groundings import FloatArray, Grounding, PhysicalObject
+from g3.inference.problem.costs import Cost
+from g3.inference.problem.packed_scene import Scene
+
+Group = tuple[Grounding, ...]
+
+WIDTH = 20
+"""The paper's beam width."""
+LANDMARKS = 6
+
+
+def things_of(group: Group) -> list[PhysicalObject]:
+    """The objects of a grounding."""
+    return [g for g in group if isinstance(g, PhysicalObject)]
+
+
+def group_key(group: Group) -> tuple[object, ...]:
+    """What tells groups of other things apart."""
+    return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A grounding of a clause.
+
+    Parameters
+    ----------
+    group
+        The grounding.
+    score
+        Sum of the log-probabilities of the clause's factor and of those below it.
+    nodes
+        The groundings of the clause and of all below it, and their factors' log-probabilities.
+    """
+
+    group: Group
+    score: float
+    nodes: Mapping[int, tuple[Group, float]]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the first pass grounds clauses in.
+
+    Parameters
+    ----------
+    state
+        The state that the command was given in.
+    scene
+        Its things, packed.
+    cost
+        Scores of factors.
+    referents
+        What was acted on or spoken of before, the most recent last.
+    antecedents
+        What pronouns may stand for by :mod:`g3.language.discourse.anaphora`, with probabilities:
+        the groundings of OBJECTs of earlier clauses, by the pronoun's clause.
+    goals
+        What earlier clauses lead to, the last one last: "there" is one of them.
+    spoken
+        Ids of what earlier clauses mean.
+    load
+        Id of what the clause moves: it goes where there is room for it, and is no landmark of that.
+    held
+        Id of what is on the forks when the clause begins.
+    width
+        Width of the beams.
+    landmarks
+        Of a clause's beam, how many candidates are tried as landmarks.
+    told_side
+        "left" or "right" if the robot has been told to go there, for what it comes to.
+    answers
+        Ids of objects that clauses are known to mean.
+    explain
+        Whether reasons are asked for.
+    disabled
+        Names of potentials that are switched off.
+    leaves
+        What is known of OBJECTs without others below, by node: the log-probabilities of their
+        factors with each of the scene's groups.
+    """
+
+    state: State
+    scene: Scene
+    cost: Cost
+    referents: tuple[Group, ...] = ()
+    antecedents: Mapping[int, tuple[tuple[Group, float], ...]] = field(default_factory=dict)
+    goals: tuple[Group, ...] = ()
+    spoken: frozenset[str] = frozenset()
+    load: str | None = None
+    held: str | None = None
+    width: int = WIDTH
+    landmarks: int = LANDMARKS
+    told_side: str = ""
+    answers: Mapping[int, str] = field(default_factory=dict)
+    explain: bool = False
+    disabled: frozenset[str] = frozenset()
+    leaves: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    @cached_property
+    def carriers(self) -> Mapping[str, str]:
+        """By id, the id of what an object stands on, if that isn't the ground."""
+        things = (o for o in self.state.context.objects if o.id != self.state.context.agent_id)
+        under = {thing.id: carrier(self.state, thing.id) for thing in things}
+        return {upper: lower.id for upper, lower in under.items() if lower is not None}
+
+    @cached_property
+    def rows(self) -> frozenset[frozenset[str]]:
+        """Ids of things that stand near one another, but for what is on the forks."""
+        apart = (self.state.context.agent_id, self.state.held)
+        things = [o for o in self.state.context.objects if o.id not in apart]
+        return frozenset(frozenset(o.id for o in row) for row in rows_of(things))
+
+    @cached_property
+    def surfaces(self) -> frozenset[str]:
+        """Ids of what a load can be put on."""
+        return frozenset(o.id for o in self.state.context.objects if is_surface(o))

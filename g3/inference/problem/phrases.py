@@ -1,0 +1,156 @@
+"""What kind of phrase a clause is: a noun's complement, an area, "there"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from g3.features.sets.order import is_ordinal
+from g3.language.discourse.groups import group, noun_leaf
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import (
+    AREAS,
+    FLOOR,
+    FORKS,
+    FORMER,
+    IT,
+    OTHERS,
+    ROBOT,
+    STRESSED,
+    TELLING,
+    THESE,
+    VERBS,
+)
+from g3.sdc.clauses import SDC, SDCType, all_words
+
+ALIKE = 0.8
+"""Words so alike are one, misspelt (:mod:`difflib`)."""
+
+
+def verb_class(sdc: SDC) -> str:
+    """The classes of an EVENT's verb, of its first word that has any; "other" if none has.
+
+    >>> from g3.sdc.clauses import Span
+    >>> verb_class(SDC("EVENT", relation=(Span(0, "pick"), Span(5, "up"))))
+    'taking'
+    """
+    for span in sdc.relation:
+        found = word_class(bare(span.text))
+        if set(found.split("+")) & VERBS:
+            return found
+    return "other"
+
+
+def is_complement(sdc: SDC) -> bool:
+    """Whether an OBJECT's landmark names the same thing: "the pallet of tires"."""
+    return sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",)
+
+
+def is_area(sdc: SDC) -> bool:
+    """Whether an OBJECT is a place: "the floor", "the space between the pallets"."""
+    if sdc.type != "OBJECT" or is_complement(sdc):
+        return False
+    noun = field_words(noun_leaf(sdc).words)
+    return bool((AREAS if sdc.landmark1 else FLOOR).intersection(noun))
+
+
+def names_thing(sdc: SDC) -> bool:
+    """Whether an OBJECT's noun names things, not a place."""
+    return not AREAS.intersection(figure_words(sdc))
+
+
+def is_measure(sdc: SDC) -> bool:
+    """Whether an OBJECT tells how far, and names nothing: "a bit", "two squares"."""
+    words = [bare(word.text) for word in sdc.words]
+    if sdc.type != "OBJECT" or not words or words[0] == "the":
+        return False
+    return "measure" in word_class(words[-1]).split("+")
+
+
+def factor_type(sdc: SDC) -> SDCType:
+    """The type of a clause's factor: where an area is tells a PLACE's."""
+    return "PLACE" if is_area(sdc) else sdc.type
+
+
+def is_bare(sdc: SDC) -> bool:
+    """Whether an OBJECT names one thing by nothing but its kind: "the pallet of tires"."""
+    if sdc.type != "OBJECT" or not (sdc.is_leaf or is_complement(sdc)):
+        return False
+    words = field_words(all_words(sdc))
+    more = concepts(words) or TELLING.intersection(words) or any(map(is_ordinal, words))
+    return not more and not names_other(sdc) and group(sdc).number == "singular"
+
+
+def is_there(sdc: SDC) -> bool:
+    """Whether a PLACE is one that was spoken of: "there", "on top"."""
+    if sdc.type != "PLACE" or sdc.landmark1:
+        return False
+    words = field_words(all_words(sdc))
+    return "there" in words or concepts(words) == {"on"}
+
+
+def names_same(sdc: SDC) -> bool:
+    """Whether a leaf names what has been spoken of: "this table"."""
+    words = [word.text.lower() for word in sdc.words]
+    return len(words) > 1 and words[0] in THESE
+
+
+def names_other(sdc: SDC) -> bool:
+    """Whether a leaf names something else than what was meant before: "the other truck"."""
+    return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
+
+
+def names_origin(sdc: SDC) -> bool:
+    """Whether a leaf names where something was at first: "its old position"."""
+    words = {bare(word.text) for word in sdc.words}
+    return sdc.type == "OBJECT" and bool(words & FORMER and AREAS.intersection(figure_words(sdc)))
+
+
+def names_forks(sdc: SDC) -> bool:
+    """Whether an OBJECT is the robot's forks."""
+    return sdc.type == "OBJECT" and bool(FORKS.intersection(figure_words(sdc)))
+
+
+def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
+    """The places of whose names a clause has most words, if any: "storage" may be A or B.
+
+    >>> from g3.sdc.clauses import Span
+    >>> storage = SDC("OBJECT", words=(Span(3, "the"), Span(7, "storage"), Span(15, "area")))
+    >>> sorted(named_places(storage, ["receiving", "storage A", "storage B"]))
+    ['storage A', 'storage B']
+    """
+    words = [bare(word.text) for word in all_words(sdc)]
+    said = set(words[words[:1] in (["a"], ["an"]) :])
+    shared = {
+        name: sum(
+            normalise(word) not in AREAS and bool(get_close_matches(word, said, 1, ALIKE))
+            for word in name.lower().split()
+        )
+        for name in names
+    }
+    most = max(shared.values(), default=0)
+    return frozenset(name for name, count in shared.items() if most and count == most)
+
+
+def names_robot(sdc: SDC) -> bool:
+    """Whether a leaf is a word for who is spoken to: "you", "me"."""
+    words = [bare(word.text) for word in sdc.words]
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in ROBOT
+
+
+def is_pronoun(sdc: SDC) -> bool:
+    """Whether an OBJECT is a pronoun that stands for something spoken of before."""
+    words = [w.text.lower().strip(".,;:!") for w in sdc.words]
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in IT
+
+
+def told(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Normal forms of words without those that only stress others.
+
+    >>> told(("right", "next", "to"))
+    ('next', 'to')
+    """
+    after = (*words[1:], "")
+    return tuple(w for w, a in zip(words, after, strict=False) if w != "right" or a not in STRESSED)

@@ -1,0 +1,1 @@
+"""Why things and actions were chosen, in plain words."""

@@ -1,0 +1,332 @@
+"""The second pass: action sequences for EVENTs and PATHs (section 3.4).
+
+A beam of hypotheses goes through the top-level clauses: for each clause every action that is
+possible in a hypothesis' state is scored with every candidate of the clause's theme and goal, and
+the state that the action leads to is where the next clause begins. Hypotheses with equal
+scores keep the order in which they were found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice
+
+import numpy as np
+
+from g3.actions.action_kinds import Action, possible_actions, result
+from g3.actions.logged_actions import centre
+from g3.actions.motions import Motions
+from g3.actions.robot_state import State
+from g3.features.bodies import IntArray
+from g3.features.factor_batch import FactorBatch
+from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
+from g3.inference.potentials.cases import ActionCase, PathCase
+from g3.inference.potentials.potential_registry import added, added_by
+from g3.inference.problem.clause_roles import leaves_open, told_side
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost, Scorer
+from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.packed_scene import Group
+from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
+from g3.inference.problem.scoring import Reason
+from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
+from g3.inference.search.arguments import Arguments, arguments, combine, focus_of
+from g3.inference.search.leaves import leaf_scores
+from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
+from g3.inference.search.thing_search import ground_thing
+from g3.language.discourse.anaphora import anaphors
+from g3.language.discourse.negation import negated
+
+Reasons = tuple[Action, tuple[Reason, ...]]
+Choices = tuple[tuple[Group, float], ...]
+
+OTHER_PLACE_M = 2.5
+"""Places further apart than this are others."""
+WIDTH = 5
+"""How many hypotheses go on from one top-level clause to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A plan for the clauses so far.
+
+    Parameters
+    ----------
+    score
+        Sum of the log-probabilities of all factors.
+    state
+        What the plan leads to.
+    actions
+        The plan, an action for each clause.
+    nodes
+        Groundings of the clauses, and their factors' log-probabilities.
+    referents
+        What was acted on, the most recent last.
+    goals
+        What the clauses lead to, the last one last.
+    reasons
+        Where they are asked for: for each top-level clause the best other action, and what spoke
+        against it.
+    choices
+        What clauses could be grounded in, by node, the best first: each with the score of the best
+        that could be done then, after the plan's earlier clauses.
+    problems
+        Where reasons are asked for, what clauses were grounded in.
+    """
+
+    score: float
+    state: State
+    actions: tuple[Action, ...] = ()
+    nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
+    referents: tuple[Group, ...] = ()
+    goals: tuple[Group, ...] = ()
+    reasons: Mapping[int, Reasons] = field(default_factory=dict)
+    choices: Mapping[int, Choices] = field(default_factory=dict)
+    problems: Mapping[int, Surroundings] = field(default_factory=dict)
+
+
+def _problems(
+    found: Arguments, theme: Candidate | None, goal: Candidate | None
+) -> dict[int, Surroundings]:
+    """What the clauses of a theme and of a goal were grounded in."""
+    pairs = ((theme, found.problem), (goal, found.toward))
+    return {n: problem for part, problem in pairs if part and problem for n in part.nodes}
+
+
+def extend(
+    tree: Tree, root: int, before: Hypothesis, found: Arguments, about: Surroundings
+) -> Iterator[Hypothesis]:
+    """Hypotheses that go on from one with the next top-level clause, the best first."""
+    state, cost = before.state, about.cost
+    forbidden = negated(tree.nodes[root])
+    actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
+    rows = combine(state, actions, found)
+    scene = about.scene.things() if state is about.state else None
+    batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
+    kind = tree.nodes[root].type
+    event = np.zeros(len(batch))
+    if kind == "EVENT":
+        event = cost.log_probability(batch, true=not forbidden)
+    theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
+    goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
+    total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
+    asked = ActionCase(tree, root, state, found, actions, about)
+    ruled = {} if forbidden else added_by(asked)
+    total = total + sum(ruled.values(), np.zeros(len(actions)))[rows.action]
+    goal_path = np.zeros(len(batch))
+    if found.goal_path >= 0:
+        goal_path = PathFactor(tree, found.goal_path, stage, cost).scores(batch.figure, batch.goal)
+        total = total + goal_path
+    chosen: dict[int, tuple[FloatArray, IntArray]] = {}
+    for path, bodies in marks.items():
+        case = PathCase(tree, path, state, actions, found.paths[path], about)
+        chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, case.marks, added(case))
+        total = total + chosen[path][0][rows.action]
+    order = np.argsort(-total, kind="stable")
+    besides = {name: scores[rows.action] for name, scores in ruled.items()}
+    besides["goal"] = goal_score[rows.goal]
+    ranked = _Ranked(actions, rows.action[order], order, besides)
+    factors = _factors(tree, root, found, stage, batch) if about.explain else []
+    choices = _choices([(found.themes, rows.theme), (found.goals, rows.goal)], total)
+    taken: set[int] = set()
+    for i in order:
+        a = int(rows.action[i])
+        if a in taken:
+            continue
+        taken.add(a)
+        nodes = dict(before.nodes)
+        theme = found.themes[rows.theme[i]] if rows.theme[i] >= 0 else None
+        goal = found.goals[rows.goal[i]] if rows.goal[i] >= 0 else None
+        for part in (theme, goal):
+            nodes |= part.nodes if part else {}
+        after = result(state, actions[a], stage.motions, a)
+        agent = agent_of(state, stage.motions, a)
+        nodes[root] = ((agent,) if kind == "EVENT" else (Path(agent.trajectory),), float(event[i]))
+        if found.goal_path >= 0:
+            nodes[found.goal_path] = ((Path(agent.trajectory),), float(goal_path[i]))
+        for path, (own, which) in chosen.items():
+            mark = found.paths[path][int(which[a])]
+            nodes |= mark.nodes if mark else {}
+            nodes[path] = ((Path(agent.trajectory),), float(own[a]))
+        referent = _referent(state, actions[a], theme, stage.motions, a)
+        yield Hypothesis(
+            float(total[i]),
+            after,
+            (*before.actions, actions[a]),
+            nodes,
+            (*before.referents, *referent),
+            (*before.goals, *((goal.group,) if goal else ())),
+            {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
+            {**before.choices, **choices},
+            {**before.problems, **_problems(found, theme, goal)} if about.explain else {},
+        )
+
+
+def _choices(
+    parts: Sequence[tuple[Sequence[Candidate | None], IntArray]], total: FloatArray
+) -> dict[int, Choices]:
+    """The best total of each grounding of each clause.
+
+    Parameters
+    ----------
+    parts
+        Candidates of themes or goals, and which of them each row has, -1 for none, shape (n,).
+    total
+        Scores of the rows, shape (n,).
+    """
+    best: dict[int, dict[tuple[int, ...], tuple[Group, float]]] = {}
+    for candidates, index in parts:
+        for i, candidate in enumerate(candidates):
+            if candidate is None or not (own := total[index == i]).size:
+                continue
+            for node, (group, _) in candidate.nodes.items():
+                known = best.setdefault(node, {})
+                key = tuple(id(g) for g in group)
+                before = known[key][1] if key in known else -np.inf
+                known[key] = group, max(before, float(own.max()))
+    return {n: tuple(sorted(known.values(), key=lambda c: -c[1])) for n, known in best.items()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ranked:
+    """Combinations of actions, themes and goals, the best first: actions, and rows of batches.
+
+    Besides its factors, a combination has scores (by row) of its goal and of what words rule out.
+    """
+
+    actions: Sequence[Action]
+    action: IntArray
+    row: IntArray
+    besides: Mapping[str, FloatArray]
+
+
+def _factors(
+    tree: Tree, root: int, found: Arguments, stage: Stage, batch: FactorBatch
+) -> list[FactorBatch]:
+    """The factors of an EVENT and of the PATH that leads to its goal, with the same rows."""
+    factors = [batch] if tree.nodes[root].type == "EVENT" else []
+    if found.goal_path >= 0:
+        factors.append(path_batch(tree, found.goal_path, stage, batch.figure, batch.goal))
+    return factors
+
+
+def _reasons(
+    root: int, factors: Sequence[FactorBatch], cost: Cost, ranked: _Ranked, action: int
+) -> dict[int, Reasons]:
+    """What spoke for an action against the best one that does something else."""
+    if not factors or not isinstance(cost, Scorer):
+        return {}
+    chosen = ranked.actions[action]
+    other = np.array([_differs(a, chosen) for a in ranked.actions])[ranked.action]
+    if not other.any():
+        return {}
+    first, best = (int(np.flatnonzero(x)[0]) for x in (ranked.action == action, other))
+    rows = int(ranked.row[first]), int(ranked.row[best])
+    rival = ranked.actions[int(ranked.action[best])]
+    besides = {name: float(x[rows[0]] - x[rows[1]]) for name, x in ranked.besides.items()}
+    reasons = [r for batch in factors for r in reasons_against(batch, rows, cost)]
+    return {root: (rival, tuple(weightiest([*reasons, *told_besides(besides.items())])))}
+
+
+def _differs(action: Action, other: Action) -> bool:
+    """Whether two actions do something else: not the same a little further on.
+
+    Nor the same with another load: the theme's own reasons tell why it isn't that one.
+    """
+    if action.object_id and other.object_id and action.object_id != other.object_id:
+        return False
+    if action.place is not None and other.place is not None:
+        apart = np.linalg.norm(centre(action.place.prism) - centre(other.place.prism))
+        return action.kind != other.kind or bool(apart > OTHER_PLACE_M)
+    return (action.kind, action.target, action.amount) != (other.kind, other.target, other.amount)
+
+
+def _meant(before: Hypothesis) -> frozenset[str]:
+    """Ids of what the clauses so far are grounded in, but for the robot."""
+    things = (g for group, _ in before.nodes.values() for g in group)
+    ids = {g.id for g in things if isinstance(g, PhysicalObject)}
+    return frozenset(ids - {before.state.context.agent_id})
+
+
+def _referent(
+    state: State, action: Action, theme: Candidate | None, motion: Motions, row: int
+) -> tuple[Group, ...]:
+    if action.object_id:
+        return ((state.thing(action.object_id),),)
+    if theme is not None:
+        return (theme.group,)
+    if action.target and isinstance(action.target[0], PhysicalObject):
+        return (action.target,)
+    return ()
+
+
+def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
+    """The robot with the trajectory of an action."""
+    track = Trajectory(motion.t[row], motion.xyz[row], motion.yaw[row])
+    return replace(state.context.agent, trajectory=track)
+
+
+def search(
+    tree: Tree, start: State, about: Surroundings, *, width: int = WIDTH
+) -> list[Hypothesis]:
+    """The best plans for a command, the best first."""
+    beam = [Hypothesis(0.0, start)]
+    about = replace(about, leaves=leaf_scores(tree, about.scene, about.cost))
+    known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
+    for root, sdc in enumerate(tree.sdcs):
+        if sdc.type in ("OBJECT", "PLACE"):
+            beam = _mentioned(tree, root, beam, about)[:width]
+            continue
+        below = tree.all_below(root)
+        pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
+        there = leaves_open(tree, root) or any(is_there(tree.nodes[n]) for n in below)
+        named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
+        grounded: dict[tuple[object, ...], Arguments] = {}
+        grown: list[Hypothesis] = []
+        for before in beam:
+            spoken = before.referents if pronouns else ()
+            goals = before.goals if there else ()
+            meant_before = _meant(before) if named else frozenset()
+            meant = {
+                n: tuple(
+                    (before.nodes[x.index][0], x.probability)
+                    for x in known.get(n, ())
+                    if x.index in before.nodes
+                )
+                for n in pronouns
+            }
+            key = (spoken, goals, meant_before, before.state.held, *meant.values())
+            if key not in grounded:
+                around = replace(
+                    about,
+                    referents=spoken,
+                    antecedents=meant,
+                    goals=goals,
+                    spoken=meant_before,
+                    load=before.state.held,
+                    held=before.state.held,
+                    told_side=told_side(tree, root),
+                )
+                grounded[key] = arguments(tree, root, around)
+            grown += islice(extend(tree, root, before, grounded[key], about), width)
+        beam = sorted(grown, key=lambda h: -h.score)[:width]
+    return beam
+
+
+def _mentioned(
+    tree: Tree, root: int, beam: Sequence[Hypothesis], about: Surroundings
+) -> list[Hypothesis]:
+    """Hypotheses after a clause that only names something: "the tires on the truck, lift them"."""
+    found = ground_thing(tree, root, about)
+    grown = [
+        replace(
+            before,
+            score=before.score + c.score,
+            nodes={**before.nodes, **c.nodes},
+            referents=(*before.referents, c.group),
+        )
+        for before in beam
+        for c in found
+    ]
+    return sorted(grown, key=lambda h: -h.score)

@@ -1,0 +1,207 @@
+"""What a top-level clause is about: candidates of its theme and goal, and what goes together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from g3.actions.action_kinds import Action, Focus
+from g3.actions.proposals import is_load
+from g3.actions.robot_state import State
+from g3.features.bodies import IntArray
+from g3.groundings import PhysicalObject
+from g3.inference.problem.clause_roles import (
+    goal_paths,
+    goal_places,
+    goal_within,
+    is_goal,
+    is_source,
+    leaves_open,
+    objects,
+    tells_place,
+    ways,
+)
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.packed_scene import Group
+from g3.inference.search.thing_search import (
+    as_argument,
+    ground_argument,
+    ground_place,
+    ground_places,
+    ground_thing,
+    landmarks_of,
+    likely,
+    reached,
+)
+from g3.language.discourse.groups import noun_words
+from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.word_sets import BETWEEN
+
+THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
+FEW_THEMES, FEW_GOALS = 2, 2
+"""How many are tried with actions that are about neither."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arguments:
+    """Candidates of what a top-level clause is about.
+
+    Parameters
+    ----------
+    themes, goals
+        Candidates of its theme and of its goal; None alone where it has none.
+    goal_path
+        The PATH whose landmark the goal is, -1 if there is none.
+    paths
+        Other PATHs with the candidates of their landmarks.
+    problem, toward
+        What themes and landmarks are grounded in, and what goals are.
+    """
+
+    themes: tuple[Candidate | None, ...]
+    goals: tuple[Candidate | None, ...]
+    goal_path: int
+    paths: Mapping[int, tuple[Candidate | None, ...]]
+    problem: Surroundings | None = None
+    toward: Surroundings | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Combinations of an action, a theme and a goal, as indices; -1 for none; each (n,)."""
+
+    action: IntArray
+    theme: IntArray
+    goal: IntArray
+
+
+def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
+    """Ground what a top-level clause is about."""
+    if tree.nodes[root].type == "PATH":
+        return Arguments((None,), _marks(tree, root, about, GOALS), root, {}, about, about)
+    free = replace(about, load=None, told_side="")
+    themes, left = _themes(tree, root, free)
+    toward = replace(about, load=about.load or _load(themes, about.state))
+    goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
+    if goals == (None,) and goal_path < 0 and left:
+        goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
+    if goals == (None,) and leaves_open(tree, root):
+        goals = tuple(likely(reached(tree, root, toward), GOALS)) or (None,)
+    others = {
+        way: _marks(tree, way, free, PATH_LANDMARKS) for way in ways(tree, root) if way != goal_path
+    }
+    return Arguments(themes, goals, goal_path, others, free, toward)
+
+
+def _themes(
+    tree: Tree, root: int, about: Surroundings
+) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
+    """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
+    named = objects(tree, root)
+    if not named:
+        return (None,), ()
+    theme, *left = named
+    beam = ground_thing(tree, theme, about)
+    if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
+        beam = _same(beam, ground_thing(tree, left.pop(0), about))
+    beam = as_argument(beam, tree, theme, about, role="theme", within=root)
+    return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
+
+
+def _goals(
+    tree: Tree, root: int, about: Surroundings, *, to_be_put: bool
+) -> tuple[tuple[Candidate | None, ...], int]:
+    """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
+    goals: tuple[Candidate | None, ...] = (None,)
+    path = -1
+    if places := goal_places(tree, root):
+        return tuple(likely(ground_places(tree, places, about), GOALS)), -1
+    paths = goal_paths(tree, root)
+    end = goal_within(tree, root)
+    if end is not None and not any(is_goal(tree.nodes[p]) for p in paths):
+        return tuple(likely(ground_thing(tree, end, about), GOALS)), -1
+    for path in paths:
+        if to_be_put and tells_place(tree.nodes[path]):
+            return tuple(likely(ground_place(tree, path, about), GOALS)), -1
+        goals = _marks(tree, path, about, GOALS)
+        if goals != (None,):
+            break
+    return goals, path
+
+
+def _same(beam: Sequence[Candidate], again: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates of two OBJECTs that name one thing: "the pallet ahead, the one on the right"."""
+    joined = [
+        Candidate(a.group, a.score + b.score, {**a.nodes, **b.nodes})
+        for a in beam
+        for b in again
+        if [id(g) for g in a.group] == [id(g) for g in b.group]
+    ]
+    return sorted(joined, key=lambda c: -c.score) or list(beam)
+
+
+def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
+    """Id of what a clause moves if it is the best of its themes; None for no load."""
+    thing = themes[0].group[0] if themes[0] else None
+    if not isinstance(thing, PhysicalObject) or not is_load(state, thing.id):
+        return None
+    return thing.id
+
+
+def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Candidate | None, ...]:
+    """Candidates of a PATH's landmark."""
+    children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
+    if not children:
+        return (None,)
+    sdc = tree.nodes[path]
+    between = BETWEEN.intersection(field_words(sdc.relation))
+    if len(children) > 1 and between and not is_source(sdc):
+        return tuple(landmarks_of(tree, path, about)[:count])
+    beam = ground_argument(tree, children[0], about, role="goal", within=path)
+    return tuple(likely(beam, count))
+
+
+def focus_of(state: State, found: Arguments) -> Focus:
+    """What the actions for a clause may be about."""
+    named = [c for c in found.themes if c is not None]
+    ids = [
+        g.id
+        for c in named
+        for g in c.group[:1]
+        if isinstance(g, PhysicalObject) and g.id != state.context.agent_id
+    ]
+    goals = tuple(current(c.group, state) for c in found.goals if c is not None)
+    marks = [current(c.group, state) for cs in found.paths.values() for c in cs[:2] if c]
+    return Focus(tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks))
+
+
+def current(group: Group, state: State) -> Group:
+    """The same things where they are now."""
+    return tuple(state.thing(g.id) if isinstance(g, PhysicalObject) else g for g in group)
+
+
+def combine(state: State, actions: Sequence[Action], found: Arguments) -> Rows:
+    """All combinations that go together: an action on an object has it as the theme."""
+    rows: list[tuple[int, int, int]] = []
+    theme_of = {
+        c.group[0].id: i
+        for i, c in reversed(list(enumerate(found.themes)))
+        if c is not None and isinstance(c.group[0], PhysicalObject)
+    }
+    some_goals = range(len(found.goals)) if found.goals != (None,) else (-1,)
+    few_themes = range(min(FEW_THEMES, len(found.themes))) if found.themes != (None,) else (-1,)
+    for i, action in enumerate(actions):
+        goals = (action.goal,) if action.goal >= 0 else tuple(some_goals)[:FEW_GOALS]
+        if action.object_id:
+            themes: Sequence[int] = (theme_of.get(action.object_id, -1),)
+        elif len(action.target) == 1 and isinstance(action.target[0], PhysicalObject):
+            own = theme_of.get(action.target[0].id)
+            themes = (own,) if own is not None and action.goal < 0 else tuple(few_themes)
+        else:
+            themes = tuple(few_themes)
+        rows += [(i, t, g) for t in themes for g in goals]
+    table = np.array(rows, dtype=np.intp).reshape(-1, 3)
+    return Rows(table[:, 0], table[:, 1], table[:, 2])

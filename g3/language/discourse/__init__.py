@@ -1,0 +1,1 @@
+"""What pronouns, negation and plurals mean within a command."""

@@ -1,0 +1,128 @@
+"""How many things an OBJECT speaks of: "both tires", "the row of pallets"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from g3.language.lexicon.word_sets import (
+    COLLECTIVES,
+    COUNTS,
+    ORDINALS,
+    PLURAL,
+    QUANTIFIERS,
+    SINGLE,
+    SINGULAR,
+)
+from g3.sdc.clauses import SDC
+
+Number = Literal["singular", "plural"]
+
+
+_ORDINALS = ORDINALS | {"last": -1, "final": -1}
+_NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """How many things an OBJECT speaks of, as its words say.
+
+    Parameters
+    ----------
+    number
+        Whether it speaks of one thing or several.
+    count
+        How many, where the words say it.
+    quantifier
+        "all", "both", "each", "any" and so on; empty where there is none.
+    ordinals
+        Places in an order, from 1; -1 is the last: (1, 2) of "the first and second pallet".
+    collective
+        The noun that stands for several things, "row" of "the row of pallets"; else empty.
+    """
+
+    number: Number
+    count: int | None = None
+    quantifier: str = ""
+    ordinals: tuple[int, ...] = ()
+    collective: str = ""
+
+
+def group(sdc: SDC) -> Group:
+    """How many things an OBJECT speaks of.
+
+    The grammar of the words is looked at, no more: "tires" is plural also where a map has all
+    tires of a pallet as one object.
+
+    Parameters
+    ----------
+    sdc
+        An OBJECT, a leaf or one with modifiers.
+
+    Examples
+    --------
+    >>> from g3.sdc.sdc_notation import parse_brackets
+    >>> text = "the first and second pallets"
+    >>> (sdc,) = parse_brackets(f"OBJ(f = {text})", command=text)
+    >>> group(sdc)
+    Group(number='plural', count=2, quantifier='', ordinals=(1, 2), collective='')
+    """
+    words = noun_words(sdc)
+    if not words:
+        return Group("singular")
+    head = words[-1]
+    number: Number = "plural" if _is_plural(words) else "singular"
+    ordinals = tuple(_ORDINALS[word] for word in words if word in _ORDINALS)
+    quantifier = next((word for word in words if word in QUANTIFIERS), "")
+    count = _count(words, number, ordinals)
+    if head not in COLLECTIVES:
+        return Group(number, count, quantifier, ordinals)
+    inside = _members(sdc)
+    count = COUNTS.get(head, inside.count if inside and inside.number == "plural" else None)
+    return Group(
+        "plural", count, quantifier or (inside.quantifier if inside else ""), ordinals, head
+    )
+
+
+def noun_words(sdc: SDC) -> list[str]:
+    """The words of the noun itself, in lower case, without what modifies it."""
+    return [word.text.lower() for word in noun_leaf(sdc).words]
+
+
+def noun_leaf(sdc: SDC) -> SDC:
+    """The leaf that has the noun of an OBJECT."""
+    while sdc.figure:
+        sdc = sdc.figure[0]
+    return sdc
+
+
+def _members(sdc: SDC) -> Group | None:
+    """What a group is a group of, if that is said: "the row *of pallets*"."""
+    while sdc.figure:
+        if [word.text.lower() for word in sdc.relation] == ["of"] and sdc.landmark1:
+            return group(sdc.landmark1[0])
+        sdc = sdc.figure[0]
+    return None
+
+
+def _is_plural(words: Sequence[str]) -> bool:
+    head = words[-1]
+    if "and" in words or "both" in words or "all" in words:
+        return True
+    if head in SINGULAR or words[0] in SINGLE:
+        return False
+    if head in PLURAL or any(COUNTS.get(word, 0) > 1 for word in words[:-1]):
+        return True
+    return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
+
+
+def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
+    for word in words[:-1] if len(words) > 1 else words:
+        if word in COUNTS:
+            return COUNTS[word]
+        if word.isdecimal() and len(word) < 4:
+            return int(word)
+    if number == "singular":
+        return 1
+    return len(ordinals) if len(ordinals) > 1 else None

@@ -1,0 +1,43 @@
+"""Negated clauses: what the robot must not do ("Don't pick up the crate")."""
+
+from __future__ import annotations
+
+import re
+
+from g3.sdc.clauses import SDC
+
+_PATTERN = r"not|never|without|nor|neither|no|cannot|n['’]?t|(?:[a-z]+n['’]t)|dont|doesnt|cant|wont"
+_NEGATION = re.compile(_PATTERN, re.IGNORECASE)
+_BEFORE = re.compile(rf"(?<![^\W_])(?:{_PATTERN})(?:\s+(?:ever|please))?\s*$", re.IGNORECASE)
+_DOUBLED = frozenset(("only", "just"))
+"""After "not" these negate nothing: "not only lift it"."""
+
+
+def negated(sdc: SDC, text: str = "") -> bool:
+    """Whether a clause says what must not be, so that its φ is False.
+
+    A clause is negated by a word of its own relation. The clauses inside are not: of "don't
+    touch the crate on the truck" only the EVENT is, not that the crate is on the truck.
+
+    Parameters
+    ----------
+    sdc
+        A clause.
+    text
+        Its command. If given, a negation that stands right before the relation and was left
+        out of the tree counts as well.
+
+    Examples
+    --------
+    >>> from g3.sdc.sdc_notation import parse_brackets
+    >>> text = "Don't touch the crate"
+    >>> (sdc,) = parse_brackets("EVENT(r = Don't touch, l = OBJ(f = the crate))", command=text)
+    >>> negated(sdc)
+    True
+    """
+    words = sdc.relation
+    for place, word in enumerate(words):
+        if _NEGATION.fullmatch(word.text):
+            following = "".join(w.text.lower() for w in words[place + 1 : place + 2])
+            return following not in _DOUBLED
+    return bool(words and _BEFORE.search(text[: words[0].start]))

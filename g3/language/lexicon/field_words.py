@@ -1,0 +1,62 @@
+"""The words of an SDC's fields in the form that features see."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import snowballstemmer
+
+from g3.sdc.clauses import SDC, Span, all_words
+
+_STEMMER = snowballstemmer.stemmer("english")
+
+
+@lru_cache(maxsize=65536)
+def normalise(word: str) -> str:
+    """A word in lower case, without punctuation around it, stemmed (Porter 2).
+
+    >>> normalise("Pallets,")
+    'pallet'
+    """
+    stem: str = _STEMMER.stemWord(bare(word))
+    return stem
+
+
+def bare(word: str) -> str:
+    """A word in lower case, without punctuation around it.
+
+    >>> bare("Pallets,")
+    'pallets'
+    """
+    return word.lower().strip("\"'`.,;:!?()[]{}<>*-")
+
+
+def field_words(spans: Iterable[Span]) -> tuple[str, ...]:
+    """Normal forms of the words of a field, in order, empty ones dropped."""
+    return tuple(word for span in spans if (word := normalise(span.text)))
+
+
+def figure_words(sdc: SDC) -> tuple[str, ...]:
+    """Normal forms of the words that name the figure."""
+    return field_words(figure_spans(sdc))
+
+
+def figure_name(sdc: SDC) -> tuple[str, ...]:
+    """The words that name the figure as they are written, for looking them up."""
+    return tuple(word for span in figure_spans(sdc) if (word := bare(span.text)))
+
+
+def figure_spans(sdc: SDC) -> tuple[Span, ...]:
+    """Words that name the figure.
+
+    A leaf's own words; otherwise those of the clauses in the figure field, and those of
+    a noun's complement: "pallet" and "tires" name one thing in "the pallet of tires", but
+    not in "the truck with tires".
+    """
+    if sdc.is_leaf:
+        return sdc.words
+    named = sdc.figure
+    if sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",):
+        named = (*named, *sdc.landmark1)
+    return tuple(span for child in named for span in all_words(child))

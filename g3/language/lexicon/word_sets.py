@@ -1,0 +1,229 @@
+"""The lexicon: the closed sets of words that are known by hand, with one home for each concept.
+
+With a few hundred commands most of these words occur too rarely to learn what they mean. Open
+classes, such as nouns for things, are left to word similarity
+(:mod:`g3.language.similarity.word_similarity`).
+
+A set of `words` holds lower-case words as they are written
+(:func:`g3.language.lexicon.field_words.bare`). A set of `stems` holds normal forms
+(:func:`g3.language.lexicon.field_words.normalise`), so that it also has the words' other endings.
+Where one set has more words than another for the same concept, it is built from it.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+from g3.language.lexicon.field_words import normalise
+
+
+def words(text: str) -> frozenset[str]:
+    """Words that are written in one line."""
+    return frozenset(text.split())
+
+
+def stems(text: str) -> frozenset[str]:
+    """Normal forms of words that are written in one line."""
+    return frozenset(map(normalise, text.split()))
+
+
+def counted(text: str, *, first: int) -> dict[str, int]:
+    """The numbers of words that are written in one line in their order."""
+    return {word: n for n, word in enumerate(text.split(), start=first)}
+
+
+# Where things are
+
+NEAREST_WORDS, FARTHEST_WORDS = "nearest closest", "farthest furthest"
+NEARER_WORDS = "closer"
+BETWEEN_WORDS = "between inbetween"
+
+Concept = Literal[
+    "left", "right", "front", "back", "on", "between", "near", "far", "to", "from", "first", "last"
+]
+"""What closed-class words say of space and order."""
+CONCEPTS: tuple[Concept, ...] = get_args(Concept)
+CONCEPT_WORDS: dict[Concept, str] = {
+    "left": "left leftmost left-most leftward leftwards left-hand",
+    "right": "right rightmost right-most rightward rightwards right-hand",
+    "front": "front infront ahead forward forwards before facing",
+    "back": "behind back rear backward backwards reverse",
+    "on": "on onto upon atop top aboard",
+    "between": f"{BETWEEN_WORDS} middle midway center centre among amid",
+    "near": f"next near {NEAREST_WORDS} beside besides by close {NEARER_WORDS} nearby alongside "
+    "adjacent side",
+    "far": f"far farther further {FARTHEST_WORDS} outside opposite",
+    "to": "to toward towards into onto until approach reach at",
+    "from": "from off out away leave",
+    "first": f"first {NEAREST_WORDS}",
+    "last": f"last end {FARTHEST_WORDS}",
+}
+"""Words of each concept.
+
+:func:`g3.language.lexicon.concepts.concepts` looks them up by their stems.
+"""
+
+SIDES: frozenset[Concept] = frozenset({"left", "right", "front", "back"})
+"""Concepts of the sides of a thing."""
+BESIDE = SIDES | {"near", "between"}
+"""Concepts by which something stands beside a thing, on the ground."""
+WAYS = SIDES | {"around"}
+"""Concepts of ways that the robot can go without a landmark, and around."""
+
+BEHIND = stems("behind")
+"""The far side of a thing. The concept "back" is also a thing's own rear."""
+LATERAL = stems("next beside alongside by")
+"""Next to a thing of a row, in line with the row; what is "near" it may be anywhere about it."""
+BETWEEN = stems(f"{BETWEEN_WORDS} among")
+"""With landmarks on both sides. The concept "between" has nouns, too: the middle, the centre."""
+PAIRED = words(f"{BETWEEN_WORDS} midway")
+"""Words after which a grammar expects two landmarks."""
+ENDS = stems("end outside")
+"""The end of a row."""
+AROUND = stems("around round circle u-turn")
+NEARER = stems(f"{NEARER_WORDS} nearer")
+"""Some of the way towards something."""
+NEAREST = stems(NEAREST_WORDS)
+FARTHEST = stems(FARTHEST_WORDS)
+STRESSED = stems("in next beside by behind near there")
+"""After "right" these are stressed by it, and it names no side: "right in front of you"."""
+
+# Order and number
+
+ORDINALS = {
+    **counted("first second third fourth fifth sixth seventh eighth ninth tenth", first=1),
+    **counted("1st 2nd 3rd 4th 5th 6th 7th 8th 9th 10th", first=1),
+}
+"""The number that a word counts to."""
+CARDINALS = counted("zero one two three four five six seven eight nine ten eleven twelve", first=0)
+COUNTS = CARDINALS | {"both": 2, "pair": 2}
+QUANTIFIERS = words(
+    "all both each every any some several many few no most either neither everything anything "
+    "something nothing"
+)
+SINGLE = words("a an another each every either neither this that one")
+"""Before a noun these speak of one thing."""
+SINGULAR = words("it its itself this that one other another bus gas lens")
+"""Nouns and pronouns for one thing, whatever their ending."""
+PLURAL = words(
+    "they them these those their ones others both all two three four five six seven eight nine "
+    "ten several many few most men women people children feet shelves everything"
+)
+"""Nouns and pronouns for several things, whatever their ending."""
+ROWS = words("row line column series")
+"""Nouns for things that stand in a row."""
+COLLECTIVES = ROWS | words("group pair couple stack pile cluster bunch collection rest remainder")
+"""Nouns that stand for several things: "the row of pallets"."""
+
+# Who and what is spoken of
+
+ARTICLES = words("the a an")
+YOU = words("you your me my")
+"""Who is spoken to, as the landmark of a way or a side: "to your left"."""
+ROBOT = words("you yourself me myself i we us")
+"""Nouns for the robot. These are grounded in it; "your" isn't."""
+SELVES = words("itself themselves")
+REFLEXIVES = SELVES | words("himself herself")
+IT = words("it them they itself")
+"""Pronouns that the search grounds as their antecedents are."""
+THESE = words("this that these those")
+"""Demonstratives: "this table" is one that was spoken of."""
+_PERSONAL = words("him her he she")
+PERSONAL = _PERSONAL | words("himself herself")
+PRONOUNS = IT | THESE | SELVES | _PERSONAL
+"""Words that stand for something spoken of before, as their clause's noun."""
+DEMONSTRATIVES = THESE | words("said")
+OTHERS = words("other another")
+"""Something else than what was meant before: "the other truck"."""
+REST = OTHERS | words("others rest remainder remaining")
+"""Nouns for what else there is of a kind."""
+ONES = words("one ones")
+NOUNLESS = ONES | words("other others")
+"""Heads that leave out their noun: "the empty one"."""
+PEOPLE = words("person man woman human worker pedestrian")
+"""People, as labels of things have them: they are no loads."""
+PERSONS = PEOPLE | PERSONAL | words("guy lady operator driver somebody someone colleague people")
+"""People, as commands have them."""
+NO_ANTECEDENTS = words(
+    "you your yourself me i we us my anything something everything nothing forward left right "
+    "back bit degrees feet inches meters metres"
+)
+"""Nouns that no pronoun stands for."""
+
+# What things are like
+
+EMPTY = words("empty unloaded vacant bare")
+LADEN = words("loaded full laden occupied nonempty non-empty")
+ALONE = stems("alone lone lonely single solitary isolated")
+FORMER = words("old original previous former initial starting")
+"""Where something was at first: "its old position"."""
+TELLING = stems("other another same this that empty full loaded single lonely only tall big small")
+"""Adjectives that tell things of a kind apart."""
+FORKS = stems("fork forks")
+FLOOR = stems("ground floor pavement")
+AREAS = FLOOR | stems("area space spot place gap slot location position region zone bay aisle")
+"""Nouns for places."""
+PARTS = words("end side part half corner space spot area slot")
+"""Nouns for parts of things: "the empty side of the truck" is no empty truck."""
+
+# Verbs
+
+VERBS = words("placing taking carrying going turning staying")
+"""Classes of verbs, by what they ask for."""
+HANDLING_VERBS = words("placing taking carrying")
+"""Those of them that handle something."""
+FILLING = words("load fill stack")
+"""Verbs that have what is filled first: "load the truck with the tires"."""
+LEAVING = words("leave leaving")
+
+# Clauses
+
+_UNTIL = "until till when"
+UNTIL = words(_UNTIL)
+"""Before what is to be reached."""
+SUBORDINATORS = UNTIL | words("while before after once if")
+CONJUNCTIONS = words("and or &")
+COPULAS = words("be is are was located of")
+SENTENCE_ENDS = frozenset(".!?;")
+NOT_IMPERATIVE = words(
+    "the a an this that these those it they them he she we i you your my its one two three there "
+    "in on at to from of off with by near next behind between under over onto into when if while "
+    "once after before until so as do don't dont don did does can could would will should shall "
+    "may might must never not no is are be was were am who what where which why how"
+)
+"""Words that begin fragments, questions, statements and negations."""
+
+WORD_CLASSES = {
+    "placing": "put place set drop deposit lay leave lower position stack stand park release "
+    "unload dump rest store stow settle line arrange insert install mount hang",
+    "taking": "pick take get grab lift raise remove fetch collect retrieve grasp hoist pull "
+    "seize hold unload detach extract gather acquire",
+    "carrying": "move bring carry transfer transport haul deliver relocate shift push load "
+    "return drag ship convey shuttle send lug slide run",
+    "going": "go drive head proceed travel continue advance approach come walk roll pass cross "
+    "enter exit leave back reverse follow reach navigate steer maneuver cruise retreat",
+    "turning": "turn spin rotate swing swerve pivot face veer circle twist",
+    "staying": "stop wait stay halt pause remain keep stand hold idle park",
+    "side": "left right front rear back side middle center centre end corner edge top bottom "
+    "leftmost rightmost far near north south east west",
+    "way": "forward forwards backward backwards ahead straight up down around over off away out "
+    "back across along past through leftward rightward left right sideways",
+    "measure": "foot feet ft meter meters metre metres inch inches degree degrees bit little "
+    "square squares slot slots length lengths width yard yards unit units spot spots half",
+    "order": "first second third fourth fifth last next nearest closest furthest farthest other "
+    "leftmost rightmost only",
+    "negating": "not n't nt never without",
+    "counting": "all both each every any some half",
+    "exactly": "directly just right immediately slightly exactly straight all somewhat "
+    "approximately about almost well further",
+    "being": "is are was be being been located sitting standing situated placed resting",
+    "relative": "that which who",
+    "until": f"{_UNTIL} while once after before if so as like",
+    "polite": "please kindly now ok okay then first next finally",
+    "you": "you your yourself i me my we us",
+    "it": "it them they one ones its their itself",
+}
+"""Classes of words that decide how a command is built: verbs by what they take (a place, a source,
+a way), words of direction, words that measure. The extractor learns what follows which, so that a
+class has all words that stand in the same place;
+:func:`g3.language.lexicon.verb_classes.word_class` looks them up."""

@@ -1,0 +1,1 @@
+"""From the text of a command to its SDC trees (section 3.1). Read ``extractor`` first."""

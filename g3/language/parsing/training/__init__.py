@@ -1,0 +1,1 @@
+"""Training of the extractor from annotated trees."""

@@ -1,0 +1,1 @@
+"""From labelled factors to a model: examples, the CRF's likelihood, optimisers, weights."""

@@ -1,0 +1,163 @@
+"""The grounding model: which features say that words and groundings correspond (section 3.2).
+
+``GroundingModel().fit(examples)`` learns from annotations, and ``.predict_proba(examples)`` is
+what Table 1 measures. `Grounder` follows commands with the same model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import ModelError
+from g3.features.feature_registry import FeatureSet, select
+from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
+from g3.groundings import FloatArray
+from g3.learning import crf
+from g3.learning.estimator import Estimator
+from g3.learning.examples import Example, to_batch
+from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
+from g3.learning.model_file import TrainingCard, read_model, write_model
+
+DEFAULT_L2 = 1.0
+
+
+def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]:
+    """Feature sets by themselves or by name, as the catalogue orders them."""
+    if features is None:
+        return select()
+    names = {one if isinstance(one, str) else one.name for one in features}
+    return tuple(one for one in select(plus=names) if one.name in names)
+
+
+@dataclass(eq=False)
+class GroundingModel(Estimator):
+    """Learns p(φ | words, groundings) from labelled factors.
+
+    Parameters
+    ----------
+    l2
+        Strength of the regularisation.
+    features
+        The feature sets, or their names (`ct features list`); those that are on by default, if
+        left out. Where features are computed already (`FactorMatrix`), these are taken.
+    optimizer, tolerance
+        As in :func:`g3.learning.crf.train`.
+    card
+        What its file says of the training.
+
+    Attributes
+    ----------
+    space_
+        The binary features that were active in training.
+    weights_
+        One for each feature, shape (k,).
+    """
+
+    l2: float = DEFAULT_L2
+    features: Sequence[FeatureSet | str] | None = None
+    optimizer: crf.Optimizer = "newton"
+    tolerance: float = crf.TOLERANCE
+    card: TrainingCard = field(default_factory=TrainingCard)
+    space_: FeatureSpace = field(init=False, repr=False)
+    weights_: FloatArray = field(init=False, repr=False)
+
+    classes_ = np.array([False, True])
+    """The values of φ, in the order of `predict_proba`."""
+
+    @property
+    def sets(self) -> tuple[FeatureSet, ...]:
+        """The feature sets that it has learned with."""
+        return _sets(self.space_.sets)
+
+    def fit(
+        self, X: Sequence[Example] | FactorMatrix, y: npt.ArrayLike | None = None
+    ) -> GroundingModel:
+        """Learn from labelled factors.
+
+        Parameters
+        ----------
+        X
+            Examples (:func:`g3.learning.examples.examples`), or factors whose features are
+            computed.
+        y
+            Their labels φ, shape (n,); those that `X` has, if left out.
+        """
+        known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
+        correct = known.correct if y is None else np.asarray(y, dtype=bool)
+        known = known.trimmed()
+        weights = crf.train(
+            known.matrix,
+            correct,
+            l2=self.l2 / prior_scale(known.space) ** 2,
+            tolerance=self.tolerance,
+            optimizer=self.optimizer,
+        )
+        return self.with_weights(known.space, weights)
+
+    def with_weights(self, space: FeatureSpace, weights: FloatArray) -> GroundingModel:
+        """Take what was learned elsewhere: in a file, or on shards."""
+        self.space_, self.weights_ = space, weights
+        return self
+
+    def predict(self, X: Sequence[Example] | FactorMatrix) -> npt.NDArray[np.bool_]:
+        """Whether φ is more probably true than not, shape (n,)."""
+        return self.predict_proba(X)[:, 1] >= 0.5
+
+    def predict_proba(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
+        """p(φ = False) and p(φ = True) of each factor, shape (n, 2)."""
+        true = self._probability(X)
+        return np.column_stack((1 - true, true))
+
+    def _probability(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
+        space, weights = self.space_, self.weights_
+        if not isinstance(X, FactorMatrix):
+            return crf.probabilities(transform(to_batch(X), self.sets, space), weights)
+        missing = sorted(set(space.sets) - set(X.space.sets))
+        if missing:
+            raise ModelError(f"the features {missing[0]!r} were not computed", where="predict")
+        return crf.probabilities(X.matrix, np.append(weights, 0.0)[columns_in(X.space, space)])
+
+    def save(self, path: Path | str) -> None:
+        """Write it to ``NAME.npz`` and ``NAME.json``; the same model gives the same bytes.
+
+        Parameters
+        ----------
+        path
+            ``NAME``, ``NAME.npz`` or ``NAME.json``; what is there is replaced.
+
+        Raises
+        ------
+        FormatError
+            If another program is writing this model, or there is no such folder.
+        """
+        write_model(path, self.space_, self.weights_, l2=self.l2, about=self.card)
+
+    @classmethod
+    def load(cls, path: Path | str, *, corpus_hash: str | None = None) -> GroundingModel:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path
+            ``NAME``, ``NAME.npz`` or ``NAME.json``.
+        corpus_hash
+            Hash of the corpus that it must have been trained on, if that matters.
+
+        Raises
+        ------
+        ModelError
+            If it is missing or damaged, needs other features or other data than there are, or
+            was trained on another corpus.
+        """
+        card, space, weights = read_model(path, corpus_hash=corpus_hash)
+        about: TrainingCard = {
+            "corpus_hash": card.corpus_hash,
+            "scenarios": card.scenarios,
+            "training": card.training,
+        }
+        return cls(l2=card.l2, features=card.sets, card=about).with_weights(space, weights)

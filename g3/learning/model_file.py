@@ -1,0 +1,259 @@
+"""A grounding model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean.
+
+A model that can't be kept is of little use, so the file is part of what the model is, and the
+one thing that it is told of the world outside is a path. Both files are written so that nobody
+reads half a model.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypedDict
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from g3 import __version__
+from g3.errors import ModelError
+from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
+from g3.features.matrix import FeatureSpace
+from g3.groundings import FloatArray
+from g3.learning.estimator import read_bytes
+from g3.storage.array_file import Field, read_arrays, write_arrays
+from g3.storage.atomic_file import write_bytes
+from g3.storage.only_writer import only_writer
+
+SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
+"""Models of the second can be read; the first adds a digest of the card itself."""
+FIELDS = {"keys": Field("<i8"), "weights": Field("<f8", finite=True)}
+RETRAIN = "train the model again"
+RESTORE = f"restore both files of the model, or {RETRAIN}"
+NAMED = "give the name that 'ct train g3 --out' was given; a model is a .npz and a .json"
+logger = logging.getLogger(__name__)
+
+
+class TrainingCard(TypedDict, total=False):
+    """What whoever trains a model records of it; `ModelCard` says what each is."""
+
+    corpus_hash: str
+    scenarios: tuple[str, ...]
+    training: Mapping[str, object]
+
+
+class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the JSON file holds.
+
+    Parameters
+    ----------
+    schema_version
+        Version of this form.
+    program
+        Version of the program that trained the model.
+    catalogue_version
+        Version of the features' catalogue that it was trained with.
+    corpus_hash
+        Hash of the corpus that it was trained on.
+    l2
+        Strength of the regularisation.
+    features
+        Number of features.
+    arrays
+        ``sha256:`` and the digest of the other file.
+    sets, bases, words
+        Names in the feature space (:class:`g3.features.matrix.FeatureSpace`).
+    data
+        What tells the data that feature sets read (WordNet, a tag table) from others, by
+        the name of the set.
+    scenarios
+        The scenarios that it was trained on, which it can't be tested on
+        (:func:`corpus_tools.labelled.scenario_ids`).
+    training
+        What else is known of the training, for people.
+    digest
+        ``sha256:`` and the digest of all other fields, and so of both files. Models of
+        version 1 have none.
+    """
+
+    schema_version: int
+    program: str
+    catalogue_version: int
+    corpus_hash: str
+    l2: float
+    features: int
+    arrays: str
+    sets: tuple[str, ...]
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    data: dict[str, str] = {}
+    scenarios: tuple[str, ...] = ()
+    training: dict[str, object] = {}
+    digest: str = ""
+
+
+def model_files(path: Path | str) -> tuple[Path, Path]:
+    """The two files of a model, named with either suffix or with none: arrays and card."""
+    path = Path(path)
+    stem = path.name.removesuffix(".npz").removesuffix(".json")
+    return path.with_name(f"{stem}.npz"), path.with_name(f"{stem}.json")
+
+
+def write_model(
+    path: Path | str,
+    space: FeatureSpace,
+    weights: FloatArray,
+    *,
+    l2: float,
+    about: TrainingCard,
+) -> None:
+    """Write what :meth:`g3.learning.grounding_model.GroundingModel.save` keeps."""
+    arrays_path, card_path = model_files(path)
+    arrays = write_arrays({"keys": space.keys, "weights": weights})
+    card = ModelCard(
+        schema_version=SCHEMA_VERSION,
+        program=__version__,
+        catalogue_version=CATALOGUE_VERSION,
+        corpus_hash=about.get("corpus_hash", ""),
+        l2=l2,
+        features=len(space),
+        arrays=_digest(arrays),
+        sets=space.sets,
+        bases=space.bases,
+        words=space.words,
+        data={s.name: s.data() for s in catalogue() if s.name in space.sets and s.data is not None},
+        scenarios=about.get("scenarios", ()),
+        training=dict(about.get("training", {})),
+    )
+    card = msgspec.structs.replace(card, digest=card_digest(card))
+    content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
+    with only_writer(arrays_path):  # or the card of one would stand by the arrays of another
+        write_bytes(arrays_path, arrays)
+        write_bytes(card_path, content)
+
+
+def read_model(
+    path: Path | str, *, corpus_hash: str | None = None
+) -> tuple[ModelCard, FeatureSpace, FloatArray]:
+    """Read what :meth:`g3.learning.grounding_model.GroundingModel.load` needs."""
+    arrays_path, card_path = model_files(path)
+    card = read_card(path)
+    if not card.digest:
+        logger.warning(
+            "%s: an older version of ct wrote this file without a digest, so changes in it "
+            "aren't found; %s to add one",
+            card_path,
+            RETRAIN,
+        )
+    if corpus_hash is not None and card.corpus_hash != corpus_hash:
+        raise ModelError(
+            f"it was trained on another corpus ({card.corpus_hash or 'unnamed'})",
+            where=f"{card_path}: corpus_hash",
+            fix=f"{RETRAIN} on the corpus {corpus_hash}",
+        )
+    keys, weights = _read_arrays(arrays_path, card)
+    return card, FeatureSpace(card.sets, card.bases, card.words, keys), weights
+
+
+def read_card(path: Path | str) -> ModelCard:
+    """Read what a model's JSON file holds.
+
+    Raises
+    ------
+    ModelError
+        If it is missing or damaged, or needs other features or other data than there are.
+    """
+    card_path = model_files(path)[1]
+    content = read_bytes(card_path, fix=NAMED)
+    try:
+        version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
+        if version is None or bytes(version) not in (b"1", b"2"):
+            found = "none" if version is None else bytes(version).decode(errors="replace")
+            raise ModelError(
+                f"the file's version is {found}, this program reads 1 and 2",
+                where=f"{card_path}: schema_version",
+                fix=f"{RETRAIN}, or use the program's version that wrote it",
+            )
+        card = msgspec.json.decode(content, type=ModelCard)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ModelError(
+            f"the file is damaged: {error}", where=str(card_path), fix=RETRAIN
+        ) from error
+    _check_digest(card, card_path)
+    if card.catalogue_version != CATALOGUE_VERSION:
+        raise ModelError(
+            f"it needs version {card.catalogue_version} of the features, "
+            f"this program has {CATALOGUE_VERSION}",
+            where=f"{card_path}: catalogue_version",
+            fix=RETRAIN,
+        )
+    unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
+    if unknown:
+        raise ModelError(
+            f"there is no feature set {unknown[0]!r}",
+            where=f"{card_path}: sets",
+            fix=f"install what registers it, or {RETRAIN}",
+        )
+    _check_data(card, card_path)
+    return card
+
+
+def card_digest(card: ModelCard) -> str:
+    """The digest of all of a card but its digest, however the file is indented."""
+    rest = msgspec.structs.replace(card, digest="")
+    return _digest(msgspec.json.encode(rest, order="sorted"))
+
+
+def _check_digest(card: ModelCard, path: Path) -> None:
+    expected = "" if card.schema_version == UNSEALED_VERSION else card_digest(card)
+    if card.digest != expected:
+        raise _damaged(path, "the content is not what was written: its digest differs", "digest")
+
+
+def _check_data(card: ModelCard, path: Path) -> None:
+    """Refuse a model whose feature sets would read other data than it was trained with."""
+    for feature in catalogue():
+        if feature.name not in card.sets or feature.data is None:
+            continue
+        where = f"{path}: sets: {feature.name}"
+        try:
+            found = feature.data()
+        except ModelError as error:
+            raise ModelError(
+                f"it needs data that are missing here: {error.what}",
+                where=where,
+                fix=f"{error.fix}; or {RETRAIN} with --ablate {feature.name}",
+            ) from error
+        if found != card.data.get(feature.name, found):
+            raise ModelError(
+                "it was trained with other data than are there now",
+                where=where,
+                fix=f"set CT_WORDNET, CT_TAGS and CT_VECTORS as they were, or {RETRAIN}",
+            )
+
+
+def _read_arrays(path: Path, card: ModelCard) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    content = read_bytes(path, fix=NAMED)
+    if _digest(content) != card.arrays:
+        raise _damaged(path, "the content is not what was written with the JSON file")
+    arrays = read_arrays(content, FIELDS, where=str(path), fix=RESTORE, error=ModelError)
+    keys, weights = arrays["keys"], arrays["weights"]
+    for name, array in arrays.items():
+        if array.shape != (card.features,):
+            raise _damaged(
+                path, f"the array has the shape {array.shape}, expected ({card.features},)", name
+            )
+    products = len(card.bases) * len(card.words)
+    if np.any(keys[1:] <= keys[:-1]) or np.any((keys < 0) | (keys >= products)):
+        raise _damaged(path, "they are not ascending products of the bases and words", "keys")
+    return keys, weights
+
+
+def _digest(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
+
+
+def _damaged(path: Path, what: str, field: str = "") -> ModelError:
+    return ModelError(what, where=f"{path}: {field}" if field else str(path), fix=RESTORE)

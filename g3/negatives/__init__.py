@@ -1,0 +1,1 @@
+"""Hard negatives: wrong groundings that the robot might really consider for a command."""

@@ -1,0 +1,298 @@
+"""Hard negatives: wrong groundings that the robot might really consider for a command.
+
+A random grounding from another log is easily told from the right one (section 4.1): its
+path starts elsewhere, its objects are of another scene. Hard negatives come from the
+command's own scene and start state. Each positive annotation gives
+
+``<id>/hard-action-0``, ``-1``, …
+    One for every EVENT, and for every PATH outside of one: it gets a candidate action,
+    which the clauses below it share: they are grounded to what the agent does then and
+    labelled False. OBJECTs and PLACEs keep their right groundings, for they are landmarks
+    of these factors, and have no label. They, and all objects of the context, have the
+    trajectories that the action gives them.
+``<id>/hard-objects-0``, ``-1`` and ``-2``
+    Other candidates of the same scene for the OBJECTs and PLACEs whose depth in the tree
+    leaves this rest when divided by three; the other clauses stay as annotated, without
+    a label. A factor's landmarks are one or two levels below it, so they stay right.
+
+Where no candidate is surely wrong the clause gets no label.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.actions.action_candidates import (
+    KINDS,
+    Candidate,
+    Kind,
+    candidates,
+    kind_of,
+    moved,
+    path_length,
+    perform,
+)
+from g3.actions.action_log import at_rest
+from g3.actions.logged_actions import Outcome, recorded
+from g3.annotation import Annotation
+from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
+from g3.negatives.negative_things import Usage, other_things, usage
+from g3.negatives.wrongness import Clause, below, is_wrong
+from g3.sdc.clauses import SDC, breadth_first, child_indices
+
+OWN_KIND = 0.5
+"""Share of the candidate actions that are of the same kind as the log."""
+FLOOR = 0.15
+"""Of the others, the share that is drawn evenly from all kinds that are possible. The
+rest is drawn as the positives' kinds are distributed, lest the kind give the label away."""
+CHOICES = 4
+"""Wrong actions of a kind that are compared for the length of their paths."""
+TRIES = 16
+"""Actions of a kind that are tried before another kind is."""
+RAISED_M = 0.5
+"""Places with their bottom higher than this are on something."""
+SHORTEST_M = 0.1
+"""Paths shorter than this are as good as none."""
+DEPTHS = 3
+
+Perform = Callable[[Candidate], Outcome]
+Groundings = tuple[Grounding, ...]
+
+
+def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) -> list[Annotation]:
+    """Make hard negatives from the positive annotations of a corpus.
+
+    What an annotation gives depends on its id and on one draw from the generator, not on
+    the order of the annotations; on the others only through how often each kind of action
+    is seen, what is ever moved, and which objects each wording is ever used for.
+
+    Parameters
+    ----------
+    annotations
+        Of any source; only the positives count.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    list
+        Annotations with source ``hard``; none without a labelled clause.
+    """
+    positives = [a for a in annotations if a.source == "positive"]
+    seed = int(rng.integers(2**32))
+    contexts = {id(a.context): a.context for a in positives}
+    movable = {
+        label
+        for context in contexts.values()
+        for o in recorded(context).objects
+        if o.id in moved(recorded(context))
+        for label in o.labels
+    }
+    scenes = {key: _scene(context, movable) for key, context in contexts.items()}
+    kinds = Counter(scenes[id(a.context)].kind for a in positives)
+    words = usage(positives)
+    made: list[Annotation] = []
+    for annotation in positives:
+        own = np.random.default_rng([seed, _number(annotation.id)])
+        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], kinds, own))
+        made.extend(_hard_things(annotation, words, depth, own) for depth in range(DEPTHS))
+    return [a for a in made if any(label is not None for label in a.correct)]
+
+
+def _number(text: str) -> int:
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big")
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """A context, what its log did, and what else could be done."""
+
+    log: Outcome
+    kind: Kind
+    candidates: Mapping[Kind, Sequence[Candidate]]
+    perform: Perform
+
+
+def _scene(context: Context, movable: Iterable[str]) -> _Scene:
+    done: dict[int, Outcome] = {}
+    possible: dict[Kind, list[Candidate]] = {kind: [] for kind in KINDS}
+    for candidate in candidates(context, movable):
+        possible[candidate.kind].append(candidate)
+
+    def perform_once(candidate: Candidate) -> Outcome:
+        if id(candidate) not in done:
+            done[id(candidate)] = perform(context, candidate)
+        return done[id(candidate)]
+
+    found = {kind: tuple(group) for kind, group in possible.items() if group}
+    return _Scene(recorded(context), kind_of(context), found, perform_once)
+
+
+def _hard_actions(
+    annotation: Annotation, scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generator
+) -> list[Annotation]:
+    """A candidate action for each top EVENT and PATH, in the scene as the action changes it."""
+    nodes, children = list(breadth_first(annotation.sdcs)), child_indices(annotation.sdcs)
+    made: list[Annotation] = []
+    for root in _roots(annotation.sdcs):
+        tree = below(children, [root])
+        acts = [n for n in tree if nodes[n].type in ("EVENT", "PATH") and _is_right(annotation, n)]
+        outcome = _wrong_action(annotation, acts, scene, kinds, rng) if acts else None
+        if outcome is None:
+            continue
+        groundings: list[Groundings] = [()] * len(nodes)
+        correct: list[bool | None] = [None] * len(nodes)
+        for n in tree:
+            if nodes[n].type not in ("EVENT", "PATH"):
+                groundings[n] = _after(annotation.groundings[n], outcome)
+            elif n in acts:
+                act = outcome.agent if nodes[n].type == "EVENT" else Path(outcome.agent.trajectory)
+                groundings[n] = (act,)
+                wrong = is_wrong(Clause.of(annotation, n), scene.log, outcome)
+                correct[n] = False if wrong else None
+        made.append(
+            replace(
+                annotation,
+                id=f"{annotation.id}/hard-action-{len(made)}",
+                context=replace(annotation.context, objects=(outcome.agent, *outcome.objects)),
+                groundings=tuple(groundings),
+                correct=tuple(correct),
+                source="hard",
+            )
+        )
+    return made
+
+
+def _wrong_action(
+    annotation: Annotation,
+    acts: Sequence[int],
+    scene: _Scene,
+    kinds: Mapping[Kind, int],
+    rng: np.random.Generator,
+) -> Outcome | None:
+    """An action that is wrong for as many of some clauses as can be, at least for one.
+
+    The kinds are tried in an order drawn by their weights. Among a few wrong actions of
+    a kind that whose path is about as long as the log's is taken.
+    """
+    clauses = [Clause.of(annotation, n) for n in acts]
+    length = max(path_length(scene.log), SHORTEST_M)
+    orders = (
+        order for kind in _kind_order(scene, kinds, rng) for order in _orders(scene, kind, rng)
+    )
+    for order in orders:
+        tried: list[tuple[int, float, Outcome]] = []
+        for candidate in order[:TRIES]:
+            outcome = scene.perform(candidate)
+            wrong = sum(is_wrong(clause, scene.log, outcome) for clause in clauses)
+            if wrong:
+                unlike = abs(np.log(max(path_length(outcome), SHORTEST_M) / length))
+                tried.append((-wrong, unlike, outcome))
+            if sum(-w == len(clauses) for w, _, _ in tried) == CHOICES:
+                break
+        if tried:
+            return min(tried, key=lambda t: t[:2])[2]
+    return None
+
+
+def _kind_order(scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generator) -> list[Kind]:
+    possible = list(scene.candidates)
+    seen = np.array([kinds.get(kind, 0) for kind in possible], dtype=float)
+    share = seen / max(seen.sum(), 1.0)
+    weights = (1 - FLOOR) * share + FLOOR / len(possible)
+    weights *= (1 - OWN_KIND) / weights.sum()
+    weights += OWN_KIND * np.array([kind == scene.kind for kind in possible])
+    order = rng.choice(len(possible), len(possible), replace=False, p=weights / weights.sum())
+    return [possible[i] for i in order]
+
+
+def _orders(scene: _Scene, kind: Kind, rng: np.random.Generator) -> list[list[Candidate]]:
+    """Random orders of the actions of a kind about the log's object, and of the others.
+
+    Which come first is drawn too: the right object in a wrong place is harder to tell
+    than another object. Raised places come as often as the floor, for trucks offer few
+    places and the floor many, but things are put on trucks as often.
+    """
+    about = moved(scene.log)
+    groups: tuple[list[Candidate], list[Candidate]] = ([], [])
+    for candidate in scene.candidates[kind]:
+        groups[candidate.object_id not in about].append(candidate)
+    first = int(rng.integers(2))
+    orders: list[list[Candidate]] = []
+    for group in (groups[first], groups[1 - first]):
+        raised = [c.place is not None and c.place.z_min > RAISED_M for c in group]
+        weights = _evened(np.array(raised, dtype=bool))
+        if group:
+            chosen = rng.choice(len(group), len(group), replace=False, p=weights)
+            orders.append([group[i] for i in chosen])
+    return orders
+
+
+def _evened(group: npt.NDArray[np.bool_]) -> FloatArray:
+    """Weights that give a group and the rest the same share, and add up to one."""
+    weights: FloatArray = np.where(group, 1 / max(group.sum(), 1), 1 / max((~group).sum(), 1))
+    weights /= max(float(weights.sum()), 1e-9)
+    return weights
+
+
+def _hard_things(
+    annotation: Annotation, words: Usage, depth: int, rng: np.random.Generator
+) -> Annotation:
+    """Other candidates for the OBJECTs and PLACEs of every third level."""
+    nodes = list(breadth_first(annotation.sdcs))
+    groundings = list(annotation.groundings)
+    correct: list[bool | None] = [None] * len(nodes)
+    for n, level in enumerate(_levels(annotation.sdcs)):
+        if level % DEPTHS != depth or nodes[n].type not in ("OBJECT", "PLACE"):
+            continue
+        others = other_things(Clause.of(annotation, n), words, rng)
+        if others and _is_right(annotation, n):
+            groundings[n], correct[n] = others, False
+        else:
+            groundings[n] = ()
+    return replace(
+        annotation,
+        id=f"{annotation.id}/hard-objects-{depth}",
+        groundings=tuple(groundings),
+        correct=tuple(correct),
+        source="hard",
+    )
+
+
+def _is_right(annotation: Annotation, node: int) -> bool:
+    return annotation.correct[node] is True and bool(annotation.groundings[node])
+
+
+def _after(groundings: Groundings, outcome: Outcome) -> Groundings:
+    """The same things, with the trajectories that an action gives them."""
+    by_id = {o.id: o for o in (outcome.agent, *outcome.objects)}
+    return tuple(
+        by_id.get(g.id, replace(g, trajectory=at_rest(g.trajectory)))
+        if isinstance(g, PhysicalObject)
+        else g
+        for g in groundings
+    )
+
+
+def _levels(sdcs: Sequence[SDC]) -> list[int]:
+    """How deep each clause stands, in breadth-first order."""
+    levels = [0] * sum(1 for _ in breadth_first(sdcs))
+    for node, children in enumerate(child_indices(sdcs)):
+        for child in (c for group in children.values() for c in group):
+            levels[child] = levels[node] + 1
+    return levels
+
+
+def _roots(sdcs: Sequence[SDC]) -> list[int]:
+    """EVENTs and PATHs that stand below no other."""
+    nodes = list(breadth_first(sdcs))
+    acts = [n for n, sdc in enumerate(nodes) if sdc.type in ("EVENT", "PATH")]
+    children = child_indices(sdcs)
+    covered = {n for act in acts for n in below(children, [act])[1:]}
+    return [n for n in acts if n not in covered]

@@ -1,0 +1,333 @@
+"""SDC trees as text: the bracket notation of the paper's Figures 2a and 3a, and JSON.
+
+``EVENT_1(r = Put, l = OBJ_2(f = the pallet), l2 = PLACE_3(r = on, l = OBJ_4(f = the truck)))``
+
+As in the figures, the implicit figure of an imperative (the robot) is left out: an EVENT
+without ``f`` has it, and an EVENT that truly has no figure says ``f = []``. The whole
+notation is described in ``docs/sdc-notation.md``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any, get_args
+
+from g3.errors import SDCError
+from g3.sdc.bracket_reader import BARE_WORD, MAX_DEPTH, Draft, is_word, read_clauses
+from g3.sdc.clauses import CHILD_FIELDS, SDC, SDC_TYPES, Field, SDCType, Span
+from g3.sdc.word_alignment import FieldWord, align_words
+
+FIELDS: tuple[Field, ...] = get_args(Field)
+
+IMPLICIT_FIGURE = (SDC("OBJECT"),)
+"""The figure of an imperative: the robot, which no word names."""
+
+_PRINTED_TYPES: dict[SDCType, str] = {
+    "EVENT": "EVENT",
+    "OBJECT": "OBJ",
+    "PLACE": "PLACE",
+    "PATH": "PATH",
+}
+
+
+def has_implicit_figure(sdc: SDC) -> bool:
+    """Whether a clause is an EVENT whose only figure is the unnamed robot."""
+    return sdc.type == "EVENT" and sdc.figure == IMPLICIT_FIGURE
+
+
+def field_words(sdc: SDC, field: Field) -> tuple[Span, ...]:
+    """The words in one field of a clause."""
+    return {"f": sdc.words, "r": sdc.relation}.get(field, ())
+
+
+def check_sdc(sdc: SDC, *, where: str = "SDC") -> None:
+    """Check that a tree is one the paper's definition allows (section 3.1).
+
+    A leaf holds only words, in its figure field; in any other clause the figure and the
+    landmarks are clauses and the relation holds words.
+
+    Parameters
+    ----------
+    sdc
+        The tree.
+    where
+        What to call it in an error.
+
+    Raises
+    ------
+    SDCError
+        If a clause has words in its figure and another field filled, if a word is empty,
+        holds white space or stands before the command, if a type is unknown, or if
+        clauses nest deeper than `MAX_DEPTH`.
+    """
+    pending = [(sdc, where, 1)]
+    while pending:
+        node, path, depth = pending.pop()
+        if depth > MAX_DEPTH:
+            raise SDCError(f"clauses nest deeper than {MAX_DEPTH} levels", where=where)
+        if node.type not in SDC_TYPES:
+            raise SDCError(
+                f"unknown type {node.type!r}", where=path, fix=f"use one of {', '.join(SDC_TYPES)}"
+            )
+        if node.words and not node.is_leaf:
+            raise SDCError(
+                "the figure holds words though other fields are filled",
+                where=path,
+                fix="put the words in an OBJECT in the figure field",
+            )
+        for field in FIELDS:
+            for word in field_words(node, field):
+                _check_word(word, f"{path}.{field}")
+        pending += [
+            (child, f"{path}.{field}[{i}]", depth + 1)
+            for field in CHILD_FIELDS
+            for i, child in enumerate(node.children(field))
+        ]
+
+
+def _check_word(word: Span, where: str) -> None:
+    if not is_word(word.text):
+        raise SDCError(f"{word.text!r} is not a word", where=where, fix="no white space, not empty")
+    if word.start < 0:
+        raise SDCError(f"the word {word.text!r} has the position {word.start}", where=where)
+
+
+# Writing
+
+
+def format_brackets(sdcs: Sequence[SDC], *, positions: bool = False) -> str:
+    """Write clauses in the paper's notation (Figures 2a and 3a), one top-level clause a line.
+
+    Parameters
+    ----------
+    sdcs
+        The top-level clauses of a command.
+    positions
+        Write each word's offset in the command after it, as in ``Put@0``. With them,
+        :func:`parse_brackets` gives exactly the same clauses back.
+
+    Returns
+    -------
+    str
+        The notation, without a final newline.
+
+    Raises
+    ------
+    SDCError
+        If a clause isn't well formed.
+    """
+    for i, sdc in enumerate(sdcs):
+        check_sdc(sdc, where=f"SDC {i + 1}")
+    counter = iter(range(1, 10**9))
+    return "\n".join(_format(sdc, counter, positions) for sdc in sdcs)
+
+
+def _format(sdc: SDC, counter: Iterator[int], positions: bool) -> str:
+    head = f"{_PRINTED_TYPES[sdc.type]}_{next(counter)}"
+    fields = []
+    for field in FIELDS:
+        value = " ".join(_format_word(word, positions) for word in field_words(sdc, field))
+        if field == "f" and sdc.type == "EVENT" and not (sdc.words or sdc.figure):
+            value = "[]"
+        elif not (field == "f" and has_implicit_figure(sdc)):
+            value = value or _format_children(sdc.children(field), counter, positions)
+        if value:
+            fields.append(f"{field} = {value}")
+    return f"{head}({', '.join(fields)})"
+
+
+def _format_children(children: Sequence[SDC], counter: Iterator[int], positions: bool) -> str:
+    texts = [_format(child, counter, positions) for child in children]
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]" if texts else ""
+
+
+def _format_word(word: Span, positions: bool) -> str:
+    bare = word.text.isprintable() and BARE_WORD.fullmatch(word.text)
+    text = word.text if bare else json.dumps(word.text, ensure_ascii=not word.text.isprintable())
+    return f"{text}@{word.start}" if positions else text
+
+
+# Reading
+
+
+def parse_brackets(notation: str, *, command: str | None = None) -> tuple[SDC, ...]:
+    """Read clauses in the paper's notation.
+
+    The numbers after the types may be missing and are not looked at. Words without a
+    position are found in the command (:func:`g3.sdc.word_alignment.align_words`); where there
+    is no command, they get the positions they have when all words are joined by spaces in
+    the order of the notation.
+
+    Parameters
+    ----------
+    notation
+        The clauses, one a line or separated by semicolons; a line may be broken inside
+        brackets.
+    command
+        The text that the words come from.
+
+    Returns
+    -------
+    tuple of SDC
+        The top-level clauses.
+
+    Raises
+    ------
+    SDCError
+        If the notation is malformed (with line and column), or if a word isn't in the
+        command.
+    """
+    drafts = read_clauses(notation)
+    fields = [words for draft in drafts for words in _word_fields(draft)]
+    spans = iter(align_words(fields, command) if command is not None else _invented(fields))
+    return tuple(_build(draft, spans) for draft in drafts)
+
+
+def _word_fields(draft: Draft) -> Iterator[list[FieldWord]]:
+    """The word fields in the order in which :func:`_format` writes them."""
+    for field in FIELDS:
+        if field in draft.words:
+            yield draft.words[field]
+        for child in draft.children.get(field, ()):
+            yield from _word_fields(child)
+
+
+def _invented(fields: Sequence[Sequence[FieldWord]]) -> list[tuple[Span, ...]]:
+    words = [word for field in fields for word in field]
+    bare = [word for word in words if word.start is None]
+    if bare and len(bare) < len(words):
+        raise SDCError(
+            f"the word {bare[0].text!r} has no position though others have one",
+            where=bare[0].where,
+            fix="give all words a position, or none, or give the command",
+        )
+    start = 0
+    placed = []
+    for field in fields:
+        spans = []
+        for word in field:
+            spans.append(Span(start if word.start is None else word.start, word.text))
+            start += len(word.text) + 1
+        placed.append(tuple(spans))
+    return placed
+
+
+def _build(draft: Draft, spans: Iterator[tuple[Span, ...]]) -> SDC:
+    words: dict[Field, tuple[Span, ...]] = {}
+    children: dict[Field, tuple[SDC, ...]] = {}
+    for field in FIELDS:
+        if field in draft.words:
+            words[field] = next(spans)
+        children[field] = tuple(_build(child, spans) for child in draft.children.get(field, ()))
+    figure_given = "f" in draft.words or "f" in draft.children
+    if draft.type == "EVENT" and not figure_given:
+        children["f"] = IMPLICIT_FIGURE
+    return SDC(
+        draft.type,
+        words=words.get("f", ()),
+        relation=words.get("r", ()),
+        figure=children["f"],
+        landmark1=children["l"],
+        landmark2=children["l2"],
+    )
+
+
+# JSON
+
+
+def to_json(sdcs: Sequence[SDC]) -> list[dict[str, Any]]:
+    """Clauses as plain JSON values.
+
+    A clause is an object with a ``type`` and the fields that are filled: ``f``, ``r``,
+    ``l``, ``l2``. A word is ``[text, start]``; a field is a list of words or of clauses.
+    Nothing is left out, so that the implicit figure of an imperative is
+    ``{"type": "OBJECT"}``.
+
+    Raises
+    ------
+    SDCError
+        If a clause isn't well formed.
+    """
+    for i, sdc in enumerate(sdcs):
+        check_sdc(sdc, where=f"SDC {i + 1}")
+    return [_clause_to_json(sdc) for sdc in sdcs]
+
+
+def _clause_to_json(sdc: SDC) -> dict[str, Any]:
+    fields: dict[str, Any] = {"type": sdc.type}
+    for field in FIELDS:
+        words: list[Any] = [[word.text, word.start] for word in field_words(sdc, field)]
+        value = words or [_clause_to_json(child) for child in sdc.children(field)]
+        if value:
+            fields[field] = value
+    return fields
+
+
+def from_json(value: object) -> tuple[SDC, ...]:
+    """Read the clauses that :func:`to_json` wrote.
+
+    Raises
+    ------
+    SDCError
+        If the value has another form, with the place where it does.
+    """
+    if not isinstance(value, list):
+        raise SDCError("expected a list of clauses", where="SDCs")
+    sdcs = tuple(_clause_from_json(item, f"SDC {i + 1}") for i, item in enumerate(value))
+    for i, sdc in enumerate(sdcs):
+        check_sdc(sdc, where=f"SDC {i + 1}")
+    return sdcs
+
+
+def _clause_from_json(value: object, where: str, depth: int = 1) -> SDC:
+    if depth > MAX_DEPTH:
+        raise SDCError(f"clauses nest deeper than {MAX_DEPTH} levels")
+    if not isinstance(value, dict):
+        raise SDCError("expected a clause, an object with a type", where=where)
+    unknown = sorted(str(key) for key in value if key not in ("type", *FIELDS))
+    if unknown:
+        raise SDCError(
+            f"unknown field {unknown[0]!r}", where=where, fix="the fields are type, f, r, l and l2"
+        )
+    if value.get("type") not in SDC_TYPES:
+        raise SDCError(
+            f"unknown type {value.get('type')!r}",
+            where=where,
+            fix=f"use one of {', '.join(SDC_TYPES)}",
+        )
+    lists = {field: _json_list(value, field, where) for field in FIELDS}
+    figure_words = bool(lists["f"]) and isinstance(lists["f"][0], list)
+
+    def children(field: Field) -> tuple[SDC, ...]:
+        return tuple(
+            _clause_from_json(item, f"{where}.{field}[{i}]", depth + 1)
+            for i, item in enumerate(lists[field])
+        )
+
+    return SDC(
+        value["type"],
+        words=_words_from_json(lists["f"], f"{where}.f") if figure_words else (),
+        relation=_words_from_json(lists["r"], f"{where}.r"),
+        figure=() if figure_words else children("f"),
+        landmark1=children("l"),
+        landmark2=children("l2"),
+    )
+
+
+def _json_list(clause: dict[Any, Any], field: str, where: str) -> list[Any]:
+    value = clause.get(field, [])
+    if not isinstance(value, list):
+        raise SDCError("expected a list of words or clauses", where=f"{where}.{field}")
+    return value
+
+
+def _words_from_json(values: list[Any], where: str) -> tuple[Span, ...]:
+    spans = []
+    for i, value in enumerate(values):
+        match value:
+            case [str(text), int(start)] if not isinstance(start, bool):
+                spans.append(Span(start, text))
+            case _:
+                raise SDCError("expected a word, [text, start]", where=f"{where}[{i}]")
+    return tuple(spans)
