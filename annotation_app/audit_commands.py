@@ -10,7 +10,7 @@ import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.study_commands import existing
-from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
     from annotation_app.models import AuditEntry

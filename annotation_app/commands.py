@@ -13,8 +13,8 @@ from annotation_app.copy_commands import backup, copy_media, restore, verify
 from annotation_app.crowd_commands import reconcile
 from annotation_app.people_commands import people
 from annotation_app.study_commands import check, init, slug
-from corpus_tools.format_option import FORMAT, JSON, PLAIN, tell
-from corpus_tools.terminal import note, say
+from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.runtime.terminal import note, say
 
 if TYPE_CHECKING:
     from annotation_app.config import Config
@@ -248,9 +248,9 @@ def export(
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
     from annotation_app.schema import is_current
-    from corpus_tools.corpus.atomic import write_folder
-    from corpus_tools.corpus.writing import check_writable, write_corpus
+    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from corpus_tools.runtime.atomic_folder import write_folder
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
@@ -322,7 +322,7 @@ def import_(
     from annotation_app.load import import_corpus
     from annotation_app.salt import installation_salt
     from annotation_app.setup import rendered_videos
-    from corpus_tools.bundled import open_corpus, resolve
+    from corpus_tools.importers.authored.bundled import open_corpus, resolve
 
     config = open_instance(instance, database)
     serving.prepare(config)
@@ -342,7 +342,7 @@ for _command in (audit, backup, check, copy_media, init, people, reconcile, rest
 
 
 def _demo_instance() -> Path:
-    from corpus_tools.bundled import cache_folder
+    from corpus_tools.importers.authored.bundled import cache_folder
 
     return cache_folder() / "annotate-demo"
 

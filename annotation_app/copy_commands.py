@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
-from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, tell
 
 
 @click.command("copy-media")
@@ -31,7 +31,7 @@ def copy_media(*, target: str, instance: Path, database: str | None, form: str) 
     from annotation_app.config import open_instance
     from annotation_app.database import opened, reading
     from annotation_app.media_copies import copy_media as copy
-    from corpus_tools.progress import progress_bar
+    from corpus_tools.runtime.progress import progress_bar
 
     with (
         opened(open_instance(instance, database).database) as engine,

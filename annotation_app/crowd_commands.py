@@ -10,7 +10,7 @@ import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.crowds.registry import Provider, providers
-from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -99,8 +99,8 @@ def render_first(folder: Path) -> None:
     from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
 
     choose_back_end()
-    from corpus_tools.parallel import Workers  # noqa: PLC0415 - heavy, only to render
-    from corpus_tools.progress import progress_bar  # noqa: PLC0415
+    from corpus_tools.runtime.parallel import Workers  # noqa: PLC0415 - heavy, only to render
+    from corpus_tools.runtime.progress import progress_bar  # noqa: PLC0415
     from corpus_tools.video.items import scenario_items  # noqa: PLC0415
     from corpus_tools.video.manifest import Settings  # noqa: PLC0415
     from corpus_tools.video.render_batch import produce_all  # noqa: PLC0415

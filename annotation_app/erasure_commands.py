@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
-from corpus_tools.format_option import FORMAT, tell
-from corpus_tools.terminal import note
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
     from annotation_app.config import Config

@@ -17,9 +17,9 @@ from annotation_app.payloads import scene_of
 from annotation_app.pipeline import REPLACED, videos_of
 from annotation_app.scenes import Scene
 from annotation_app.trims import shifted, trimmed
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.reading import load_corpus
 from g3.actions.logged_actions import covers
 from g3.annotation import RATINGS, Annotation, Command, Judgment
 from g3.errors import FormatError

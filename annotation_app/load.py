@@ -27,7 +27,7 @@ from annotation_app.models import (
 from annotation_app.people import hashed, new_id
 from annotation_app.setup import Rendered, add_video, put_media
 from annotation_app.study import StudyConfig, TaskConfig, stored
-from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject, Place

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.media import TYPES, public_name
 from annotation_app.models import Media
-from corpus_tools.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError
 
 STORE = "s3"

@@ -11,7 +11,7 @@ import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
 from annotation_app.erasure_commands import erase
-from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

@@ -10,7 +10,7 @@ from annotation_app.answers import ANSWERS
 from annotation_app.api import REQUESTS
 from annotation_app.study import StudyConfig
 from annotation_app.trying.attempt import Shown
-from corpus_tools.corpus.records import (
+from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
     CommandRecord,
     ContextRecord,

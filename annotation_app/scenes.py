@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError

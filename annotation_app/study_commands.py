@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.command_options import DATABASE, INSTANCE
-from corpus_tools.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

@@ -12,7 +12,7 @@ import msgspec
 
 from annotation_app.models import TASKS
 from annotation_app.study import StudyConfig
-from corpus_tools.corpus.schemas import to_bytes
+from corpus_tools.cli.format_schemas import to_bytes
 
 
 def study_schema() -> bytes:

@@ -12,7 +12,7 @@ import scipy
 
 from benchmarks import candidates, extraction, logs, parsing, reading, rendering, training
 from benchmarks.timing import table
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.video.drawing.gl import choose_back_end
 from g3.learning.examples import examples, labels
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.timing import heading
-from corpus_tools.shipped import bundled
+from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.physics.execute import Execution
 from corpus_tools.world.scenarios.contexts import scenario_places
 from corpus_tools.world.scenarios.execution import execute_scenario

@@ -13,8 +13,8 @@ from functools import partial
 import numpy as np
 
 from benchmarks.timing import heading, show
-from corpus_tools.bundled import open_corpus
-from corpus_tools.following import default_model
+from corpus_tools.following.bundled_grounder import default_model
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import start_state
 from g3.features.bodies import IntArray

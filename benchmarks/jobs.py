@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from benchmarks.timing import compare, heading, show
-from corpus_tools.parallel import Team, Workers
+from corpus_tools.runtime.parallel import Team, Workers
 from eval.end_to_end import run as table_3
 from eval.resampling import resampled_sums
 

@@ -10,7 +10,7 @@ import time
 from threadpoolctl import threadpool_limits
 
 from benchmarks.timing import best, best_of, compare, heading, show
-from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.language.parsing.extractor import BATCH, default_extractor
 from g3.language.parsing.spacy_pipeline import analyse, language_model
 

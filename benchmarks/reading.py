@@ -7,10 +7,10 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.timing import best, compare, heading, show
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.importers.slu_core.assembly import import_slu_core
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
 
 
 def run(data: Path) -> Corpus:

@@ -17,11 +17,17 @@ from typing import TypeVar
 import msgspec
 
 from benchmarks.timing import heading, show
-from corpus_tools.labelled import Options
-from corpus_tools.parallel import Workers
-from corpus_tools.shards.files import MANIFEST, Manifest, ShardRecord, read_manifest, read_shard
-from corpus_tools.shards.making import write_shards
-from corpus_tools.shards.training import TOLERANCE, fit_on_shards
+from corpus_tools.corpus.labelled_corpus import Options
+from corpus_tools.runtime.parallel import Workers
+from corpus_tools.shards.shard_files import (
+    MANIFEST,
+    Manifest,
+    ShardRecord,
+    read_manifest,
+    read_shard,
+)
+from corpus_tools.shards.shard_making import write_shards
+from corpus_tools.shards.shard_training import TOLERANCE, fit_on_shards
 from g3.learning.grounding_model import GroundingModel
 
 T = TypeVar("T")

@@ -17,7 +17,7 @@ from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from benchmarks.timing import best_of, compare, heading, show
-from corpus_tools.shards.files import Shard, read_manifest, read_shard
+from corpus_tools.shards.shard_files import Shard, read_manifest, read_shard
 from g3.features.matrix import ALONE
 from g3.groundings import FloatArray
 from g3.learning import crf

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.parallel import Team
+from corpus_tools.runtime.parallel import Team
 from eval.statistics import (
     FIGURES,
     BoolArray,

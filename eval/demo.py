@@ -10,11 +10,11 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.cli.follow_commands import follow
+from corpus_tools.cli.render_commands import render_videos
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.follow_commands import follow
-from corpus_tools.render_commands import render_videos
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.commands import evaluate
 
 CORPUS = "warehouse"

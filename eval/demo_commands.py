@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.terminal import note, say
+from corpus_tools.runtime.terminal import note, say
 
 if TYPE_CHECKING:
     from eval.demo import Step

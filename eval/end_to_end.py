@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.parallel import Done, Team, Workers
-from corpus_tools.progress import OnProgress
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.parallel import Done, Team, Workers
+from corpus_tools.runtime.progress import OnProgress
 from eval.held_out import calibrated, costs_without, extractor_without
 from eval.judge import judge
 from eval.outcomes import JudgedRow, Outcome, judged_row

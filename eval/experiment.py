@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress
 from eval.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.error_lists import Example as ShownExample
 from eval.learning_curve import CurvePoint

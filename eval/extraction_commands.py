@@ -7,10 +7,10 @@ from typing import Literal
 
 import click
 
-from corpus_tools.format_option import FORMAT
-from corpus_tools.model_options import L2
-from corpus_tools.progress import progress_bar
-from corpus_tools.terminal import note
+from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.model_options import L2
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
 from eval.mode_options import OUT, is_terminal, write
 from eval.option_sets import OptionSet, takes_one_of
 

@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 from scipy.special import expit
 
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.trees import annotated_trees
+from corpus_tools.corpus.annotated_trees import annotated_trees
+from corpus_tools.corpus.corpus_model import Corpus
 from eval.outcomes import Outcome
 from eval.splits import leave_one_out
 from eval.statistics import BoolArray

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from corpus_tools.terminal import say
+from corpus_tools.runtime.terminal import say
 
 Command = Callable[..., Any]
 

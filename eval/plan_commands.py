@@ -8,11 +8,11 @@ from typing import Literal
 
 import click
 
-from corpus_tools.format_option import FORMAT
-from corpus_tools.model_options import ABLATE, L2
-from corpus_tools.parallel_options import JOBS, SCHEDULER
-from corpus_tools.progress import progress_bar
-from corpus_tools.terminal import note
+from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.model_options import ABLATE, L2
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
 from eval.mode_options import (
     HELD_OUT,
     OUT,
@@ -71,8 +71,8 @@ def table_3(
     are kept beside the file until it is written, so that a run that was stopped goes on.
     """
     from corpus_tools import __version__
-    from corpus_tools.bundled import open_corpus
-    from corpus_tools.parallel import Workers
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Workers
     from eval.end_to_end import run
     from eval.kept_outcomes import kept_beside
     from eval.plan_report import render

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.format_option import FORMAT, format_option, tell
-from corpus_tools.model_options import training_options
-from corpus_tools.parallel_options import JOBS, SCHEDULER
-from corpus_tools.progress import progress_bar
-from corpus_tools.terminal import note
+from corpus_tools.options.format_option import FORMAT, format_option, tell
+from corpus_tools.options.model_options import training_options
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
 from eval.mode_options import (
     OUT,
     SEED,
@@ -25,7 +25,7 @@ from eval.mode_options import (
 from eval.option_sets import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
-    from corpus_tools.labelled import Negatives
+    from corpus_tools.corpus.labelled_corpus import Negatives
     from eval.formats import Format
     from eval.protocol import Choices
 
@@ -144,7 +144,7 @@ def table_1(
     Say what to train and test on: one --corpus that is divided by scenario (--cv or --split), two
     corpora (--train and --test), or a trained --model and a --test corpus.
     """
-    from corpus_tools.parallel import Team, Workers
+    from corpus_tools.runtime.parallel import Team, Workers
     from eval import experiment
     from eval.correspondence import table_rows
     from eval.formats import render

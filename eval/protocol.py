@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 
 from corpus_tools import __version__
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.labelled import Negatives, labelled_examples, scenario_ids
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.labelled_corpus import Negatives, labelled_examples, scenario_ids
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
 from g3.features.feature_registry import CATALOGUE_VERSION, FeatureSet, select

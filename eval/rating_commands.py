@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.format_option import FORMAT, format_option
-from corpus_tools.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.format_option import FORMAT, format_option
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
 from eval.mode_options import OUT, RATED, SEED, STUDY, draws_option, is_terminal, write
 
 if TYPE_CHECKING:
@@ -53,8 +53,8 @@ def table_2(
 
     The ratings are those in --corpus.
     """
-    from corpus_tools.bundled import open_corpus
-    from corpus_tools.parallel import Team, Workers
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Team, Workers
     from eval.studies.ratings import check_judgments
     from eval.studies.table_2 import render
     from eval.studies.table_2 import table_2 as make
@@ -96,8 +96,8 @@ def judge_validity(
     scheduler: str,
 ) -> None:
     """Say whether the automatic judge says what people said of the same videos."""
-    from corpus_tools.bundled import open_corpus
-    from corpus_tools.parallel import Team, Workers
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Team, Workers
     from eval.studies.judge_report import render
     from eval.studies.judge_validity import judge_validity as compare
 
@@ -129,7 +129,7 @@ def judge_validity(
 @OUT
 def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path | None) -> None:
     """Say how many pairs and ratings a study needs for an interval as narrow as wanted."""
-    from corpus_tools.bundled import open_corpus
+    from corpus_tools.importers.authored.bundled import open_corpus
     from eval.studies.plans import assumptions, plans, render
 
     share, correlation = assumptions(open_corpus(corpus).judgments if corpus else ())

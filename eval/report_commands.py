@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.format_option import FORMAT, tell
-from corpus_tools.model_options import L2, NEGATIVES
-from corpus_tools.progress import progress_bar
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.model_options import L2, NEGATIVES
+from corpus_tools.runtime.progress import progress_bar
 from eval.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
 
 if TYPE_CHECKING:
-    from corpus_tools.labelled import Negatives
+    from corpus_tools.corpus.labelled_corpus import Negatives
 
 
 @click.command(

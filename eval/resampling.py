@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.parallel import Team, Workers, work_in_order
+from corpus_tools.runtime.parallel import Team, Workers, work_in_order
 
 BLOCK = 250
 """Draws in a block."""

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.trees import Annotated, annotated_trees
+from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.reference_scores import reference_scores
 from eval.sdc_scores import Comparison, compare
 from eval.splits import leave_one_out

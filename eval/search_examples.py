@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 from scipy import sparse
 
-from corpus_tools.bundled import cache_folder, forget_old
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.parallel import Team, WorkerDiedError, work_in_order
-from corpus_tools.progress import OnProgress
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.authored.bundled import cache_folder, forget_old
+from corpus_tools.runtime.parallel import Team, WorkerDiedError, work_in_order
+from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import FeatureSet, select
 from g3.features.matrix import FeatureSpace

@@ -16,7 +16,7 @@ from eval.resampling import resampled_sums
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from corpus_tools.parallel import Team
+    from corpus_tools.runtime.parallel import Team
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]

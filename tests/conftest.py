@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.report import ImportReport
 
 # For a format that no schema here has, jsonschema would build grammars for seconds.
@@ -37,6 +37,6 @@ def published_files() -> Path:
 @pytest.fixture(scope="session")
 def published(published_files: Path) -> tuple[Corpus, ImportReport]:
     """The authors' release, imported."""
-    from corpus_tools.importers.slu_core.assembly import import_slu_core  # noqa: PLC0415
+    from corpus_tools.importers.slu_core.slu_corpus import import_slu_core  # noqa: PLC0415
 
     return import_slu_core(published_files, salt="salt")

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
 from corpus_tools.world.state.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory

@@ -11,7 +11,7 @@ import pytest
 from hatchling.builders.wheel import WheelBuilder
 
 import corpus_tools
-from corpus_tools.extras import extra_of
+from corpus_tools.runtime.extras import extra_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("annotation_app", "corpus_tools", "eval", "g3")

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
 from g3.annotation import Annotation, Command, Source
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import all_words

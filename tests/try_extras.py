@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from corpus_tools.corpus.writing import write_corpus  # noqa: E402
+from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
 EXTRAS = ("study", "language", "render", "parquet", "app", "cluster")

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.agreement import Measure, mean_pairwise
 from annotation_app.models import Answer, Event, Item, Record, Task
-from corpus_tools.agreement import Level, fleiss_kappa, krippendorff_alpha
+from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.sdc_notation import from_json
 
 

@@ -35,7 +35,7 @@ from annotation_app.pages.needs_login import refused
 from annotation_app.people import RANKS
 from annotation_app.problems import Refusal
 from annotation_app.work import find_study
-from corpus_tools.corpus.writing import corpus_files
+from corpus_tools.corpus.corpus_writing import corpus_files
 from corpus_tools.exporters.slu_core import slu_core_files
 from g3.errors import CorpusError
 

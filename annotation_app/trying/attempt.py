@@ -179,7 +179,7 @@ _grounders: dict[Path | None, Grounder] = {}
 
 def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
     """A model's grounder, which is kept; without a model, of the one that comes along."""
-    from corpus_tools.following import default_model  # noqa: PLC0415 - as above
+    from corpus_tools.following.bundled_grounder import default_model  # noqa: PLC0415 - as above
     from g3.inference.grounder import Grounder  # noqa: PLC0415
     from g3.learning.grounding_model import GroundingModel  # noqa: PLC0415
 
@@ -210,7 +210,7 @@ def _start(scenario: str) -> State:
 
 def _plan(result: Result, places: list[Place]) -> Plan:
     """What is shown of a result; places that are named are added to `places`."""
-    from corpus_tools.plan_words import described  # noqa: PLC0415 - as above
+    from corpus_tools.following.plan_words import described  # noqa: PLC0415 - as above
 
     question = result.question
     return Plan(
@@ -265,7 +265,7 @@ def _carry_out(start: State, result: Result) -> Execution:
     from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
 
     choose_back_end()
-    from corpus_tools.following import to_script  # noqa: PLC0415 - as above
+    from corpus_tools.following.bundled_grounder import to_script  # noqa: PLC0415 - as above
     from corpus_tools.world.physics.execute import execute  # noqa: PLC0415
 
     assert result.plan is not None  # noqa: S101 - the caller has looked

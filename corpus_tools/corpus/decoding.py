@@ -1,7 +1,7 @@
 """From the records of a corpus's files to the domain types.
 
 Each function raises :class:`g3.errors.FormatError` whose ``where`` is the field inside
-the record; :mod:`corpus_tools.corpus.reading` adds the file and the record.
+the record; :mod:`corpus_tools.corpus.corpus_reading` adds the file and the record.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from corpus_tools.corpus.records import (
+from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
     CommandRecord,
     ContextRecord,

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 
 import msgspec
 
-from corpus_tools.corpus.encoding import Tables, content_hash
-from corpus_tools.corpus.records import (
+from corpus_tools.corpus.corpus_records import (
     ANNOTATIONS,
     COMMANDS,
     CONTEXTS,
@@ -22,6 +21,7 @@ from corpus_tools.corpus.records import (
     TRAJECTORIES,
     Manifest,
 )
+from corpus_tools.corpus.encoding import Tables, content_hash
 from g3.errors import FormatError
 
 

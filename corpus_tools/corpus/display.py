@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.statistics import PAPER, Statistics
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import msgspec
 
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.records import (
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
     CommandRecord,
     ContextRecord,
@@ -26,7 +26,7 @@ from corpus_tools.corpus.records import (
     PrismRecord,
     SDCRecord,
 )
-from corpus_tools.corpus.trajectories import Arrays, pack
+from corpus_tools.corpus.trajectory_arrays import Arrays, pack
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import encode
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.trajectories import Arrays
+from corpus_tools.corpus.trajectory_arrays import Arrays
 
 
 def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:

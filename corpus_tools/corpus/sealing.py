@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from corpus_tools.corpus.corpus_reading import read_content, read_manifest
+from corpus_tools.corpus.corpus_records import MANIFEST, Manifest
+from corpus_tools.corpus.corpus_writing import manifest_to_bytes
 from corpus_tools.corpus.digests import sealed
-from corpus_tools.corpus.reading import read_content, read_manifest
-from corpus_tools.corpus.records import MANIFEST, Manifest
-from corpus_tools.corpus.writing import manifest_to_bytes
 from g3.errors import FormatError
 from g3.storage.atomic_file import write_bytes
 

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.importers.slu_core.files import (
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.slu_core.slu_files import (
     ASSIGNMENTS,
     COMPRESSED,
     EASY_NEGATIVES,

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.importers.authored.clauses import clause_names
-from corpus_tools.importers.authored.files import read_dataset
+from corpus_tools.importers.authored.authored_clauses import clause_names
+from corpus_tools.importers.authored.authored_files import read_dataset
 from corpus_tools.importers.report import Journal
-from corpus_tools.parallel import WorkerDiedError, Workers, work
-from corpus_tools.progress import OnProgress
-from corpus_tools.shipped import DATASET
+from corpus_tools.runtime.parallel import WorkerDiedError, Workers, work
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, tell
-from corpus_tools.simulation.scenes import see
-from corpus_tools.simulation.workers import Worker, draw_workers
+from corpus_tools.simulation.seen_scenes import see
+from corpus_tools.simulation.simulated_workers import Worker, draw_workers
 from corpus_tools.world.scenarios.execution import log_scenario
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate

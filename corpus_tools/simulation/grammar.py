@@ -15,9 +15,9 @@ from typing import TypeAlias
 import numpy as np
 
 from corpus_tools.simulation.referring import name_place, refer
-from corpus_tools.simulation.scenes import Scene, Seen, distance
+from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
+from corpus_tools.simulation.simulated_workers import POLITE, Worker, misspell
 from corpus_tools.simulation.wording import Wording, clause
-from corpus_tools.simulation.workers import POLITE, Worker, misspell
 from corpus_tools.world.state.robot_script import APPROACH, DRIVE_PAST, DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError
 from g3.sdc.clauses import SDC

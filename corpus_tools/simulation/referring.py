@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.simulation.scenes import Scene, Seen, distance
+from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
 from corpus_tools.simulation.wording import Wording, clause
 from g3.sdc.clauses import SDC
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import msgspec
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools import __version__
-from corpus_tools.corpus.atomic import write_folder
 from corpus_tools.logs.log_writing import to_bytes
+from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.video.drawing.canvas import Image
 from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.video.drawing.segmentation import describe, label_image

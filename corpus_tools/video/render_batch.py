@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from corpus_tools.parallel import Done, WorkerDiedError, Workers, work
+from corpus_tools.runtime.parallel import Done, WorkerDiedError, Workers, work
 from corpus_tools.video.drawing.gl import VARIABLE, choose_back_end
 from corpus_tools.video.items import Item
 from corpus_tools.video.manifest import Settings

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from corpus_tools.parallel import Workers
-from corpus_tools.progress import OnProgress
+from corpus_tools.runtime.parallel import Workers
+from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST, Settings
 from corpus_tools.video.render_batch import produce_all

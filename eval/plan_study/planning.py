@@ -8,11 +8,11 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.following import to_script
-from corpus_tools.progress import OnProgress
+from corpus_tools.following.bundled_grounder import to_script
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from eval.end_to_end import TOP, annotated_commands

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.errors import FormatError
 from g3.storage.atomic_file import write_bytes
 

@@ -10,10 +10,10 @@ from typing import Literal
 
 from rich.table import Table
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.progress import OnProgress
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
 from eval.formats import document, interval, table_text
 from eval.outcomes import JudgedRow
 from eval.plan_report import PAPER

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from corpus_tools import __version__
-from corpus_tools.bundled import open_corpus
-from corpus_tools.progress import OnProgress
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
 from eval import experiment
 from eval.correspondence import Row, table_rows
 from eval.error_lists import ErrorList, error_lists

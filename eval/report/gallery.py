@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from corpus_tools.corpus.model import Corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from eval.report.plans import JudgedPlan, Plans
 from g3.annotation import Annotation
 from g3.errors import FormatError

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from corpus_tools.corpus.atomic import check_target, write_folder
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from eval.formats import delimited, document, render
 from eval.latex import estimate, tabular, text
 from eval.plan_report import PAPER

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
-from corpus_tools.parallel import Team
+from corpus_tools.runtime.parallel import Team
 from eval.resampling import resampled_sums
 from eval.statistics import (
     LEVEL,

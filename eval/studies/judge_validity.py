@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.parallel import Team
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.runtime.parallel import Team
 from eval.judge import Verdict, judge
 from eval.resampling import resampled_sums
 from eval.statistics import BoolArray, Estimate, FloatArray, IntArray

@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 from rich.table import Table
 
-from corpus_tools.agreement import krippendorff_alpha
-from corpus_tools.parallel import Team
-from corpus_tools.simulation.raters import STUDY as SIMULATED
+from corpus_tools.corpus.rater_agreement import krippendorff_alpha
+from corpus_tools.runtime.parallel import Team
+from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.formats import Format, comments, delimited, document, interval, table_text
 from eval.latex import estimate, tabular
 from eval.statistics import BoolArray, Estimate

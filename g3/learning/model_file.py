@@ -70,7 +70,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         the name of the set.
     scenarios
         The scenarios that it was trained on, which it can't be tested on
-        (:func:`corpus_tools.labelled.scenario_ids`).
+        (:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`).
     training
         What else is known of the training, for people.
     digest

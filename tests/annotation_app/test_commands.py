@@ -26,11 +26,11 @@ from annotation_app.export import export_corpus
 from annotation_app.factory import create_app
 from annotation_app.models import Answer, Study
 from annotation_app.work import find_study
-from corpus_tools.bundled import open_corpus
-from corpus_tools.cli import run
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.validation import validate
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, installation_of

@@ -24,7 +24,7 @@ from annotation_app.database import opened, reading
 from annotation_app.key_file import KEY_FILE, new_keys, write_keys
 from annotation_app.models import Draft, Person
 from annotation_app.restoring import restore, verify
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.conftest import new_database

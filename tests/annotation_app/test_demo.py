@@ -19,7 +19,7 @@ import pytest
 from annotation_app.demo import DATASET, add_as_they_come, demo_scenarios, demo_study
 from annotation_app.models import TASKS
 from annotation_app.setup import rendered_videos
-from corpus_tools.bundled import CACHE
+from corpus_tools.importers.authored.bundled import CACHE
 from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
 from tests.annotation_app.rendered import render

@@ -34,7 +34,7 @@ from annotation_app.models import (
 from annotation_app.people import find_or_add, keep_consent
 from annotation_app.tombstones import ERASED_FILE, read_tombstones
 from annotation_app.work import find_study
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.test_pipeline import grounded

@@ -14,8 +14,8 @@ from annotation_app.export import export_corpus
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import RatedPair, StudyConfig, TaskConfig, read_study, study_from_form
 from annotation_app.work import find_study
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.plan_study.pairs import Pair, write_study
 from eval.plan_study.planning import PlanRecord
 from eval.plan_study.results import by_people

@@ -15,7 +15,7 @@ from annotation_app.models import TASKS
 from annotation_app.readiness import NOBODY, obstacles, study_obstacles
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import StudyConfig, TaskConfig
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, link_in, signed_in
 

@@ -28,7 +28,7 @@ from annotation_app.people import find_or_add, keep_consent
 from annotation_app.retention import DAY_S, expire
 from annotation_app.study import StudyConfig
 from annotation_app.work import find_study
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.test_erasure import code_of, command, everything, participation, pay

@@ -23,7 +23,7 @@ from annotation_app.factory import create_app
 from annotation_app.key_file import KEY_FILE, read_keys
 from annotation_app.models import Draft, Person, Secret
 from annotation_app.people import find_or_add
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.conftest import new_database

@@ -16,7 +16,7 @@ from annotation_app.factory import create_app
 from annotation_app.key_file import KEY_FILE
 from annotation_app.models import Answer, AuditEntry, Erasure
 from annotation_app.tombstones import ERASED_FILE, Tombstone, read_tombstones
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.test_erasure import BOTH, code_of, command, worked

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.records import MANIFEST
-from corpus_tools.corpus.writing import corpus_files, write_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_records import MANIFEST
+from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
 from g3.language.parsing.extractor import default_extractor

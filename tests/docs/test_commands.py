@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 import pytest
 
-from corpus_tools.cli import cli, run
+from corpus_tools.cli.console import cli, run
 from tests.docs.blocks import ROOT, Shown, shown
 
 SHOWN = shown()
@@ -45,7 +45,10 @@ ELSEWHERE = {
         "changes an installation",
     ),
     r"ct annotate copy-media": ("tests/annotation_app/test_media_copies.py", "needs a study"),
-    r"ct shards|ct train g3 --shards": ("tests/corpus_tools/test_shards.py", "a large corpus"),
+    r"ct shards|ct train g3 --shards": (
+        "tests/corpus_tools/shards/test_shards.py",
+        "a large corpus",
+    ),
     r"ct demo": ("tests/eval/test_demo.py", "three minutes"),
     r"ct eval --end-to-end": ("tests/eval/test_plan_study.py", "half an hour"),
     r"ct eval --table 3": ("tests/eval/test_end_to_end.py", "minutes"),
@@ -63,8 +66,8 @@ ELSEWHERE = {
         "tests/corpus_tools/simulation/test_commands.py",
         "physics of twenty scenarios",
     ),
-    r"ct follow": ("tests/corpus_tools/test_follow_commands.py", "trains for a minute"),
-    r"ct scenarios log": ("tests/corpus_tools/test_scenario_logs.py", "physics"),
+    r"ct follow": ("tests/corpus_tools/cli/test_follow_commands.py", "trains for a minute"),
+    r"ct scenarios log": ("tests/corpus_tools/world/scenarios/test_scenario_logs.py", "physics"),
 }
 """What isn't run here, the file that runs the like, and why."""
 

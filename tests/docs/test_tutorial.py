@@ -18,9 +18,9 @@ from annotation_app.config import open_instance
 from annotation_app.database import open_database, reading
 from annotation_app.factory import create_app
 from annotation_app.models import Item
-from corpus_tools.bundled import open_corpus
-from corpus_tools.cli import run
-from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.features.feature_registry import select
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.grounding_model import GroundingModel

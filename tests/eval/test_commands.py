@@ -11,9 +11,9 @@ import sys
 import numpy as np
 import pytest
 
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
 from eval.correspondence import ROW_TYPES
 from eval.experiment import curve_sizes
 from g3.features.feature_registry import select

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.correspondence import ROW_TYPES
 
 pytestmark = pytest.mark.slow

@@ -4,9 +4,9 @@ import shlex
 
 from click.testing import CliRunner
 
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.follow_commands import follow
-from corpus_tools.render_commands import render_videos
+from corpus_tools.cli.follow_commands import follow
+from corpus_tools.cli.render_commands import render_videos
+from corpus_tools.corpus.corpus_reading import load_corpus
 from eval.commands import evaluate
 from eval.demo import LEARNED_LAYOUTS, TESTED, steps
 from eval.demo_commands import demo

@@ -6,9 +6,9 @@ from contextlib import nullcontext
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval import end_to_end
 from eval.commands import evaluate
 from eval.end_to_end import run, table

@@ -4,9 +4,9 @@ import pytest
 
 pytest.importorskip("spacy")
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.annotated_trees import annotated_trees
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.trees import annotated_trees
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.held_out import extractor_without
 from eval.sdc_trials import seen_scenarios
 from g3.language.parsing.parser import parse

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judge import judge
 from eval.outcomes import Outcome, judged_row, reliability, risk_coverage
 from g3.actions.action_kinds import Action, move, result

@@ -5,7 +5,7 @@ import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
-from corpus_tools.cli import cli
+from corpus_tools.cli.console import cli
 from eval.commands import evaluate
 from eval.modes import Modes
 from eval.option_sets import OptionSet, takes_one_of

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.commands import evaluate
 from eval.plan_study.filming import film_all
 from eval.plan_study.pairs import Pair, pairs, write_study

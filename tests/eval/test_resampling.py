@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.parallel import Team, Workers
+from corpus_tools.cli.console import run
+from corpus_tools.runtime.parallel import Team, Workers
 from eval.resampling import BLOCK, resampled_sums
 
 

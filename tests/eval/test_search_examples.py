@@ -6,9 +6,9 @@ import time
 import numpy as np
 import pytest
 
-from corpus_tools.bundled import cache_folder, open_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.parallel import Team, Workers
+from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
+from corpus_tools.runtime.parallel import Team, Workers
 from eval.held_out import costs_without
 from eval.search_examples import data_of, read, written
 from g3.errors import CorpusError

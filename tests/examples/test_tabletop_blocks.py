@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.clauses import breadth_first
 from tests.examples.installed import EXAMPLES, install
 

@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.labelled import scenario_ids
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.labelled_corpus import scenario_ids
 from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.learning.examples import examples

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus_tools.importers.authored.clauses import Clauses
-from corpus_tools.importers.authored.worlds import World, ends
+from corpus_tools.importers.authored.authored_clauses import Clauses
+from corpus_tools.importers.authored.authored_worlds import World, ends
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from g3.errors import FormatError
 from g3.geometry.plane import convex_hull, point_gap

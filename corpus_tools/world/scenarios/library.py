@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from corpus_tools.shipped import bundled
+from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.scenario import Layout
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
 from corpus_tools.world.scenarios.scenario_reading import read_layout

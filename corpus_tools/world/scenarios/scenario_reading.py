@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from corpus_tools.shipped import bundled
+from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.documents import (
     Document,
     Field,

@@ -13,10 +13,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
 from corpus_tools.importers.report import ImportReport, Journal, SourceFile
-from corpus_tools.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress
 from g3.annotation import Annotation, Command, Source
 from g3.errors import FormatError
 from g3.groundings import Grounding, PhysicalObject
@@ -44,7 +44,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def import_blocks(
     path: Path, *, salt: str, keep_going: bool = False, on_progress: OnProgress | None = None
 ) -> tuple[Corpus, ImportReport]:
-    """Make a corpus; see :class:`corpus_tools.importers.registry.ImportFunction`."""
+    """Make a corpus; see :class:`corpus_tools.importers.importer_registry.ImportFunction`."""
     content = path.read_bytes()
     try:
         settings = msgspec.json.decode(content, type=Settings)

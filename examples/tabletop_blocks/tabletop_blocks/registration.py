@@ -1,6 +1,6 @@
 """Tells ``ct import`` of the importer; imports nothing that is heavy."""
 
-from corpus_tools.importers.registry import Importer, register
+from corpus_tools.importers.importer_registry import Importer, register
 
 register(
     Importer(

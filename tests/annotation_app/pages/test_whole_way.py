@@ -9,8 +9,8 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.config import DATABASE_FILE, open_instance
 from annotation_app.study import StudyConfig, TaskConfig
-from corpus_tools.cli import run
-from corpus_tools.corpus.reading import load_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import to_json
 from tests.annotation_app.conftest import PATIENCE_MS, set_up
 from tests.annotation_app.pages.conftest import COMMAND, TASKS, served

@@ -11,7 +11,7 @@ from flask import Flask
 from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.factory import create_app
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.features.feature_registry import select
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.grounding_model import GroundingModel

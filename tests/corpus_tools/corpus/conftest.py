@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.writing import write_corpus
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.validation import validate
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_validation import validate
 from g3.errors import FormatError
 
 

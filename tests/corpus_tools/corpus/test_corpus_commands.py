@@ -5,9 +5,9 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.commands import corpus as corpus_commands
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.statistics import statistics
+from corpus_tools.cli.corpus_commands import corpus as corpus_commands
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_statistics import statistics
 from g3.errors import CorpusError
 
 

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.corpus import atomic, exchange
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.writing import write_corpus
-from corpus_tools.shipped import bundled
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.runtime import atomic_folder as atomic
+from corpus_tools.runtime import folder_exchange as exchange
+from corpus_tools.runtime.shipped import bundled
 from g3.errors import FormatError
 from g3.storage.only_writer import lock_of, only_writer
 from tests.tiny_corpus import tiny_corpus

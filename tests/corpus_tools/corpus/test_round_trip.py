@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_records import ObjectReference
+from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from corpus_tools.corpus.encoding import content_hash, encode, make_corpus
-from corpus_tools.corpus.model import Corpus
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.records import ObjectReference
-from corpus_tools.corpus.validation import validate
-from corpus_tools.corpus.writing import corpus_files, write_corpus
 from g3.annotation import Command, Judgment
 from g3.groundings import PhysicalObject
 from tests.strategies import corpora

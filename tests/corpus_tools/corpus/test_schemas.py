@@ -6,8 +6,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from corpus_tools.corpus.schemas import schemas
-from corpus_tools.shipped import bundled
+from corpus_tools.cli.format_schemas import schemas
+from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.documents import parse_document, read_document
 
 FOLDER = Path(__file__).parents[3] / "docs" / "schemas"
@@ -16,7 +16,7 @@ FOLDER = Path(__file__).parents[3] / "docs" / "schemas"
 @pytest.mark.parametrize("name", schemas())
 def test_the_schemas_in_the_documentation_are_current(name):
     assert (FOLDER / name).read_bytes() == schemas()[name], (
-        "run python -m corpus_tools.corpus.schemas docs/schemas"
+        "run python -m corpus_tools.cli.format_schemas docs/schemas"
     )
 
 

@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-from corpus_tools.corpus import atomic
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.writing import check_writable, write_corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+from corpus_tools.runtime import atomic_folder as atomic
 from g3.errors import FormatError
 
 

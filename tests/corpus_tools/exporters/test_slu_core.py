@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.atomic import write_folder
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.model import Corpus
 from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-from corpus_tools.importers.slu_core.assembly import import_slu_core
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
+from corpus_tools.runtime.atomic_folder import write_folder
 from g3.annotation import Annotation, Judgment
 from g3.sdc.clauses import SDC, Span
 from tests.tiny_corpus import tiny_corpus

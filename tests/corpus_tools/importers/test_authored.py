@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from corpus_tools.importers.authored.assembly import import_authored
+from corpus_tools.importers.authored.authored_corpus import import_authored
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
@@ -280,7 +280,7 @@ def test_importing_needs_no_simulator(tmp_path):
     write(tmp_path)
     program = (
         "import sys; from pathlib import Path; sys.modules['mujoco'] = None;"
-        "from corpus_tools.importers.authored.assembly import import_authored;"
+        "from corpus_tools.importers.authored.authored_corpus import import_authored;"
         "print(len(import_authored(Path(sys.argv[1]))[0].commands))"
     )
     result = subprocess.run(

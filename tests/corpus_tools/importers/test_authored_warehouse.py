@@ -9,13 +9,13 @@ import shutil
 import numpy as np
 import pytest
 
-from corpus_tools.bundled import bundled
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from corpus_tools.corpus.encoding import encode
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.validation import validate
-from corpus_tools.corpus.writing import corpus_files, write_corpus
-from corpus_tools.importers.authored.assembly import import_authored
-from corpus_tools.importers.authored.clauses import leaf_words
+from corpus_tools.importers.authored.authored_clauses import leaf_words
+from corpus_tools.importers.authored.authored_corpus import import_authored
+from corpus_tools.importers.authored.bundled import bundled
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.groundings import Path, PhysicalObject, Place

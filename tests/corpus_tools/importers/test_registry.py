@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from corpus_tools.importers.commands import import_
-from corpus_tools.importers.registry import Importer, importers, register
+from corpus_tools.cli.import_commands import import_
+from corpus_tools.importers.importer_registry import Importer, importers, register
 
 
 def test_every_importer_can_be_loaded_and_is_a_command():

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.importers.commands import import_
-from corpus_tools.importers.slu_core.assembly import import_slu_core
-from corpus_tools.importers.slu_core.files import (
+from corpus_tools.cli.import_commands import import_
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
+from corpus_tools.importers.slu_core.slu_files import (
     EASY_NEGATIVES,
     NEGATIVES,
     POSITIVES,

@@ -8,10 +8,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.reading import load_corpus
-from corpus_tools.corpus.statistics import statistics
-from corpus_tools.corpus.validation import validate
-from corpus_tools.corpus.writing import corpus_files, write_corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_statistics import statistics
+from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.replay import replay

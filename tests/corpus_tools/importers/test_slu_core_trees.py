@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from corpus_tools.importers.slu_core.trees import read_trees
+from corpus_tools.importers.slu_core.slu_trees import read_trees
 from g3.errors import FormatError
 from g3.sdc.clauses import SDC, Span
 

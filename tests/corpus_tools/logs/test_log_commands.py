@@ -5,7 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.log_commands import log
+from corpus_tools.cli.log_commands import log
 from corpus_tools.logs.log_writing import write_log
 from g3.errors import FormatError
 

@@ -77,7 +77,7 @@ import sys
 for name in ("mujoco", "cv2", "av"):
     sys.modules[name] = None
 from pathlib import Path
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.state.replay import replay

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.simulation.raters import RaterModel, rate
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.simulation.simulated_raters import RaterModel, rate
 from g3.errors import FormatError
 from tests.tiny_corpus import SCENARIOS, tiny_corpus
 

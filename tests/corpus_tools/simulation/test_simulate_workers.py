@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.cli import run
+from corpus_tools.cli.console import run
+from corpus_tools.importers.authored.bundled import open_corpus
 
 
 @pytest.fixture

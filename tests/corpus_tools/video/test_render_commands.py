@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 import pytest
 
-from corpus_tools.cli import run
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.video.drawing.drawn_moments import sampled
 from tests.tiny_corpus import tiny_corpus

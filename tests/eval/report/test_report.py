@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
 from corpus_tools.video.encode import encode
 from eval.commands import evaluate
 from eval.correspondence import Predictions

@@ -8,9 +8,9 @@ import pytest
 from click.testing import CliRunner
 from sklearn.metrics import cohen_kappa_score, roc_auc_score
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.commands import evaluate
 from eval.judge import judge
 from eval.studies.judge_report import in_a_line, with_validity

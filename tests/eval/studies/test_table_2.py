@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.bundled import open_corpus
-from corpus_tools.corpus.writing import write_corpus
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.commands import evaluate
 from eval.studies.ratings import check_judgments, of_study, ratings_of, repeated
 from eval.studies.table_2 import COLUMNS, notes, render, table_2

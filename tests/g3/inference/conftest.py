@@ -2,7 +2,7 @@
 
 import pytest
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.features.feature_registry import select
 from g3.inference.grounder import Grounder
 from g3.inference.training.search_training import TOLERANCE, training_data

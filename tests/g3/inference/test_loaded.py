@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.robot_state import start_state
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.cases import CommandCase

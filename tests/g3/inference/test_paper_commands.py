@@ -7,7 +7,7 @@ has learned from a quarter of the bundled corpus, and hasn't seen these worlds.
 import numpy as np
 import pytest
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.end_to_end import annotated_commands

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.end_to_end import annotated_commands
 from g3.errors import ModelError
 from g3.features.feature_registry import catalogue
@@ -129,7 +129,7 @@ def test_a_refusal_can_be_switched_off(model):
 PAGE = Path(__file__).parents[3] / "docs" / "inference.md"
 FOLLOW = """
 import sys
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from tests.g3.inference.constant_cost import ConstantCost
 from g3.inference.grounder import Grounder
 from g3.sdc.sdc_notation import parse_brackets

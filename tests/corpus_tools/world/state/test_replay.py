@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from corpus_tools.bundled import open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.state.recording import NS_PER_S, heading

@@ -10,7 +10,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.shipped import bundled
+from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.boxes import start_boxes
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import read_layouts

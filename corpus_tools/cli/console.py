@@ -1,0 +1,201 @@
+"""The console script ``ct``: finds the commands, and turns errors into one line each.
+
+A command is a click command that an installed distribution names in the entry point
+group ``ct.commands``, so other distributions can add theirs. Modules with commands
+import only click at their top: ``ct --help`` loads them all.
+"""
+
+from __future__ import annotations
+
+import errno
+import functools
+import importlib.metadata
+import io
+import logging
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+import click
+
+from corpus_tools import __version__
+from corpus_tools.runtime.extras import DISTRIBUTION, extra_of
+from corpus_tools.runtime.terminal import VisibleFormatter, note
+from g3.errors import CorpusError
+
+ENTRY_POINT_GROUP = "ct.commands"
+
+EXIT_UNEXPECTED = 1
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+LONGEST_MESSAGE = 2000
+"""Of a longer error the middle is left out."""
+
+_PATH_ERRORS = (
+    FileExistsError,
+    FileNotFoundError,
+    IsADirectoryError,
+    NotADirectoryError,
+    PermissionError,
+)
+
+
+class _EntryPointGroup(click.Group):
+    """A click group whose commands are entry points."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted({point.name for point in _entry_points()} | self.commands.keys())
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        point = next((p for p in _entry_points() if p.name == cmd_name), None)
+        if point is None:
+            return super().get_command(ctx, cmd_name)
+        try:
+            command = point.load()
+            if not isinstance(command, click.Command):
+                raise TypeError(f"{point.value} is not a click command")
+        except Exception as error:  # whatever it is, the other commands must go on working
+            return _broken_command(cmd_name, point, error)
+        return command
+
+
+@functools.cache
+def _entry_points() -> list[importlib.metadata.EntryPoint]:
+    return list(importlib.metadata.entry_points(group=ENTRY_POINT_GROUP))
+
+
+def _broken_command(
+    name: str, point: importlib.metadata.EntryPoint, error: Exception
+) -> click.Command:
+    provider = point.dist.name if point.dist else "that provides it"
+    reason = f"{type(error).__name__}: {error}"
+
+    def fail() -> None:
+        raise CorpusError(
+            f"the command {name} can't be loaded: {reason}",
+            fix=f"reinstall or remove the package {provider}",
+        ) from error
+
+    # Arguments and --help are taken as they come, so that each way to call it tells the reason.
+    return click.Command(
+        name,
+        callback=fail,
+        short_help=f"(can't be loaded: {reason})",
+        add_help_option=False,
+        context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+    )
+
+
+@click.group(
+    cls=_EntryPointGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="\b\nExamples:\n"
+    "  ct import slu-core slu_core/data --out aaai11\n"
+    "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
+    "  ct COMMAND --help",
+)
+@click.version_option(__version__, prog_name="ct")
+@click.option("--verbose", is_flag=True, help="Log what is done; show tracebacks of errors.")
+@click.pass_context
+def cli(ctx: click.Context, verbose: bool) -> None:
+    """Ground natural language commands: import corpora, train the model, print the tables.
+
+    A re-implementation of Generalized Grounding Graphs (Tellex et al., AAAI 2011).
+    """
+    ctx.obj["verbose"] = verbose
+    if os.environ.get("NO_COLOR"):
+        ctx.color = False  # click colours what goes to a terminal, whatever this says
+    _set_up_logging(verbose)
+
+
+def _set_up_logging(verbose: bool) -> None:
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(VisibleFormatter("%(levelname)s %(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler], level=logging.WARNING)
+    for package in ("annotation_app", "corpus_tools", "eval", "g3"):
+        logging.getLogger(package).setLevel(logging.DEBUG if verbose else logging.WARNING)
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run ``ct`` and exit.
+
+    Parameters
+    ----------
+    args
+        The arguments after ``ct``; those of the process if left out.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # rather than fail on a Ψ
+    sys.exit(run(sys.argv[1:] if args is None else args))
+
+
+def run(args: Sequence[str]) -> int:
+    """Run ``ct`` and return its exit status.
+
+    0: done; 1: an error of ``ct`` itself, or nobody reads its output; 2: bad input or
+    usage; 130: interrupted.
+    """
+    options = {"verbose": False}
+    try:
+        result = cli.main(list(args), prog_name="ct", standalone_mode=False, obj=options)
+        sys.stdout.flush()
+    except click.Abort:
+        note("ct: interrupted")
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # The interpreter flushes again as it ends; there that would print a warning.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_UNEXPECTED
+    except Exception as error:
+        if options["verbose"]:
+            note("".join(traceback.format_exception(error)).rstrip("\n"))
+        return _report(error)
+    return result if isinstance(result, int) else 0
+
+
+def _report(error: Exception) -> int:
+    """Tell an error in one line; return the exit status."""
+    status = EXIT_BAD_INPUT
+    if isinstance(error, click.ClickException):
+        shown = io.StringIO()
+        error.show(file=shown)
+        note(_shortened(shown.getvalue().rstrip("\n")))
+    elif isinstance(error, CorpusError):
+        _complain(f"error: {error}")
+    elif isinstance(error, OSError) and _is_of_path(error):
+        _complain(f"error: {os.fsdecode(error.filename)}: {error.strerror}")
+    elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
+        _complain(
+            f"error: this needs the package {error.name} (pip install '{DISTRIBUTION}[{extra}]')"
+        )
+    else:
+        status = EXIT_UNEXPECTED
+        _complain(
+            f"unexpected error: {type(error).__name__}: {error} "
+            "(run with --verbose for the traceback, please report)"
+        )
+    return status
+
+
+def _is_of_path(error: OSError) -> bool:
+    """Whether a name that was given is what is wrong."""
+    about_name = isinstance(error, _PATH_ERRORS) or error.errno in (
+        errno.ENAMETOOLONG,
+        errno.ELOOP,
+    )
+    return about_name and error.filename is not None
+
+
+def _complain(message: str) -> None:
+    note("ct: " + _shortened(" ".join(message.split())))
+
+
+def _shortened(message: str) -> str:
+    """A message without its middle, if it repeats something endless that was given."""
+    if len(message) <= LONGEST_MESSAGE:
+        return message
+    half = LONGEST_MESSAGE // 2
+    return f"{message[:half]} [{len(message) - 2 * half} characters] {message[-half:]}"

@@ -1,0 +1,53 @@
+"""``ct doctor`` and ``ct completion``: is everything there, and the shell's help with it."""
+
+from __future__ import annotations
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, PLAIN, tell
+from corpus_tools.runtime.terminal import say
+
+
+@click.command(epilog="\b\nExamples:\n  ct doctor\n  ct doctor drawing --json")
+@click.argument("names", metavar="[CHECK]...", nargs=-1)
+@FORMAT
+@click.pass_context
+def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
+    """Check this machine, and say how to get what is missing.
+
+    All checks run, or those that are named. The exit status is 0 if all is well and 2 if
+    something is missing.
+    """
+    from corpus_tools.doctor.diagnosis import checks, diagnose
+
+    known = checks()
+    for name in names:
+        if name not in known:
+            raise click.UsageError(f"there is no check {name!r}; there are {', '.join(known)}")
+    chosen = {name: known[name] for name in names} if names else known
+    findings = []
+    for finding in diagnose(chosen):
+        findings.append(finding)
+        if form == PLAIN:
+            mark = click.style("ok", fg="green") if finding.ok else click.style("no", fg="red")
+            say(f"{mark}  {finding.name:<10} {finding.found}", styled=True)
+            if finding.fix:
+                say(f"    {'':<10} {finding.fix}")
+    tell(form, {"checks": findings})
+    ctx.exit(0 if all(finding.ok for finding in findings) else 2)
+
+
+@click.command(
+    epilog="\b\nExamples:\n"
+    '  eval "$(ct completion bash)"                                   # in ~/.bashrc\n'
+    "  ct completion fish > ~/.config/fish/completions/ct.fish"
+)
+@click.argument("shell", type=click.Choice(["bash", "fish", "zsh"]))
+def completion(shell: str) -> None:
+    """Print a script that has a shell complete ct's options."""
+    from click.shell_completion import BashComplete, FishComplete, ZshComplete
+
+    from corpus_tools.cli.console import cli
+
+    kind = {"bash": BashComplete, "fish": FishComplete, "zsh": ZshComplete}[shell]
+    click.echo(kind(cli, {}, "ct", "_CT_COMPLETE").source())

@@ -1,0 +1,355 @@
+"""``ct follow``: type a command, watch the forklift do it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, PLAIN, tell
+from corpus_tools.runtime.terminal import note, say, visible
+from g3.errors import CorpusError
+
+if TYPE_CHECKING:
+    from corpus_tools.world.physics.execute import Execution
+    from g3.actions.robot_state import State
+    from g3.inference.grounder import Grounder, Plan, Result
+
+NOTHING = 2
+"""Exit status where there is nothing to do, as for bad input."""
+FAILED = 3
+"""Exit status where a plan couldn't be carried out."""
+
+
+@click.command(
+    epilog="\b\nExamples:\n"
+    '  ct follow "Put the tire pallet on the truck" --scenario court_put_boxes_on_loaded_truck\n'
+    '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
+    '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
+    '  ct follow "Put it there" --scenario dock_pick_up_tires --plan-only --ablate last-goal\n'
+    '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
+    "  ct follow --scenario dock_pick_up_tires --interactive"
+)
+@click.argument("text", required=False)
+@click.option("--scenario", metavar="NAME|FILE", help="A scenario to follow the command in.")
+@click.option(
+    "--context",
+    "context_name",
+    metavar="CORPUS:ID",
+    help="Or the start of a context of a corpus.",
+)
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path),
+    help="A model; left out, one trained on the bundled corpus is made once and kept (some "
+    "minutes the first time).",
+)
+@click.option(
+    "--video",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Show what happens: an MP4, with an MCAP log beside it.",
+)
+@click.option("--interactive", is_flag=True, help="Ask for one command after the other.")
+@click.option("--plan-only", is_flag=True, help="Carry nothing out.")
+@click.option(
+    "--top",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many plans to show.",
+)
+@click.option(
+    "--parses",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many SDC trees of the command to try.",
+)
+@click.option(
+    "--ablate",
+    metavar="NAME",
+    multiple=True,
+    help="Switch a potential off, which `ct features list` shows (repeatable).",
+)
+@click.option("--explain", is_flag=True, help="Tell what each clause is grounded in, and why.")
+@click.option(
+    "--confirm-below",
+    type=click.FloatRange(0, 1),
+    default=0.0,
+    metavar="P",
+    help="Ask before doing what is less probable than this.",
+)
+@FORMAT
+def follow(
+    *,
+    text: str | None,
+    scenario: str | None,
+    context_name: str | None,
+    model: Path | None,
+    video: Path | None,
+    interactive: bool,
+    plan_only: bool,
+    top: int,
+    parses: int,
+    ablate: tuple[str, ...],
+    explain: bool,
+    confirm_below: float,
+    form: str,
+) -> None:
+    """Find what a command means, and carry it out in physics.
+
+    A plan is inferred in a scenario as in section 3.4.
+
+    The exit status is 0 when it is done, 2 where there is nothing to do or the input is bad, and 3
+    where a step of the plan fails; which one is told.
+    """
+    _check_options(
+        text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
+    )
+    if text is not None:
+        from g3.lengths import check_length
+
+        check_length(text, where="TEXT")
+    state = _start(scenario, context_name)
+    grounder = _grounder(model, ablate)
+    options = {"top": top, "parses": parses, "explain": explain, "form": form}
+    if interactive:
+        _loop(grounder, state, plan_only, confirm_below, options)
+        return
+    if text is None or not text.strip():
+        raise CorpusError("the command is empty", fix="say what the robot is to do")
+    result = grounder.follow(text, state, top=top, parses=parses, explain=explain)
+    if not _show(result, options):
+        sys.exit(NOTHING)
+    wanted = not plan_only and _confirmed(result, confirm_below)
+    done = _carry_out(state, result, video) if wanted else None
+    _report(done, result, form, video)
+    if done is not None and done.failure is not None:
+        sys.exit(FAILED)
+
+
+def _check_options(
+    text: str | None,
+    scenario: str | None,
+    context_name: str | None,
+    video: Path | None,
+    *,
+    interactive: bool,
+    plan_only: bool,
+) -> None:
+    if (scenario is None) == (context_name is None):
+        raise click.UsageError("Give either --scenario or --context.")
+    if interactive == (text is not None):
+        raise click.UsageError("Give either TEXT or --interactive.")
+    if interactive and video is not None:
+        raise click.UsageError("--video shows one command; leave out --interactive.")
+    if video is not None and (plan_only or video.suffix.lower() != ".mp4"):
+        raise click.UsageError("--video needs a name that ends in .mp4, and no --plan-only.")
+    if video is not None and not video.parent.is_dir():
+        raise click.UsageError(f"--video: there is no folder {video.parent}; make it first.")
+
+
+def _start(scenario: str | None, context_name: str | None) -> State:
+    from g3.actions.robot_state import start_state
+
+    if scenario is not None:
+        from corpus_tools.world.scenarios.contexts import scenario_context
+        from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
+        from corpus_tools.world.scenarios.scenario_reading import read_scenario
+
+        path = scenario_file(scenario, dataset_folder("warehouse"))
+        return start_state(scenario_context(read_scenario(path)))
+    from corpus_tools.importers.authored.bundled import open_corpus
+
+    corpus, _, name = str(context_name).rpartition(":")
+    if not corpus:
+        raise click.UsageError("--context needs a corpus and the id of a context: CORPUS:ID.")
+    contexts = open_corpus(corpus).contexts
+    if name not in contexts:
+        raise CorpusError(
+            f"there is no context {name!r}",
+            where=corpus,
+            fix=f"the contexts are: {', '.join(sorted(contexts))}",
+        )
+    return start_state(contexts[name])
+
+
+def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
+    from corpus_tools.following.bundled_grounder import default_model
+    from corpus_tools.runtime.progress import progress_bar
+    from g3.inference.grounder import Grounder
+    from g3.inference.potentials.potential_registry import check_potentials
+    from g3.learning.grounding_model import GroundingModel
+
+    without = check_potentials(ablate)
+    if model is not None:
+        return Grounder.load(GroundingModel.load(model), without=without)
+    with progress_bar("training on the bundled corpus") as on_progress:
+        return Grounder.load(default_model(on_progress), without=without)
+
+
+def _show(result: Result, options: dict[str, Any]) -> bool:
+    """Show people what was found; whether there is something to do."""
+    if result.plan is None:
+        if options["form"] != PLAIN:
+            _report(None, result, options["form"], None)
+        note(f"ct: {result.note}")
+    elif options["form"] == PLAIN:
+        from corpus_tools.following.plan_words import explained
+
+        for number, plan in enumerate(result.plans, start=1):
+            lead = f"{number}. " if len(result.plans) > 1 else ""
+            say(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
+            if options["explain"]:
+                say(*(f"  {line}" for line in explained(plan, result.sdcs)))
+        if result.question is not None:
+            say(f"? {result.question.text}")
+    return result.plan is not None
+
+
+def _sentence(plan: Plan) -> str:
+    from corpus_tools.following.plan_words import described
+
+    return "; ".join(described(action) for action in plan.actions)
+
+
+def _record(result: Result) -> dict[str, object]:
+    from corpus_tools.following.plan_words import described
+    from g3.inference.grounder import object_ids
+    from g3.inference.reasons.aspects import aspects
+    from g3.sdc.sdc_notation import to_json
+
+    return {
+        "sdcs": to_json(result.sdcs),
+        "note": result.note,
+        "question": result.question.text if result.question else "",
+        "plans": [
+            {
+                "probability": round(plan.probability, 4),
+                "actions": [described(action) for action in plan.actions],
+                "groundings": [
+                    {
+                        "node": g.node,
+                        "text": g.text,
+                        "type": g.sdc.type,
+                        "objects": list(object_ids(g.group)),
+                        "probability": round(g.probability, 4),
+                        "reasons": [aspect.text for aspect in aspects(g.reasons, g.sdc)],
+                    }
+                    for g in plan.groundings
+                ],
+            }
+            for plan in result.plans
+        ],
+    }
+
+
+def _confirmed(result: Result, below: float) -> bool:
+    plan = result.plan
+    if plan is None or plan.probability >= below:
+        return True
+    return click.confirm(visible(f"{_sentence(plan)}: do it?"), err=True)
+
+
+def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
+    from corpus_tools.following.bundled_grounder import to_script
+
+    assert result.plan is not None  # noqa: S101 - the callers have looked
+    if video is not None:
+        # Before MuJoCo is imported, which reads what this chooses.
+        from corpus_tools.video.drawing.gl import choose_back_end
+
+        choose_back_end()
+    try:
+        from corpus_tools.world.physics.execute import execute
+    except ModuleNotFoundError as error:
+        raise CorpusError(
+            f"carrying plans out needs the package {error.name}",
+            fix="pip install 'corpus-tools-g3[render]', or use --plan-only",
+        ) from error
+    told = to_script(state, result.plan.actions)
+    done = execute(state.context, told.script, places=told.places)
+    if video is not None:
+        _film(done, video)
+    return done
+
+
+def _film(done: Execution, video: Path) -> None:
+    from corpus_tools.logs.log_writing import write_log
+    from corpus_tools.video.films import film
+
+    film(done.recording, video)
+    write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
+
+
+def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
+    """Tell what came of a plan; programs are told the plan with it."""
+    lines, execution = [], None
+    if done is not None:
+        seconds = float(done.recording.t_s[-1])
+        files = [] if video is None else [video, video.with_suffix(".mcap")]
+        execution = {"failure": done.failure, "seconds": round(seconds, 3), "files": files}
+        if done.failure is not None:
+            note(f"ct: the plan failed: {done.failure}")
+        else:
+            lines.append(f"done in {seconds:.0f} s of the world's time")
+        if files:
+            lines.append(f"wrote {files[0]} and {files[1]}")
+    tell(form, {**_record(result), "execution": execution}, *lines)
+
+
+def _loop(
+    grounder: Grounder,
+    state: State,
+    plan_only: bool,
+    confirm_below: float,
+    options: dict[str, Any],
+) -> None:
+    """Follow commands until an empty one, each where the one before it has led."""
+    while True:
+        text = click.prompt("command", default="", show_default=False, err=True)
+        if not text.strip():
+            return
+        result = grounder.follow(
+            text,
+            state,
+            top=options["top"],
+            parses=options["parses"],
+            explain=options["explain"],
+        )
+        if result.question is not None:
+            result = _asked(grounder, state, result, options)
+        if not _show(result, options) or not _confirmed(result, confirm_below):
+            continue
+        state = _after(state, result, plan_only, options["form"])
+
+
+def _asked(grounder: Grounder, state: State, result: Result, options: dict[str, Any]) -> Result:
+    question = result.question
+    assert question is not None  # noqa: S101 - the caller has looked
+    note(question.text)
+    for number, (_, words) in enumerate(question.options, start=1):
+        note(f"  {number}. {words}")
+    chosen = click.prompt("which", type=click.IntRange(1, len(question.options)), err=True)
+    return grounder.follow(
+        result.sdcs,
+        state,
+        top=options["top"],
+        explain=options["explain"],
+        answers={question.node: question.options[chosen - 1][0]},
+    )
+
+
+def _after(state: State, result: Result, plan_only: bool, form: str) -> State:
+    from corpus_tools.following.bundled_grounder import state_after
+
+    assert result.plan is not None  # noqa: S101 - the caller has looked
+    if plan_only:
+        _report(None, result, form, None)
+        return result.plan.state
+    done = _carry_out(state, result, None)
+    _report(done, result, form, None)
+    held = result.plan.state.held if done.failure is None else state.held
+    return state_after(done.recording, held)

@@ -1,0 +1,109 @@
+"""``ct import``: a command for each importer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from corpus_tools.importers.importer_registry import Importer, importers
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.runtime.progress import progress_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from corpus_tools.importers.report import ImportReport
+
+SHOWN = 5
+"""How many ids of records the summary names for each note."""
+
+
+@click.group("import")
+def import_() -> None:
+    """Import a corpus from another format.
+
+    \b
+    Example:
+      ct import slu-core slu_core/data --out aaai11
+    """
+
+
+def _command(importer: Importer) -> click.Command:
+    help_text = f"""{importer.summary}
+
+    {importer.description}
+
+    Ids of people are stored as hashes with a secret salt only. Without --salt each import
+    takes a new one and forgets it, so the hashes differ from import to import; the
+    corpus's own hash doesn't depend on them.
+
+    \b
+    Examples:
+      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus
+      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus --force --keep-going
+    """
+
+    @click.command(importer.name, help=help_text, short_help=importer.summary)
+    @click.argument("path", type=click.Path(path_type=Path))
+    @click.option(
+        "--out",
+        required=True,
+        metavar="CORPUS",
+        type=click.Path(path_type=Path),
+        help="Folder for the corpus.",
+    )
+    @click.option("--force", is_flag=True, help="Replace the corpus that is there.")
+    @click.option(
+        "--keep-going",
+        is_flag=True,
+        help="Leave out the records that can't be read and list them, rather than fail.",
+    )
+    @click.option(
+        "--salt",
+        envvar="CT_SALT",
+        show_envvar=True,
+        help="Secret for the hashes that stand for people.",
+    )
+    @FORMAT
+    def command(
+        *, path: Path, out: Path, force: bool, keep_going: bool, salt: str | None, form: str
+    ) -> None:
+        import secrets
+
+        from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+        from corpus_tools.importers.report import REPORT
+
+        check_writable(out, force=force)
+        with progress_bar("reading") as on_progress:
+            corpus, report = importer.load()(
+                path,
+                salt=salt or secrets.token_hex(16),
+                keep_going=keep_going,
+                on_progress=on_progress,
+            )
+        write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
+        tell(form, {"folder": out, "report": report}, *_summary(report, out))
+
+    return command
+
+
+def _summary(report: ImportReport, out: Path) -> Iterator[str]:
+    from corpus_tools.importers.report import REPORT
+
+    for what, count in report.counts.items():
+        yield f"{count:6} {what}"
+    for note in report.notes:
+        names = ", ".join(note.records[:SHOWN])
+        more = f" and {len(note.records) - SHOWN} more" if len(note.records) > SHOWN else ""
+        yield f"note: {note.what}: {names}{more}"
+    for name in report.missing:
+        yield f"note: there is no {name}"
+    for skipped in report.skipped:
+        yield f"skipped: {skipped.error()}"
+    yield f"imported into {out}; {out / REPORT} has the details"
+
+
+for _importer in importers():
+    import_.add_command(_command(_importer))

@@ -1,0 +1,392 @@
+"""The commands that show and train the model."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, format_option, tell
+from corpus_tools.options.model_options import NEGATIVES_SEED, training_options
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.terminal import say
+from g3.errors import FormatError, SDCError
+
+if TYPE_CHECKING:
+    from g3.features.feature_registry import FeatureSet
+    from g3.inference.potentials.potential_registry import Potential
+
+
+@click.command(
+    epilog="\b\nExamples:\n"
+    '  ct graph "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the truck)))"\n'
+    "  ct graph --file put.sdc --format svg --out put.svg\n"
+    "  ct graph - --format dot < put.sdc | dot -Tpdf > put.pdf\n"
+    '  ct graph "OBJ(f = the truck)" --json'
+)
+@click.argument("notation", required=False)
+@click.option(
+    "--file",
+    "source",
+    type=click.Path(path_type=Path),
+    help="Read the notation from a file instead.",
+)
+@click.option("--command", "text", help="The command's text, to check the words against it.")
+@format_option("dot", "svg", about="A line per factor, JSON, Graphviz, or a picture.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Write to a file instead of the standard output.",
+)
+def graph(
+    notation: str | None, source: Path | None, text: str | None, form: str, out: Path | None
+) -> None:
+    """Show the grounding graph of SDCs (section 3.2).
+
+    NOTATION holds clauses as in the paper's Figure 2a, one a line or separated by
+    semicolons; "-" reads them from the standard input.
+    """
+    from corpus_tools.options.format_option import as_json
+    from g3.graph.graph_drawing import to_dot, to_record, to_svg, to_text
+    from g3.graph.grounding_graph import GroundingGraph, grounding_graph
+    from g3.sdc.sdc_notation import parse_brackets
+    from g3.storage.atomic_file import write_bytes
+
+    try:
+        sdcs = parse_brackets(_notation(notation, source), command=text)
+    except SDCError as error:
+        where = ", ".join(filter(None, (str(source or ""), error.where)))
+        raise SDCError(error.what, where=where, fix=error.fix) from error
+    if not sdcs:
+        raise SDCError("there are no clauses", where=str(source or ""))
+    formats: dict[str, Callable[[GroundingGraph], str]] = {
+        "text": to_text,
+        "json": lambda graph: as_json(to_record(graph)),
+        "dot": to_dot,
+        "svg": to_svg,
+    }
+    drawing = formats[form](grounding_graph(sdcs)).rstrip("\n")
+    if out is None:
+        say(drawing)
+    else:
+        write_bytes(out, f"{drawing}\n".encode(errors="backslashreplace"))
+
+
+def _notation(notation: str | None, source: Path | None) -> str:
+    if (notation is None) == (source is None):
+        raise click.UsageError('Give either NOTATION ("-" for the standard input) or --file.')
+    if source is None and notation != "-":
+        return notation or ""
+    content = source.read_bytes() if source else sys.stdin.buffer.read()
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FormatError(
+            f"byte {error.start + 1} is not UTF-8",
+            where=str(source or "standard input"),
+            fix="save the notation as UTF-8",
+        ) from None
+
+
+@click.group()
+def features() -> None:
+    """Show the features that the model is made of (3.3).
+
+    \b
+    Example:
+      ct features list
+    """
+
+
+@features.command("list")
+@FORMAT
+def list_features(form: str) -> None:
+    """List feature sets, and potentials of the search for plans.
+
+    --ablate leaves either out, and --with adds feature sets that are off.
+
+    \b
+    Examples:
+      ct features list
+      ct features list --json
+    """
+    import g3.inference  # noqa: F401 - fills both catalogues
+    from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
+    from g3.inference.potentials.potential_registry import KINDS, potentials
+
+    records = [_feature_record(feature) for feature in catalogue()]
+    rules = [_potential_record(potential) for potential in potentials()]
+    content = {
+        "catalogue_version": CATALOGUE_VERSION,
+        "feature_sets": records,
+        "potentials": rules,
+    }
+    parts = ["FEATURE SETS, which models are trained with", *map(_feature_text, records)]
+    parts.append("POTENTIALS, hand-written rules that the search for plans weighs")
+    for kind, about in KINDS.items():
+        own = [_potential_text(record) for record in rules if record["scores"] == kind]
+        parts += [f"{kind}: {about}", *own]
+    tell(form, content, "\n\n".join(parts))
+
+
+def _potential_record(potential: Potential) -> dict[str, object]:
+    return {
+        "name": potential.name,
+        "scores": potential.kind,
+        "description": potential.description,
+        "types": list(potential.types),
+        "roles": list(potential.roles),
+        "weight": None if potential.is_hard else round(potential.weight, 4),
+        "hard": potential.is_hard,
+    }
+
+
+def _potential_text(record: dict[str, object]) -> str:
+    weight = "hard constraint" if record["hard"] else f"{record['weight']:.2f}"
+    lines = [
+        f"{record['description']}",
+        f"SDCs:     {_joined(record['types'])}",
+        f"of:       {_joined(record['roles']) or 'the command'}",
+        f"weight:   {weight}",
+    ]
+    return _block(str(record["name"]), lines)
+
+
+def _block(name: str, lines: list[str]) -> str:
+    """A name with lines of what is said of it, wrapped."""
+    import textwrap
+
+    wrapped = (textwrap.wrap(line, 96, subsequent_indent=" " * 10) for line in lines)
+    indented = (f"  {line}" for paragraph in wrapped for line in paragraph)
+    return "\n".join([name, *indented])
+
+
+def _feature_record(feature: FeatureSet) -> dict[str, object]:
+    columns = None
+    if not callable(feature.columns):
+        columns = [
+            {"name": c.name, "unit": c.unit, "low": c.low, "high": c.high, "bins": c.bins}
+            if c.bins
+            else {"name": c.name, "unit": c.unit}
+            for c in feature.columns
+        ]
+    return {
+        "name": feature.name,
+        "default": feature.default,
+        "description": feature.description,
+        "types": list(feature.types),
+        "roles": list(feature.roles),
+        "words": list(feature.words),
+        "alone": feature.alone,
+        "scale": feature.scale,
+        "columns": columns,
+    }
+
+
+def _feature_text(record: dict[str, object]) -> str:
+    columns = record["columns"]
+    names = "one for each label or word of the corpus"
+    if isinstance(columns, list):
+        names = ", ".join(_column_text(column) for column in columns)
+    words = _joined(record["words"])
+    times = f"the words of {words}" if words else "no words"
+    off = "" if record["default"] else "  (off: --with adds it)"
+    lines = [
+        f"{record['description']}",
+        f"SDCs:     {_joined(record['types'])}",
+        f"of:       {_joined(record['roles'])}",
+        f"times:    {times}{', and alone' if words and record['alone'] else ''}",
+        f"features: {names}",
+    ]
+    return _block(f"{record['name']}{off}", lines)
+
+
+def _joined(names: object) -> str:
+    return ", ".join(map(str, names)) if isinstance(names, list) else ""
+
+
+def _column_text(column: dict[str, object]) -> str:
+    if "bins" not in column:
+        return str(column["name"])
+    unit = "" if column["unit"] == "1" else f" {column['unit']}"
+    limits = f"{column['low']:.3g} to {column['high']:.3g}{unit}"
+    return f"{column['name']} ({limits}, {column['bins']} bins)"
+
+
+@click.group()
+def train() -> None:
+    """Train models.
+
+    \b
+    Example:
+      ct train g3 --corpus aaai11 --out g3.npz
+    """
+
+
+@train.command()
+@click.option("--corpus", "name", metavar="CORPUS", help="What to train on.")
+@click.option(
+    "--shards",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Train on what `ct shards` has made instead.",
+)
+@click.option(
+    "--out",
+    metavar="MODEL",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The model: NAME.npz, with NAME.json beside.",
+)
+@training_options
+@NEGATIVES_SEED
+@click.option(
+    "--optimizer",
+    type=click.Choice(["newton", "lbfgs"]),
+    default="newton",
+    show_default=True,
+    help="How the optimum is found, which is one. The paper's way is lbfgs; newton is faster.",
+)
+@JOBS
+@SCHEDULER
+@FORMAT
+@click.pass_context
+def g3(
+    ctx: click.Context,
+    *,
+    name: str | None,
+    shards: Path | None,
+    out: Path,
+    ablate: tuple[str, ...],
+    plus: tuple[str, ...],
+    l2: float | None,
+    negatives: Literal["random", "hard"],
+    seed: int,
+    optimizer: Literal["newton", "lbfgs"],
+    jobs: int,
+    scheduler: str,
+    form: str,
+) -> None:
+    """Train the grounding model on a corpus (section 3.2).
+
+    More examples than fit into memory are made into shards first, with `ct shards`.
+
+    \b
+    Examples:
+      ct train g3 --corpus aaai11 --out g3.npz
+      ct train g3 --corpus aaai11 --negatives hard --ablate labels --out hard.npz
+      ct train g3 --shards shards --jobs 2 --out g3.npz
+    """
+    from corpus_tools.corpus.labelled_corpus import Options
+    from corpus_tools.learning.trained import from_corpus, from_shards
+    from corpus_tools.runtime.parallel import Workers
+    from g3.learning.grounding_model import DEFAULT_L2
+    from g3.learning.model_file import model_files
+
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    _check_source(ctx, name, shards)
+    strength = DEFAULT_L2 if l2 is None else l2
+    if shards is not None:
+        trained = from_shards(shards, strength, Workers(jobs, scheduler), optimizer)
+    else:
+        options = Options(negatives, seed, ablate, plus)
+        trained = from_corpus(name or "", strength, options, optimizer)
+    model = trained.model
+    model.save(out)
+    counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
+    arrays, card = model_files(out)
+    record = {
+        "corpus": trained.name,
+        "examples": trained.sources,
+        "feature_sets": len(model.sets),
+        "features": len(model.space_),
+        "l2": strength,
+        "files": [arrays, card],
+    }
+    tell(
+        form,
+        record,
+        f"{trained.name}: {sum(trained.sources.values())} examples ({counts})",
+        f"{len(model.sets)} feature sets, {len(model.space_)} features, l2 {strength:g}",
+        f"wrote {arrays} and {card}",
+    )
+
+
+_OF_CORPORA = ("ablate", "plus", "negatives", "seed")
+"""Parameters that `ct shards` has decided."""
+_OF_SHARDS = ("jobs", "scheduler")
+
+
+def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> None:
+    if (name is None) == (shards is None):
+        raise click.UsageError("Give either --corpus or --shards.")
+    default = click.core.ParameterSource.DEFAULT
+    for parameter in ctx.command.params:
+        given = ctx.get_parameter_source(parameter.name or "") is not default
+        if given and shards is not None and parameter.name in _OF_CORPORA:
+            raise click.UsageError(f"{parameter.opts[0]} is an option of `ct shards`.")
+        if given and shards is None and parameter.name in _OF_SHARDS:
+            raise click.UsageError(
+                f"{parameter.opts[0]} goes with --shards; make them with `ct shards`."
+            )
+
+
+@train.command()
+@click.option(
+    "--corpus",
+    "names",
+    metavar="CORPUS",
+    required=True,
+    multiple=True,
+    help="What to train on (repeatable); annotators differ, and the first corpus's are followed.",
+)
+@click.option(
+    "--out",
+    metavar="MODEL",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The model, a file.",
+)
+@click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+)
+@FORMAT
+def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> None:
+    """Train the extractor of SDC trees on annotated trees (section 3.1).
+
+    \b
+    Examples:
+      ct train sdc --corpus aaai11 --out sdc.npz
+      ct train sdc --corpus aaai11 --corpus warehouse --out sdc.npz
+      ct parse "Put the pallet on the truck" --model sdc.npz
+    """
+    from corpus_tools.corpus.annotated_trees import annotated_trees
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor
+    from g3.language.parsing.training.extractor_training import prepare
+
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    corpora = [open_corpus(name) for name in names]
+    first, *others = [annotated_trees(corpus) for corpus in corpora]
+    items = [*first, *(item for part in others for item in part)]
+    strength = DEFAULT_L2 if l2 is None else l2
+    card = {
+        "corpora": {corpus.name: corpus.hash for corpus in corpora},
+        "commands": len(items),
+        "l2": strength,
+        "scenarios": sorted({item.command.scenario for item in items}),
+    }
+    lessons = prepare(items)
+    own, besides = lessons[: len(first)], lessons[len(first) :]
+    SDCExtractor(l2=strength, card=card).fit(own, others=besides).save(out)
+    tell(
+        form,
+        {**card, "files": [out]},
+        f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}",
+        f"wrote {out} ({out.stat().st_size / 1024:.0f} KiB)",
+    )

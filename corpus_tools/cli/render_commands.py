@@ -1,0 +1,195 @@
+"""``ct render-videos``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.terminal import note
+
+if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
+    from corpus_tools.video.items import Item
+    from corpus_tools.video.manifest import Settings
+    from corpus_tools.video.production import OnFrame
+    from corpus_tools.video.render_batch import Outcome
+
+SMALLEST, LARGEST = 64, 4096
+"""Lengths of a picture's edges, in pixels."""
+
+
+@click.command("render-videos")
+@click.argument("scenarios", nargs=-1)
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Where to put a folder for each scenario; made if it isn't there.",
+)
+@click.option(
+    "--dataset",
+    metavar="DATASET",
+    help="Where scenarios are looked for by name: a folder or a bundled dataset [default: "
+    "warehouse].",
+)
+@click.option(
+    "--corpus", metavar="CORPUS", help="Replay the logs of a corpus, rather than scenarios."
+)
+@click.option("--only", metavar="PATTERN", help='Only those whose names match, such as "dock_*".')
+@click.option(
+    "--camera",
+    type=click.Choice(["overview", "follow", "operator"]),
+    default="overview",
+    show_default=True,
+    help="All from above; behind the robot; from the driver's seat.",
+)
+@click.option(
+    "--size",
+    metavar="WxH",
+    default="640x480",
+    show_default=True,
+    help="Width and height in pixels.",
+)
+@click.option(
+    "--fps",
+    type=click.IntRange(1, 120),
+    default=25,
+    show_default=True,
+    help="Frames per second.",
+)
+@click.option(
+    "--quality",
+    type=click.Choice(["draft", "standard", "high"]),
+    default="standard",
+    show_default=True,
+    help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
+)
+@JOBS
+@SCHEDULER
+@click.option("--force", is_flag=True, help="Make again what is there already.")
+@FORMAT
+@click.pass_context
+def render_videos(
+    ctx: click.Context,
+    *,
+    scenarios: tuple[str, ...],
+    out: Path,
+    dataset: str | None,
+    corpus: str | None,
+    only: str | None,
+    camera: str,
+    size: str,
+    fps: int,
+    quality: Literal["draft", "standard", "high"],
+    jobs: int,
+    scheduler: str,
+    force: bool,
+    form: str,
+) -> None:
+    """Make videos and logs of what happens in scenarios.
+
+    SCENARIOS are files, or names in the dataset; without any, all of it are rendered. Each
+    gets a folder in OUT with video.mp4, poster.png, segmentation.png and segmentation.json
+    (what is where in the first frame), log.mcap and manifest.json. A folder is there as a
+    whole or not at all. What is there already, made of the same input by the same program,
+    is skipped: run again to go on after an interruption.
+
+    The exit status is 0 if all are there, 1 if one failed by an error of ct, 2 by its input.
+
+    \b
+    Examples:
+      ct render-videos --out videos
+      ct render-videos dock_pick_up_tires --out videos --camera follow --size 1280x720
+      ct render-videos my_scenario.yaml --out videos --quality draft
+      ct render-videos --corpus aaai11 --only "*_tire_*" --out replays --jobs 4
+      ct render-videos --out videos --json
+      ct render-videos --out /shared/videos --scheduler tcp://head:8786
+    """
+    from fnmatch import fnmatchcase
+
+    if corpus is not None and (scenarios or dataset):
+        raise click.UsageError("Give either scenarios or --corpus.")
+    pixels = _size(size)
+
+    # Before MuJoCo is imported, which reads what this chooses.
+    from corpus_tools.video.drawing.gl import choose_back_end
+
+    choose_back_end()
+
+    from corpus_tools.runtime.parallel import Workers
+    from corpus_tools.video.items import context_items, scenario_items
+    from corpus_tools.video.manifest import Settings
+    from g3.errors import CorpusError
+
+    source = corpus or dataset or "warehouse"
+    items = context_items(source) if corpus else scenario_items(source, scenarios)
+    chosen = [item for item in items if only is None or fnmatchcase(item.name, only)]
+    if not chosen:
+        raise CorpusError(
+            "there is nothing to render",
+            where=source,
+            fix=f"the names are: {', '.join(item.name for item in items) or 'none'}",
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    settings = Settings(camera, pixels, fps, quality)
+    outcomes = _produce(chosen, out, settings, workers=Workers(jobs, scheduler), force=force)
+    ctx.exit(_report(outcomes, out, form))
+
+
+def _size(text: str) -> tuple[int, int]:
+    import re
+
+    match = re.fullmatch(r"(\d{1,5})[xX](\d{1,5})", text)
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if any(length % 2 or not SMALLEST <= length <= LARGEST for length in size):
+        raise click.UsageError(
+            f"--size: {text!r} is not WIDTHxHEIGHT in even numbers from {SMALLEST} to {LARGEST}, "
+            "such as 640x480."
+        )
+    return size
+
+
+def _produce(
+    items: list[Item], out: Path, settings: Settings, *, workers: Workers, force: bool
+) -> list[Outcome]:
+    from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.video.render_batch import produce_all
+
+    outcomes: list[Outcome] = []
+    with progress_bar("rendering") as progress:
+
+        def on_frame(name: str) -> OnFrame:
+            def told(done: int, total: int) -> None:
+                if progress is not None:
+                    progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
+
+            return told
+
+        for outcome in produce_all(
+            items, out, settings, workers=workers, force=force, on_frame=on_frame
+        ):
+            outcomes.append(outcome)
+            if progress is not None:
+                progress("rendering", len(outcomes), len(items))
+    return outcomes
+
+
+def _report(outcomes: list[Outcome], out: Path, form: str) -> int:
+    """Tell what became of the items; return the exit status."""
+    failed = [outcome for outcome in outcomes if outcome.problem]
+    for outcome in failed:
+        note(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}")
+    names = {
+        "skipped": [o.name for o in outcomes if not o.made and not o.problem],
+        "rendered": [o.name for o in outcomes if o.made],
+    }
+    record = {"folder": out, **names, "failed": {o.name: o.problem for o in failed}}
+    counts = {**{what: len(those) for what, those in names.items()}, "failed": len(failed)}
+    tell(form, record, ", ".join(f"{what} {n}" for what, n in counts.items() if n))
+    if any(outcome.is_bug for outcome in failed):
+        return 1
+    return 2 if failed else 0

@@ -1,0 +1,286 @@
+"""``ct scenarios``: list, check, draw, generate and log scenarios."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.runtime.terminal import note
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from corpus_tools.world.scenarios.scenario import Scenario
+
+DATASET = click.option(
+    "--dataset",
+    default="warehouse",
+    show_default=True,
+    metavar="DATASET",
+    help="Folder of a dataset, or the name of a bundled one.",
+)
+
+
+@click.group()
+def scenarios() -> None:
+    """Scenarios: what stands where, and what the robot does.
+
+    \b
+    Example:
+      ct scenarios generate --seed 1 --count 200 --out scenarios
+    """
+
+
+@scenarios.command("list")
+@DATASET
+@FORMAT
+def list_(dataset: str, form: str) -> None:
+    """List a dataset's scenarios with their layouts and titles.
+
+    \b
+    Examples:
+      ct scenarios list
+      ct scenarios list --dataset my-dataset --json
+    """
+    from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+
+    found = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
+    rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in found]
+    tell(form, {"scenarios": rows}, *_table(rows))
+
+
+@scenarios.command()
+@FORMAT
+def kinds(form: str) -> None:
+    """List the kinds of objects and actions that scenarios can name.
+
+    \b
+    Examples:
+      ct scenarios kinds
+      ct scenarios kinds --json
+    """
+    from corpus_tools.world.state.robot_script import ACTIONS
+    from corpus_tools.world.state.thing_kinds import KINDS
+
+    things = [
+        {
+            "kind": kind.name,
+            "labels": " ".join(kind.labels),
+            "size": "{:g} x {:g} m".format(*kind.size),
+            "heights": "{:g} to {:g} m".format(*kind.heights),
+            "use": "load" if kind.carriable else "carrier" if kind.deck else "",
+        }
+        for kind in KINDS.values()
+    ]
+    actions = [
+        {"action": action.name, "argument": action.argument, "summary": action.summary}
+        for action in ACTIONS.values()
+    ]
+    lines = (*_table(things), "", *_table(actions))
+    tell(form, {"kinds": things, "actions": actions}, *lines)
+
+
+@scenarios.command()
+@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+@FORMAT
+@click.pass_context
+def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
+    """Check scenario files or folders, and list every problem by line.
+
+    The exit status is 0 if all are right and 2 if there are problems.
+
+    \b
+    Examples:
+      ct scenarios check my-scenario.yaml
+      ct scenarios check datasets/warehouse/scenarios --json
+    """
+    from corpus_tools.world.scenarios.scenario_reading import all_errors
+
+    files = [
+        f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])
+    ]
+    problems = [error for file in files for error in all_errors(file)]
+    rows = [{"where": e.where, "what": e.what, "fix": e.fix} for e in problems]
+    counts = f"{_count(len(files), 'scenario')}: {_count(len(problems), 'problem')}"
+    tell(form, {"files": len(files), "problems": rows}, *map(str, problems), counts)
+    if problems:
+        ctx.exit(2)
+
+
+@scenarios.command()
+@click.argument("scenario", metavar="SCENARIO")
+@DATASET
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="SVG file for a map, seen from above.",
+)
+@FORMAT
+def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
+    """Show what is in a scenario, given by its file or its name.
+
+    \b
+    Examples:
+      ct scenarios show dock_pick_up_tires
+      ct scenarios show my-scenario.yaml --out map.svg
+    """
+    from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
+    from corpus_tools.world.scenarios.maps import draw_map
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from g3.storage.atomic_file import write_bytes
+
+    found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
+    if out is not None:
+        write_bytes(out, draw_map(found).encode())
+    tell(form, found, *_lines(found))
+
+
+@scenarios.command()
+@click.option("--seed", required=True, type=click.IntRange(min=0), help="Seed of all chance.")
+@click.option("--count", required=True, type=click.IntRange(min=1), help="How many.")
+@click.option("--first", default=0, type=click.IntRange(min=0), help="Number of the first one.")
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for the files; it is made if it isn't there.",
+)
+@click.option("--layout", "layouts", multiple=True, help="Only these layouts.  [default: all]")
+@DATASET
+@FORMAT
+def generate(
+    *,
+    seed: int,
+    count: int,
+    first: int,
+    out: Path,
+    layouts: tuple[str, ...],
+    dataset: str,
+    form: str,
+) -> None:
+    """Write random scenarios, of all kinds in turn.
+
+    Nothing is in anything else, and the robot has room to get to whatever it enters. The
+    same seed gives the same files; how many there are changes none of them.
+
+    \b
+    Examples:
+      ct scenarios generate --seed 1 --count 200 --out scenarios
+      ct scenarios generate --seed 1 --count 10 --layout dock --layout yard --out scenarios
+    """
+    from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
+    from corpus_tools.world.scenarios.random.generation import generate as make
+    from corpus_tools.world.scenarios.scenario_writing import format_scenario
+    from g3.storage.atomic_file import write_bytes
+
+    known = read_layouts(dataset_folder(dataset), layouts)
+    out.mkdir(parents=True, exist_ok=True)
+    rows = []
+    with progress_bar("generating") as on_progress:
+        for number in range(first, first + count):
+            made = make(seed, number, known)
+            write_bytes(out / f"{made.id}.yaml", format_scenario(made).encode())
+            rows.append({"id": made.id, "layout": made.layout.name, "title": made.title})
+            if on_progress is not None:
+                on_progress("generating", len(rows), count)
+    tell(form, {"folder": out, "scenarios": rows}, f"{_count(count, 'scenario')} in {out}")
+
+
+@scenarios.command()
+@click.argument("names", metavar="[SCENARIO]...", nargs=-1)
+@DATASET
+@FORMAT
+def log(names: tuple[str, ...], dataset: str, form: str) -> None:
+    """Execute a dataset's scenarios in physics and keep the logs.
+
+    Without names, the scenarios whose logs are missing or show what they said before they
+    were changed. Where the robot can't do what a scenario says, the others' logs are written all
+    the same, and the exit status is 2.
+
+    \b
+    Examples:
+      ct scenarios log
+      ct scenarios log dock_pick_up_tires --dataset datasets/warehouse
+    """
+    from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.world.scenarios.execution import log_scenario
+    from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
+    from corpus_tools.world.scenarios.scenario_logs import scenario_log
+    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from g3.errors import CorpusError
+
+    folder = dataset_folder(dataset)
+    files = [scenario_file(n, folder) for n in names] or list(scenario_files(folder).values())
+    found = [read_scenario(file) for file in files]
+    wanted = [s for s in found if names or not _is_sound(scenario_log, s, folder)]
+    failures: dict[str, CorpusError] = {}
+    with progress_bar("executing") as on_progress:
+        for number, scenario in enumerate(wanted):
+            if on_progress is not None:
+                on_progress(f"executing {scenario.id}", number, len(wanted))
+            try:
+                log_scenario(scenario, folder)
+            except CorpusError as error:
+                failures[scenario.id] = error
+    record = {
+        "folder": folder / "logs",
+        "logged": [s.id for s in wanted if s.id not in failures],
+        "failed": {name: str(error) for name, error in failures.items()},
+    }
+    count = _count(len(wanted) - len(failures), "log")
+    tell(form, record, f"{count} written to {folder / 'logs'}")
+    for failure in failures.values():
+        note(f"ct: {failure}")
+    if failures:
+        click.get_current_context().exit(2)
+
+
+def _is_sound(check: Callable[[Scenario, Path], object], scenario: Scenario, folder: Path) -> bool:
+    from g3.errors import FormatError
+
+    try:
+        check(scenario, folder)
+    except FormatError:
+        return False
+    return True
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def _table(rows: Sequence[dict[str, str]]) -> Iterable[str]:
+    if not rows:
+        return
+    widths = [max(len(row[key]) for row in rows) for key in rows[0]]
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row.values(), widths, strict=True))
+        yield "  ".join(cells).rstrip()
+
+
+def _lines(scenario: Scenario) -> Iterable[str]:
+    def where(at: tuple[float, float] | None, deck: str | None) -> str:
+        if at is None:
+            return "on the forks"
+        return "{:g}, {:g}".format(*at) + (f" on {deck}" if deck else "")
+
+    yield f"{scenario.id}: {scenario.title}"
+    yield f"\nLayout {scenario.layout.name}: {scenario.layout.title}"
+    rows = [
+        *((name, t.kind, where(t.at, t.deck)) for name, t in scenario.all_objects.items()),
+        *(
+            (name, r.name or "(place)", where(r.at, r.deck))
+            for name, r in scenario.all_places.items()
+        ),
+        ("forklift", "robot", where(scenario.robot.at, None)),
+    ]
+    for line in _table([dict(zip("abc", row, strict=True)) for row in rows]):
+        yield f"  {line}"
+    yield "\nScript"
+    for i, step in enumerate(scenario.script, start=1):
+        yield f"  {i}. {step.action} {step.argument}"

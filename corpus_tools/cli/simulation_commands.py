@@ -1,0 +1,152 @@
+"""``ct simulate-workers``: commands and ratings that nobody gave, for studies of load and scale."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.terminal import note
+
+SEED = click.option(
+    "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of all chance."
+)
+COUNT = click.IntRange(min=1)
+
+
+@click.group("simulate-workers")
+def simulate_workers() -> None:
+    """Simulate workers who type commands and rate videos.
+
+    For studies of load, scale and power alone: all that is made is labelled simulated, and a
+    figure that was measured on it says nothing about people. docs/simulation.md tells the models.
+
+    \b
+    Example:
+      ct simulate-workers describe --scenarios 20 --commands 10 --out simulated
+    """
+
+
+@simulate_workers.command()
+@click.option("--scenarios", default=20, show_default=True, type=COUNT, help="How many, at random.")
+@click.option("--commands", default=10, show_default=True, type=COUNT, help="For each scenario.")
+@click.option("--workers", default=45, show_default=True, type=COUNT, help="Who type them.")
+@SEED
+@click.option(
+    "--dataset",
+    default="warehouse",
+    show_default=True,
+    help="Folder or name of a dataset with layouts.",
+)
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder of the new dataset.",
+)
+@JOBS
+@SCHEDULER
+@FORMAT
+def describe(
+    *,
+    scenarios: int,
+    commands: int,
+    workers: int,
+    seed: int,
+    dataset: str,
+    out: Path,
+    jobs: int,
+    scheduler: str,
+    form: str,
+) -> None:
+    """Write a dataset of random scenarios with simulated commands.
+
+    The scenarios are executed in physics; the commands have trees and groundings.
+
+    It can be named wherever a corpus is taken. The same options give the same files, more
+    scenarios change none of the others, and an interrupted run goes on where it stopped. Scenarios
+    that the robot fails at are left out and named, and the exit status is 2 then.
+
+    \b
+    Examples:
+      ct simulate-workers describe --out simulated
+      ct simulate-workers describe --scenarios 1000 --commands 40 --seed 7 --out simulated --jobs 4
+      ct eval --table 1 --corpus simulated --cv scenario
+    """
+    from corpus_tools.runtime.parallel import Workers
+    from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.video.drawing.gl import check_packages
+
+    check_packages()
+    from corpus_tools.simulation.dataset import Plan, write_dataset
+    from corpus_tools.world.scenarios.library import dataset_folder
+
+    plan = Plan(scenarios, commands, workers, seed)
+    with progress_bar("simulating") as on_progress:
+        failures = write_dataset(
+            plan,
+            out,
+            dataset_folder(dataset),
+            workers=Workers(jobs, scheduler),
+            on_progress=on_progress,
+        )
+    done = scenarios - len(failures)
+    record = {
+        "folder": out,
+        "scenarios": done,
+        "commands": done * commands,
+        "failed": [str(failure) for failure in failures],
+    }
+    tell(form, record, f"simulated {done * commands} commands for {done} scenarios in {out}")
+    for failure in failures:
+        note(f"ct: {failure}")
+    if failures:
+        click.get_current_context().exit(2)
+
+
+@simulate_workers.command()
+@click.option("--corpus", required=True, help="Whose commands and videos are rated.")
+@click.option("--raters", default=45, show_default=True, type=COUNT, help="How many there are.")
+@click.option("--judgments", default=5, show_default=True, type=COUNT, help="Of each pair.")
+@SEED
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder of the new corpus.",
+)
+@FORMAT
+def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form: str) -> None:
+    """Write a corpus with simulated judgments.
+
+    Each command is rated with its own video and with another one.
+
+    The corpus's own judgments are not kept, so that simulated ones are never among people's.
+
+    \b
+    Examples:
+      ct simulate-workers rate --corpus warehouse --out rated
+      ct eval --table 2 --corpus rated
+    """
+    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.corpus.encoding import make_corpus
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.simulation.simulated_raters import rate as judge
+
+    check_writable(out)
+    rated = open_corpus(corpus)
+    given = judge(rated, raters=raters, judgments=judgments, seed=seed)
+    made = make_corpus(
+        f"{rated.name}-simulated-ratings",
+        contexts=rated.contexts.values(),
+        commands=rated.commands.values(),
+        annotations=rated.annotations,
+        judgments=given,
+        source=f"{rated.source} The judgments are simulated; see docs/simulation.md.",
+        licence=rated.licence,
+    )
+    write_corpus(made, out)
+    record = {"folder": out, "judgments": len(given)}
+    tell(form, record, f"simulated {len(given)} judgments in {out}")

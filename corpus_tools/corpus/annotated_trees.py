@@ -1,0 +1,39 @@
+"""The commands of a corpus that have annotated SDC trees."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from corpus_tools.corpus.corpus_model import Corpus
+from g3.annotation import Command
+from g3.errors import CorpusError
+from g3.sdc.clauses import SDC
+
+
+class Annotated(NamedTuple):
+    """A command and its annotated top-level clauses."""
+
+    command: Command
+    sdcs: tuple[SDC, ...]
+
+
+def annotated_trees(corpus: Corpus) -> list[Annotated]:
+    """List each annotated command of a corpus once, with its first annotation's trees.
+
+    Raises
+    ------
+    CorpusError
+        If there are none.
+    """
+    found: dict[str, Annotated] = {}
+    for annotation in corpus.annotations:
+        if annotation.sdcs:
+            command = annotation.command
+            found.setdefault(command.id, Annotated(command, annotation.sdcs))
+    if not found:
+        raise CorpusError(
+            "no command has SDC trees",
+            where=f"corpus {corpus.name}",
+            fix="take a corpus with annotations ('ct corpus stats' counts them)",
+        )
+    return list(found.values())

@@ -1,0 +1,248 @@
+"""Reading a corpus, with errors that say what is wrong, where, and how to mend it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, NoReturn, TypeVar
+
+import msgspec
+
+from corpus_tools.corpus import decoding, digests
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    MANIFEST,
+    TRAJECTORIES,
+    AnnotationRecord,
+    CommandRecord,
+    ContextRecord,
+    JudgmentRecord,
+    Manifest,
+)
+from corpus_tools.corpus.encoding import Tables, content_hash
+from corpus_tools.corpus.trajectory_arrays import Arrays, read_arrays, unpack_one
+from corpus_tools.runtime.atomic_folder import recover
+from g3.errors import FormatError
+from g3.groundings import Trajectory
+
+T = TypeVar("T")
+R = TypeVar("R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord)
+OnProblem = Callable[[FormatError], None]
+"""Called with each problem; where it returns, the record with the problem is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Line(Generic[R]):
+    where: str
+    """File, line number and id."""
+    record: R
+
+
+def load_corpus(path: Path | str) -> Corpus:
+    """Read a corpus.
+
+    Parameters
+    ----------
+    path
+        The corpus's folder.
+
+    Returns
+    -------
+    Corpus
+        Its annotations share the instances of commands, contexts and objects.
+
+    Raises
+    ------
+    FormatError
+        At the first thing that is wrong.
+    """
+    return read_corpus(Path(path), _raise)
+
+
+def _raise(problem: FormatError) -> NoReturn:
+    raise problem
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read corpus.json.
+
+    Raises
+    ------
+    FormatError
+        If the folder isn't a corpus, or one of a version that can't be read.
+    """
+    fix = "give the folder of a corpus; `ct import --help` tells how to make one"
+    recover(folder)
+    if not folder.exists():
+        raise FormatError("there is no such folder", where=str(folder), fix=fix)
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise FormatError(f"this is not a corpus: it has no {MANIFEST}", where=str(folder), fix=fix)
+    content = path.read_bytes()
+    version = _decode(content, dict[str, msgspec.Raw], str(path)).get("schema_version")
+    if version is None or bytes(version) not in (b"1", b"2"):
+        found = "none" if version is None else bytes(version).decode(errors="replace")
+        raise FormatError(
+            f"the format's version is {found}, this program reads 1 and 2",
+            where=f"{path}: schema_version",
+            fix="import the corpus again, or use the program's version that wrote it",
+        )
+    return _decode(content, Manifest, str(path))
+
+
+def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
+    """Read a corpus, handing each problem of a record to `on_problem`.
+
+    What can't be read at all (no corpus, a missing file) is raised as FormatError.
+    """
+    manifest = read_manifest(folder)
+    corpus, tables = read_content(folder, manifest, on_problem)
+    for problem in digests.problems(manifest, tables, str(folder)):
+        on_problem(problem)
+    return corpus
+
+
+def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tuple[Corpus, Tables]:
+    """Read what a corpus holds, whether or not that is what its manifest says."""
+    arrays = read_arrays(folder / TRAJECTORIES)
+    trajectory = _trajectory_reader(arrays)
+
+    context_lines = _read_lines(folder / CONTEXTS, ContextRecord, on_problem)
+    contexts = {
+        line.record.id: context
+        for line, context in _convert(
+            context_lines, lambda record: decoding.context(record, trajectory), on_problem
+        )
+    }
+    command_lines = _read_lines(folder / COMMANDS, CommandRecord, on_problem)
+    commands = {
+        line.record.id: command
+        for line, command in _convert(command_lines, decoding.command, on_problem)
+    }
+    objects = {(c.id, item.id): item for c in contexts.values() for item in c.objects}
+    world = decoding.World(commands, contexts, objects)
+    annotation_lines = _read_lines(folder / ANNOTATIONS, AnnotationRecord, on_problem)
+    annotations = tuple(
+        annotation
+        for _, annotation in _convert(
+            annotation_lines,
+            lambda record: decoding.annotation(record, world, trajectory),
+            on_problem,
+        )
+    )
+    judgment_lines = _read_lines(folder / JUDGMENTS, JudgmentRecord, on_problem)
+    judgments = tuple(
+        judgment for _, judgment in _convert(judgment_lines, decoding.judgment, on_problem)
+    )
+    tables = Tables(
+        contexts=[line.record for line in context_lines],
+        commands=[line.record for line in command_lines],
+        annotations=[line.record for line in annotation_lines],
+        judgments=[line.record for line in judgment_lines],
+        trajectories=arrays,
+    )
+    corpus = Corpus(
+        name=manifest.name,
+        contexts=contexts,
+        commands=commands,
+        annotations=annotations,
+        judgments=judgments,
+        source=manifest.source,
+        licence=manifest.licence,
+        hash=content_hash(tables),
+    )
+    return corpus, tables
+
+
+def _trajectory_reader(arrays: Arrays) -> decoding.GetTrajectory:
+    known: dict[int, Trajectory] = {}
+    count = len(arrays["offsets"]) - 1
+
+    def trajectory(index: int, field: str) -> Trajectory:
+        if index >= count:
+            raise FormatError(
+                f"no trajectory {index}: {TRAJECTORIES} holds {count}",
+                where=field,
+                fix="correct the number, or restore the file",
+            )
+        if index not in known:
+            known[index] = unpack_one(arrays, index)
+        return known[index]
+
+    return trajectory
+
+
+def _read_lines(path: Path, record_type: type[R], on_problem: OnProblem) -> list[_Line[R]]:
+    """The records of a JSONL file, their ids checked to differ."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FormatError(
+            f"the file can't be read: {error.strerror}",
+            where=str(path),
+            fix="restore the file, or import the corpus again",
+        ) from error
+    if content and not content.endswith(b"\n"):
+        on_problem(
+            FormatError(
+                "the last line is cut off",
+                where=f"{path}: line {len(content.splitlines())}",
+                fix="restore the file; each line ends with a newline",
+            )
+        )
+    decoder = msgspec.json.Decoder(record_type)
+    lines: list[_Line[R]] = []
+    first: dict[str, int] = {}
+    for number, line in enumerate(content.splitlines(), start=1):
+        where = f"{path}: line {number}"
+        try:
+            record = _decode_with(decoder, line, where)
+            if record.id in first:
+                raise FormatError(
+                    f"the id {record.id!r} is also that of line {first[record.id]}",
+                    where=f"{where}: id",
+                    fix="give each record an id of its own",
+                )
+        except FormatError as problem:
+            on_problem(problem)
+            continue
+        first[record.id] = number
+        lines.append(_Line(f"{where} ({record.id})", record))
+    return lines
+
+
+def _convert(
+    lines: list[_Line[R]], convert: Callable[[R], T], on_problem: OnProblem
+) -> Iterator[tuple[_Line[R], T]]:
+    for line in lines:
+        try:
+            result = convert(line.record)
+        except FormatError as problem:
+            where = f"{line.where}: {problem.where}"
+            on_problem(FormatError(problem.what, where=where, fix=problem.fix))
+            continue
+        yield line, result
+
+
+def _decode(content: bytes, record_type: type[T], where: str) -> T:
+    return _decode_with(msgspec.json.Decoder(record_type), content, where)
+
+
+def _decode_with(decoder: msgspec.json.Decoder[T], content: bytes, where: str) -> T:
+    try:
+        return decoder.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        # msgspec ends its message with the field: "... - at `$.objects[0].id`"
+        found = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", str(error))
+        what, field = (found[1], found[2]) if found else (str(error), None)
+        raise FormatError(
+            what[:1].lower() + what[1:] if not what.startswith("JSON") else what,
+            where=f"{where}: {field}" if field else where,
+            fix="correct the record; docs/schemas tells its form",
+        ) from error

@@ -1,0 +1,111 @@
+"""Checking everything in a corpus, and telling all that is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import read_corpus
+from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    TRAJECTORIES,
+)
+from corpus_tools.corpus.trajectory_arrays import read_arrays, unpack_one
+from g3.errors import CorpusError, FormatError
+from g3.groundings import FloatArray, PhysicalObject, Place, Prism
+from g3.sdc.sdc_notation import check_sdc
+
+SMALLEST_AREA_M2 = 1e-6
+
+
+def validate(folder: Path) -> list[CorpusError]:
+    """Everything that is wrong with a corpus, in the order of its files.
+
+    Beyond what loading checks: that SDCs are well formed, that footprints have an area,
+    that every stored trajectory can be read, and that people's ratings and commands have
+    their texts and videos.
+
+    Raises
+    ------
+    FormatError
+        If the folder isn't a corpus, or a whole file is missing or can't be read.
+    """
+    problems: list[CorpusError] = []
+    corpus = read_corpus(folder, problems.append)
+    problems += _trajectory_problems(folder)
+    problems += _prism_problems(corpus, folder)
+    problems += _text_problems(corpus, folder)
+    problems += _sdc_problems(corpus, folder)
+    unique = {str(problem): problem for problem in problems}
+    return list(unique.values())
+
+
+def _trajectory_problems(folder: Path) -> Iterator[CorpusError]:
+    arrays = read_arrays(folder / TRAJECTORIES)
+    for index in range(len(arrays["offsets"]) - 1):
+        try:
+            unpack_one(arrays, index)
+        except FormatError as problem:
+            yield FormatError(problem.what, where=f"{folder / problem.where}", fix=problem.fix)
+
+
+def _prism_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
+    for where, prism in _prisms(corpus, folder):
+        if abs(_signed_area(prism.xy)) < SMALLEST_AREA_M2:
+            yield FormatError(
+                "the footprint has no area", where=f"{where}: prism.xy", fix="correct its corners"
+            )
+
+
+def _prisms(corpus: Corpus, folder: Path) -> Iterator[tuple[str, Prism]]:
+    for context in corpus.contexts.values():
+        where = f"{folder / CONTEXTS}: {context.id}"
+        for item in context.objects:
+            yield f"{where}: object {item.id}", item.prism
+        for i, place in enumerate(context.places):
+            yield f"{where}: places[{i}]", place.prism
+    for annotation in corpus.annotations:
+        shared = set(map(id, annotation.context.objects))
+        where = f"{folder / ANNOTATIONS}: {annotation.id}"
+        for i, groundings in enumerate(annotation.groundings):
+            for grounding in groundings:
+                if isinstance(grounding, PhysicalObject | Place) and id(grounding) not in shared:
+                    yield f"{where}: groundings[{i}]", grounding.prism
+
+
+def _signed_area(xy: FloatArray) -> float:
+    x, y = (xy - xy[0]).T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+
+
+def _text_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
+    for annotation in corpus.annotations:
+        if not annotation.command.text.strip():
+            yield FormatError(
+                f"{annotation.id} annotates a command without text",
+                where=f"{folder / COMMANDS}: {annotation.command.id}: text",
+                fix="add the text, or remove the annotation",
+            )
+    for judgment in corpus.judgments:
+        for field in ("command", "command_video", "shown_video"):
+            if not getattr(judgment, field).strip():
+                yield FormatError(
+                    "the value is empty",
+                    where=f"{folder / JUDGMENTS}: {judgment.id}: {field}",
+                    fix="add it, or remove the judgment",
+                )
+
+
+def _sdc_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
+    for annotation in corpus.annotations:
+        for i, sdc in enumerate(annotation.sdcs):
+            try:
+                check_sdc(sdc, where=f"{folder / ANNOTATIONS}: {annotation.id}: sdcs[{i}]")
+            except CorpusError as problem:
+                yield problem

@@ -1,0 +1,86 @@
+"""Writing a corpus."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    MANIFEST,
+    SCHEMA_VERSION,
+    TRAJECTORIES,
+    Manifest,
+)
+from corpus_tools.corpus.digests import sealed
+from corpus_tools.corpus.encoding import encode
+from corpus_tools.corpus.trajectory_arrays import to_bytes
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
+
+
+def write_corpus(
+    corpus: Corpus,
+    path: Path | str,
+    *,
+    force: bool = False,
+    attachments: Mapping[str, bytes] | None = None,
+) -> None:
+    """Write a corpus: the whole folder or, on any error, nothing.
+
+    Parameters
+    ----------
+    corpus
+        What to write.
+    path
+        The folder; its parent must be there.
+    force
+        Replace the corpus that is there.
+    attachments
+        Further files by name, such as an import's report.
+
+    Raises
+    ------
+    FormatError
+        If the folder holds something already and `force` isn't given, or holds
+        something that is not a corpus.
+    """
+    files = {**corpus_files(corpus), **(attachments or {})}
+    write_folder(Path(path), files, force=force, marker=MANIFEST)
+
+
+def check_writable(path: Path | str, *, force: bool = False) -> None:
+    """Raise what :func:`write_corpus` would raise, before any work is done."""
+    check_target(Path(path), force=force, marker=MANIFEST)
+
+
+def corpus_files(corpus: Corpus) -> dict[str, bytes]:
+    """The files' contents by name, the same for the same corpus."""
+    tables = encode(corpus)
+    manifest = Manifest(
+        schema_version=SCHEMA_VERSION,
+        name=corpus.name,
+        source=corpus.source,
+        licence=corpus.licence,
+        hash="",
+        counts=tables.counts(),
+    )
+    encoder = msgspec.json.Encoder()
+    return {
+        MANIFEST: manifest_to_bytes(sealed(manifest, tables)),
+        CONTEXTS: encoder.encode_lines(tables.contexts),
+        COMMANDS: encoder.encode_lines(tables.commands),
+        ANNOTATIONS: encoder.encode_lines(tables.annotations),
+        JUDGMENTS: encoder.encode_lines(tables.judgments),
+        TRAJECTORIES: to_bytes(tables.trajectories),
+    }
+
+
+def manifest_to_bytes(manifest: Manifest) -> bytes:
+    """The content of corpus.json."""
+    return msgspec.json.format(msgspec.json.encode(manifest), indent=2) + b"\n"

@@ -1,0 +1,1 @@
+"""``ct doctor``: what this machine lacks, and how to get it."""

@@ -1,0 +1,1 @@
+"""Following commands in simulated worlds, with the bundled model; plans in words."""

@@ -1,0 +1,172 @@
+"""Following commands in simulated worlds: models that come along, plans as scripts, physics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from corpus_tools.corpus.labelled_corpus import scenario_ids
+from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.world.state.recording import Recording, to_context
+from corpus_tools.world.state.robot_script import (
+    APPROACH,
+    BACK_UP,
+    DRIVE_PAST,
+    DRIVE_TO,
+    FORWARD,
+    PICK_UP,
+    PUT_DOWN,
+    TURN,
+    WAIT,
+    Script,
+    ScriptStep,
+)
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.grounding_candidates import GROUND_M, ground, square
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import State, moved_to, start_state
+from g3.errors import ModelError
+from g3.features.feature_registry import CATALOGUE_VERSION, select
+from g3.groundings import Context, PhysicalObject, Place, Prism
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.examples import examples
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.model_file import TrainingCard
+
+DEFAULT_CORPUS = "warehouse"
+TRAINING_VERSION = 3
+"""Raised whenever the model that comes along is to be trained anew."""
+WAIT_S = 2.0
+DECK_SHARE = 3.0
+"""How much wider than its own footprint a place on a deck is to the simulated robot, which
+puts loads on the spot that is nearest to the middle."""
+
+
+def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
+    """The model trained on the bundled corpus; trained when first asked for, then kept.
+
+    It is kept where the bundled corpora are, under a name that has the corpus's hash and the
+    version of the features.
+    """
+    corpus = open_corpus(DEFAULT_CORPUS)
+    name = f"follow{TRAINING_VERSION}-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
+    path = cache_folder() / name
+    try:
+        return GroundingModel.load(path, corpus_hash=corpus.hash)
+    except ModelError:
+        data = training_data(corpus.annotations, select(), on_progress=on_progress)
+        card: TrainingCard = {
+            "corpus_hash": corpus.hash,
+            "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
+            "training": {"corpus": corpus.name},
+        }
+        path.parent.mkdir(parents=True, exist_ok=True)
+        GroundingModel(tolerance=TOLERANCE, card=card).fit(data).save(path)
+        return GroundingModel.load(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A plan as a script.
+
+    Parameters
+    ----------
+    script
+        The steps.
+    places
+        Places by the names that the steps use.
+    clause
+        Which top-level clause each step is for.
+    """
+
+    script: Script
+    places: dict[str, Place]
+    clause: tuple[int, ...]
+
+
+def to_script(start: State, actions: Sequence[Action]) -> Told:
+    """Write a plan as a script for the simulated robot."""
+    state = start
+    steps: list[ScriptStep] = []
+    places: dict[str, Place] = {}
+    clause: list[int] = []
+    for number, action in enumerate(actions):
+        motion = move(state, [action])
+        end = square(motion.xyz[0, -1, :2], float(motion.yaw[0, -1]), ground(state))
+        own = _steps(action, end, places, ground(state))
+        steps += own
+        clause += [number] * len(own)
+        state = result(state, action, motion, 0)
+    return Told(tuple(steps), places, tuple(clause))
+
+
+def _steps(
+    action: Action, end: Place, places: dict[str, Place], floor_m: float
+) -> list[ScriptStep]:
+    """The steps of an action that ends in a place; the places they use get names."""
+    numbers = {
+        "turn": (TURN, float(np.rad2deg(action.amount))),
+        "go straight": (FORWARD, action.amount),
+        "back up": (BACK_UP, -action.amount),
+        "wait": (WAIT, WAIT_S),
+    }
+    if action.kind in numbers:
+        kind, number = numbers[action.kind]
+        return [ScriptStep(kind.name, number)]
+    if action.kind.startswith("drive"):
+        return [_drive(action, end, places)]
+    steps = []
+    if action.kind in ("pick up", "carry"):
+        steps.append(ScriptStep(PICK_UP.name, action.object_id))
+    if action.place is not None:
+        place = _within_reach(action.place, floor_m)
+        steps.append(ScriptStep(PUT_DOWN.name, _placed(place, places)))
+    return steps
+
+
+def _within_reach(place: Place, floor_m: float) -> Place:
+    """A place to put something down; on a deck it is wider, for forks don't reach to its middle."""
+    if place.prism.z_min < floor_m + GROUND_M:
+        return place
+    middle = centre(place.prism)
+    xy = middle + DECK_SHARE * (place.prism.xy - middle)
+    return Place(Prism(xy, place.prism.z_min, place.prism.z_max), place.name)
+
+
+def _drive(action: Action, end: Place, places: dict[str, Place]) -> ScriptStep:
+    target = action.target[0]
+    if action.kind in ("drive to", "drive past") and len(action.target) == 1:
+        if isinstance(target, PhysicalObject):
+            kind = DRIVE_PAST if action.kind == "drive past" else APPROACH
+            return ScriptStep(kind.name, target.id)
+        if isinstance(target, Place):
+            return ScriptStep(DRIVE_TO.name, _placed(target, places))
+    return ScriptStep(DRIVE_TO.name, _placed(end, places))
+
+
+def _placed(place: Place, places: dict[str, Place]) -> str:
+    name = f"place-{len(places) + 1}"
+    places[name] = place
+    return name
+
+
+def state_after(recording: Recording, held: str | None) -> State:
+    """The state that a recording ends in."""
+    last = to_context(recording)
+    moved = tuple(_at_end(o) for o in last.objects)
+    return replace(start_state(replace(last, objects=moved)), held=held)
+
+
+def _at_end(thing: PhysicalObject) -> PhysicalObject:
+    track = thing.trajectory
+    pose = np.array([*track.xyz[-1, :2], track.yaw[-1]])
+    rise = float(track.xyz[-1, 2] - track.xyz[0, 2])
+    return moved_to(thing, pose, thing.prism.z_min + rise)
+
+
+def context_at_start(context: Context) -> Context:
+    """A context without what its log does."""
+    return start_state(context).context

@@ -1,0 +1,183 @@
+"""Putting an authored corpus together from its files."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.authored_clauses import Clauses, read_clauses
+from corpus_tools.importers.authored.authored_files import (
+    Dataset,
+    commands_of,
+    note_file,
+    read_dataset,
+    read_utterance,
+)
+from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
+from corpus_tools.importers.authored.authored_worlds import World, read_world
+from corpus_tools.importers.authored.consistency import check_clauses, check_log
+from corpus_tools.importers.report import ImportReport, Journal
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.world.scenarios.documents import Document, read_document
+from corpus_tools.world.scenarios.library import scenario_files
+from corpus_tools.world.scenarios.scenario_files import SCENARIOS
+from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_of
+from g3.annotation import Annotation, Command
+from g3.errors import FormatError
+from g3.sdc.clauses import SDC_TYPES, breadth_first
+
+IMPORTER = "authored"
+LOG_INTERVAL_S = 10_000.0
+"""From the start of one scenario's log to that of the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Grounded:
+    """A command with its right groundings, and where it was given."""
+
+    command: Command
+    clauses: Clauses
+    world: World
+
+
+def import_authored(
+    path: Path,
+    *,
+    salt: str = "",
+    keep_going: bool = False,
+    on_progress: OnProgress | None = None,
+) -> tuple[Corpus, ImportReport]:
+    """Read an authored corpus.
+
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
+
+    Parameters
+    ----------
+    path
+        A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
+    salt
+        Not used: nobody's id is in the files.
+    keep_going
+        Leave out and report the records that can't be read, rather than fail.
+    on_progress
+        Told how far the import has come.
+
+    Raises
+    ------
+    FormatError
+        If the corpus isn't there, or something in it can't be read.
+    """
+    journal = Journal(keep_going)
+    dataset = read_dataset(path, journal)
+    files = list(scenario_files(path).values())
+    grounded: list[_Grounded] = []
+    worlds: list[World] = []
+    for number, file in enumerate(files, start=1):
+        if on_progress is not None:
+            on_progress("reading", number - 1, len(files))
+        name = f"{SCENARIOS}/{file.name}"
+        try:
+            document = read_document(file, name)
+            commands = commands_of(document)
+            note_file(name, document.content, len(commands), journal)
+            scenario = first_error(*scenario_of(document, file))
+            world = read_world(path, scenario, number * LOG_INTERVAL_S, journal)
+            check_log(world)
+        except FormatError as error:
+            place, _, field = error.where.partition(": ")
+            journal.skip(place, "", FormatError(error.what, where=field, fix=error.fix))
+            continue
+        worlds.append(world)
+        grounded += _read_commands(document, len(commands), world, dataset, journal)
+    journal.check()
+    if not grounded:
+        raise FormatError(
+            f"there is no command in {SCENARIOS}/*.yaml",
+            where=str(path),
+            fix="docs/authored-corpora.md tells what the files hold",
+        )
+    corpus = make_corpus(
+        dataset.name,
+        contexts=[world.context for world in worlds],
+        commands=[item.command for item in grounded],
+        annotations=[
+            annotation for item in grounded for annotation in _annotations(item, worlds, dataset)
+        ],
+        source=f"{dataset.source} Seed of the random negatives: {dataset.seed}.",
+        licence=dataset.licence,
+    )
+    return corpus, journal.report(IMPORTER, _counts(corpus, grounded), {})
+
+
+def _read_commands(
+    document: Document, count: int, world: World, dataset: Dataset, journal: Journal
+) -> list[_Grounded]:
+    scenario = world.scenario
+    found: list[_Grounded] = []
+    for i in range(count):
+        try:
+            utterance = read_utterance(document, i)
+            clauses = read_clauses(utterance, world, dataset)
+            check_clauses(clauses, world)
+        except FormatError as error:
+            line, _ = document.marks["commands", i]
+            journal.skip(f"{document.name}:{line}", _title(document, i), error)
+            continue
+        command = Command(
+            id=f"{scenario.id}-{i + 1:02}",
+            text=utterance.text,
+            scenario=scenario.id,
+            video=scenario.id,
+            subject=utterance.subject,
+        )
+        found.append(_Grounded(command, clauses, world))
+    return found
+
+
+def _title(document: Document, i: int) -> str:
+    command = document.value["commands"][i]
+    text = command.get("text") if isinstance(command, dict) else None
+    return f"command {i + 1} ({text!r})"
+
+
+def _annotations(
+    item: _Grounded, worlds: Sequence[World], dataset: Dataset
+) -> tuple[Annotation, Annotation]:
+    """The positive and the random negative."""
+    clauses = item.clauses
+    drawn = random_groundings(clauses, item.world, worlds, generator(dataset.seed, item.command.id))
+    context = item.world.context
+    return (
+        Annotation(
+            id=f"{item.command.id}/positive",
+            command=item.command,
+            context=context,
+            sdcs=clauses.sdcs,
+            groundings=clauses.groundings,
+            correct=tuple(True if groundings else None for groundings in clauses.groundings),
+            source="positive",
+        ),
+        Annotation(
+            id=f"{item.command.id}/random",
+            command=item.command,
+            context=context,
+            sdcs=clauses.sdcs,
+            groundings=drawn,
+            correct=relabel(clauses, drawn, dataset),
+            source="random",
+        ),
+    )
+
+
+def _counts(corpus: Corpus, grounded: Sequence[_Grounded]) -> dict[str, int]:
+    types = Counter(sdc.type for item in grounded for sdc in breadth_first(item.clauses.sdcs))
+    return {
+        "scenarios": len(corpus.contexts),
+        "commands": len(corpus.commands),
+        **{f"{name} clauses": types[name] for name in SDC_TYPES},
+        "annotations": len(corpus.annotations),
+    }

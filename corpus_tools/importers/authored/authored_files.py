@@ -1,0 +1,127 @@
+"""What the files of an authored corpus hold, and reading them.
+
+Scenarios are read by :mod:`corpus_tools.world.scenarios`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from corpus_tools.importers.report import Journal, SourceFile
+from corpus_tools.runtime.shipped import DATASET
+from corpus_tools.world.scenarios.documents import (
+    Document,
+    Field,
+    Problem,
+    convert,
+    field_name,
+    read_document,
+)
+from corpus_tools.world.scenarios.scenario_files import Utterance
+from g3.errors import FormatError
+
+MANUAL = "docs/authored-corpora.md"
+
+T = TypeVar("T")
+
+
+class _DatasetFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    name: str
+    source: str
+    licence: str
+    seed: int
+    words: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Dataset:
+    """The file dataset.yaml: what all scenarios share.
+
+    Parameters
+    ----------
+    name, source, licence
+        Of the corpus.
+    seed
+        Of the random negatives.
+    words
+        For each word of leaf OBJECTs the labels of which an object must have at least
+        one; no labels mean that any object fits.
+    """
+
+    name: str
+    source: str
+    licence: str
+    seed: int
+    words: Mapping[str, tuple[str, ...]]
+
+
+def read_dataset(folder: Path, journal: Journal) -> Dataset:
+    """Read dataset.yaml.
+
+    Raises
+    ------
+    FormatError
+        If it isn't there or can't be read.
+    """
+    path = folder / DATASET
+    if not path.is_file():
+        raise FormatError(
+            f"this is not an authored corpus: it has no {DATASET}",
+            where=str(folder),
+            fix="docs/authored-corpora.md tells what the folder holds",
+        )
+    document = read_document(path)
+    note_file(DATASET, document.content, 0, journal)
+    shared = _part(document, (), _DatasetFile)
+    words = {word: _part(document, ("words", word), tuple[str, ...]) for word in shared.words}
+    return Dataset(shared.name, shared.source, shared.licence, shared.seed, words)
+
+
+def note_file(name: str, content: bytes, records: int, journal: Journal) -> None:
+    """Note that a file was read."""
+    journal.files.append(SourceFile(name, hashlib.sha256(content).hexdigest(), records))
+
+
+def commands_of(document: Document) -> list[Any]:
+    """The commands of a scenario's file, as they stand there.
+
+    Raises
+    ------
+    FormatError
+        If they are no list.
+    """
+    if not isinstance(document.value, dict) or "commands" not in document.value:
+        return []
+    return _part(document, ("commands",), list[Any])
+
+
+def read_utterance(document: Document, number: int) -> Utterance:
+    """The command with an index in a scenario's file.
+
+    Raises
+    ------
+    FormatError
+        If it has another form; ``where`` is the field in it.
+    """
+    field = ("commands", number)
+    found = convert(document.value["commands"][number], Utterance, field, MANUAL)
+    if isinstance(found, Problem):
+        raise FormatError(found.what, where=field_name(found.field[len(field) :]), fix=found.fix)
+    return found
+
+
+def _part(document: Document, field: Field, record_type: type[T]) -> T:
+    """A part of a document as a record; raises a FormatError that tells its line."""
+    value = document.value
+    for key in field:
+        value = value[key]
+    found = convert(value, record_type, field, MANUAL)
+    if isinstance(found, Problem):
+        raise document.error(found)
+    return found

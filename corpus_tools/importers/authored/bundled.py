@@ -1,0 +1,159 @@
+"""The corpora that come with the toolkit, built from their sources when they are needed.
+
+A bundled dataset is a folder of ``datasets`` with an authored corpus
+(``docs/authored-corpora.md``). Its corpus is built into the user's cache the first time
+it is asked for, and again after its files or the program have changed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import os
+import secrets
+import shutil
+import time
+from pathlib import Path
+
+from corpus_tools import __version__
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    MANIFEST,
+    TRAJECTORIES,
+)
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.report import REPORT
+from corpus_tools.runtime.shipped import DATASET, bundled
+from g3.errors import FormatError
+
+CACHE = "corpus-tools-g3"
+KEPT_DAYS = 30
+"""How long what an older program built is kept: another checkout may still use it."""
+
+DIGITS = 16
+"""Of the digest in the name of what is built."""
+
+_FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
+
+_PACKAGE = Path(__file__).resolve().parents[2]
+_BUILDERS = ("corpus", "importers/authored", "logs", "world", "../g3")
+"""Folders with the modules that determine what is built, from this package."""
+
+
+def resolve(name_or_path: str | Path) -> Path:
+    """The folder of a corpus, which is built first if it is a bundled one's.
+
+    Parameters
+    ----------
+    name_or_path
+        A folder, which is returned as it is; or, where there is no such folder, the name
+        of a bundled dataset, such as ``warehouse``. The folder of an authored corpus's
+        sources stands for the corpus built from it.
+
+    Raises
+    ------
+    FormatError
+        If there is neither, or the corpus can't be built.
+    """
+    path = Path(name_or_path)
+    if path.exists():
+        is_source = (path / DATASET).is_file() and not (path / MANIFEST).exists()
+        return _built(path) if is_source else path
+    source = bundled().get(str(name_or_path))
+    if source is None:
+        raise FormatError(
+            "there is no such folder, nor a bundled corpus of that name",
+            where=str(name_or_path),
+            fix=f"the bundled ones are: {', '.join(bundled()) or 'none'}",
+        )
+    return _built(source)
+
+
+def open_corpus(name_or_path: str | Path) -> Corpus:
+    """Read a corpus, or a bundled one by its name; see :func:`resolve`.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or something in it is wrong.
+    """
+    return load_corpus(resolve(name_or_path))
+
+
+def cache_folder() -> Path:
+    """Where built corpora are kept: ``$XDG_CACHE_HOME``, else ``~/.cache``."""
+    given = os.environ.get("XDG_CACHE_HOME", "")
+    # The XDG specification has relative paths ignored.
+    base = Path(given) if Path(given).is_absolute() else Path.home() / ".cache"
+    return base / CACHE
+
+
+def _built(source: Path) -> Path:
+    target = cache_folder() / f"{source.resolve().name}-{_digest(source)}"
+    if not _is_whole(target):
+        _build(source, target)
+    return target
+
+
+def _is_whole(corpus: Path) -> bool:
+    return all((corpus / name).is_file() for name in _FILES)
+
+
+def _build(source: Path, target: Path) -> None:
+    """Build under a name of its own and rename: whoever comes first wins, the others agree."""
+    from corpus_tools.importers.authored.authored_corpus import (  # noqa: PLC0415 - once a version only
+        import_authored,
+    )
+
+    corpus, report = import_authored(source)
+    new = target.with_name(f".{target.name}.new-{secrets.token_hex(4)}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_corpus(corpus, new, attachments={REPORT: report.to_bytes()})
+        if target.exists() and not _is_whole(target):
+            shutil.rmtree(target)  # somebody has removed files from it
+        new.rename(target)
+    except OSError as error:
+        if not _is_whole(target):
+            raise FormatError(
+                f"the corpus can't be built in the cache: {error.strerror}",
+                where=str(target.parent),
+                fix="set XDG_CACHE_HOME to a folder that can be written to",
+            ) from error
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+    forget_old(f"{source.resolve().name}-{'?' * DIGITS}", but=target)
+
+
+def forget_old(pattern: str, *, but: Path | None = None) -> None:
+    """Remove folders from the cache that are older than a month, by a pattern of their names."""
+    oldest = time.time() - KEPT_DAYS * 24 * 3600
+    for other in cache_folder().glob(pattern):
+        with contextlib.suppress(FileNotFoundError):  # another process may be at it
+            if other != but and other.stat().st_mtime < oldest:
+                shutil.rmtree(other, ignore_errors=True)
+
+
+def _digest(source: Path) -> str:
+    """Digest of a dataset's files and of the program that builds it."""
+    digest = hashlib.sha256(_program().encode())
+    for path in sorted(p for kind in ("yaml", "mcap") for p in source.rglob(f"*.{kind}")):
+        digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()[:DIGITS]
+
+
+@functools.cache
+def _program() -> str:
+    """Version and digest of the program; in a checkout it changes without its version."""
+    digest = hashlib.sha256(__version__.encode())
+    for folder in _BUILDERS:
+        for path in sorted((_PACKAGE / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

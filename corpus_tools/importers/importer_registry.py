@@ -1,0 +1,121 @@
+"""The importers by name. Each becomes a command of ``ct import``.
+
+Importers are named by module and function and loaded when they are used, so that the
+command line starts fast. :func:`register` adds one; modules that other distributions name in
+the entry point group ``ct.importers`` do so when this one is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, cast
+
+from g3.extensions import load_extensions
+
+if TYPE_CHECKING:
+    from corpus_tools.corpus.corpus_model import Corpus
+    from corpus_tools.importers.report import ImportReport
+    from corpus_tools.runtime.progress import OnProgress
+
+
+class ImportFunction(Protocol):
+    """What an importer does."""
+
+    def __call__(
+        self,
+        path: Path,
+        *,
+        salt: str,
+        keep_going: bool = False,
+        on_progress: OnProgress | None = None,
+    ) -> tuple[Corpus, ImportReport]:
+        """Read what is at `path`.
+
+        Parameters
+        ----------
+        path
+            What to import.
+        salt
+            Secret that goes into the hashes which stand for people's ids.
+        keep_going
+            Leave out and report the records that can't be read, rather than fail.
+        on_progress
+            Told how far the import has come.
+
+        Raises
+        ------
+        FormatError
+            If something can't be read.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Importer:
+    """An importer, as the command line shows it.
+
+    Parameters
+    ----------
+    name
+        Name of the command.
+    summary
+        What is imported, in one line.
+    description
+        What the path may be, and what else a user should know.
+    target
+        The function: ``package.module:function``, an :class:`ImportFunction`.
+    """
+
+    name: str
+    summary: str
+    description: str
+    target: str
+
+    def load(self) -> ImportFunction:
+        """Import the function."""
+        module, _, function = self.target.partition(":")
+        return cast("ImportFunction", getattr(importlib.import_module(module), function))
+
+
+_importers: dict[str, Importer] = {}
+
+
+def register(importer: Importer) -> None:
+    """Add an importer; its name must be new."""
+    if importer.name in _importers:
+        raise ValueError(f"there is an importer {importer.name!r} already")
+    _importers[importer.name] = importer
+
+
+def importers() -> tuple[Importer, ...]:
+    """All importers, in the order of their names."""
+    return tuple(_importers[name] for name in sorted(_importers))
+
+
+register(
+    Importer(
+        name="slu-core",
+        summary="The AAAI-11 corpus, as its authors published it (h2r/slu_core).",
+        description=(
+            "PATH is a clone of the repository h2r/slu_core, or its data folder. "
+            "Files may be compressed with bzip2 or plain."
+        ),
+        target="corpus_tools.importers.slu_core.slu_corpus:import_slu_core",
+    )
+)
+
+register(
+    Importer(
+        name="authored",
+        summary="A corpus whose scenarios and commands are authored in YAML.",
+        description=(
+            "PATH is a folder with dataset.yaml, scenarios, layouts and logs, such as "
+            "datasets/warehouse. "
+            "docs/authored-corpora.md describes the files."
+        ),
+        target="corpus_tools.importers.authored.authored_corpus:import_authored",
+    )
+)
+
+load_extensions("ct.importers")

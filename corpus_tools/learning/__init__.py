@@ -1,0 +1,1 @@
+"""Models that are trained on corpora, and tables of image tags."""

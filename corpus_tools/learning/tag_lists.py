@@ -1,0 +1,82 @@
+"""Lists of tags per image, of any length, and the tables that are counted from them."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TextIO
+
+from corpus_tools.runtime.progress import OnProgress
+from g3.errors import FormatError
+from g3.language.similarity.cooccurrence import (
+    TagTable,
+    count_together,
+    frequent_tags,
+    read_tags,
+    table_to_bytes,
+)
+from g3.storage.atomic_file import write_bytes
+
+LINES_PER_REPORT = 10_000
+
+
+def build_table(
+    source: Path, out: Path, *, limit: int, on_progress: OnProgress | None = None
+) -> TagTable:
+    """Count a list of tags and write the table.
+
+    The list is read twice, a line at a time: once for its most frequent tags, once for
+    the pairs of these. Memory grows with ``limit``, not with the list.
+
+    Parameters
+    ----------
+    source
+        A text file with the tags of an image on each line, separated by commas, by tabs
+        or by spaces; it may be compressed (.gz, .bz2). What follows a # at the start of a
+        line is a comment.
+    out
+        The table, an .npz file.
+    limit
+        How many tags to keep.
+    on_progress
+        Told how many lines have been read.
+
+    Raises
+    ------
+    FormatError
+        If the list can't be read or has no tags.
+    """
+    tags = frequent_tags(_images(source, "finding tags", on_progress), limit)
+    if not tags:
+        raise FormatError(
+            "there are no tags",
+            where=str(source),
+            fix="give the tags of an image on each line, with commas, tabs or spaces between",
+        )
+    table = count_together(_images(source, "counting pairs", on_progress), tags)
+    write_bytes(out, table_to_bytes(table))
+    return table
+
+
+def _images(path: Path, step: str, on_progress: OnProgress | None) -> Iterator[frozenset[str]]:
+    try:
+        with _open(path) as file:
+            for number, line in enumerate(file):
+                if on_progress and number % LINES_PER_REPORT == 0:
+                    on_progress(f"{step}, line {number}", 0, 0)
+                if line.strip() and not line.startswith("#"):
+                    yield read_tags(line)
+    except (OSError, EOFError) as error:
+        raise FormatError(
+            f"the list can't be read: {error}", where=str(path), fix="check the file"
+        ) from error
+
+
+def _open(path: Path) -> TextIO:
+    if path.suffix == ".gz":
+        return gzip.open(path, "rt", encoding="utf-8", errors="replace")
+    if path.suffix == ".bz2":
+        return bz2.open(path, "rt", encoding="utf-8", errors="replace")
+    return path.open(encoding="utf-8", errors="replace")

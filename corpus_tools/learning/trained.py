@@ -1,0 +1,92 @@
+"""Models of the grounding trained on a corpus or on shards, with what is recorded of it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from corpus_tools.corpus.labelled_corpus import Options, labelled_examples, scenario_ids
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.parallel import Workers
+from corpus_tools.runtime.progress import progress_bar
+from g3.features.feature_registry import select
+from g3.learning.crf import Optimizer
+from g3.learning.grounding_model import GroundingModel
+
+if TYPE_CHECKING:
+    from corpus_tools.shards.shard_files import Manifest
+
+
+class Trained(NamedTuple):
+    """A model, the corpus or the shards that it was trained on, and its examples by source."""
+
+    model: GroundingModel
+    name: str
+    sources: Mapping[str, int]
+
+
+def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "newton") -> Trained:
+    """Train on a corpus, in memory."""
+    sets = select(without=options.ablated, plus=options.added)
+    corpus = open_corpus(name)
+    items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
+    sources: dict[str, int] = dict(sorted(Counter(e.source for e in items).items()))
+    model = GroundingModel(
+        l2=l2,
+        features=sets,
+        optimizer=optimizer,
+        card={
+            "corpus_hash": corpus.hash,
+            "scenarios": tuple(sorted(scenario_ids(items))),
+            "training": {
+                "corpus": corpus.name,
+                "examples": sources,
+                **_chosen(options),
+                "optimizer": optimizer,
+            },
+        },
+    )
+    return Trained(model.fit(items), f"corpus {corpus.name}", sources)
+
+
+def from_shards(
+    folder: Path, l2: float, workers: Workers, optimizer: Optimizer = "newton"
+) -> Trained:
+    """Train on a folder of shards."""
+    from corpus_tools.shards.shard_files import read_manifest  # noqa: PLC0415 - small case stays light
+    from corpus_tools.shards.shard_training import fit_on_shards  # noqa: PLC0415 - as above
+
+    manifest = read_manifest(folder)
+    hashes = sorted(manifest.corpora.values())
+    joined = f"sha256:{hashlib.sha256(' '.join(hashes).encode()).hexdigest()}"
+    model = GroundingModel(
+        l2=l2,
+        features=manifest.sets,
+        optimizer=optimizer,
+        card={
+            "corpus_hash": hashes[0] if len(hashes) == 1 else joined,
+            "scenarios": manifest.scenarios,
+            "training": {
+                "corpora": manifest.corpora,
+                "examples": manifest.sources,
+                **_chosen(manifest),
+                "optimizer": optimizer,
+            },
+        },
+    )
+    with progress_bar("training") as on_progress:
+        fit_on_shards(model, folder, manifest, workers=workers, on_progress=on_progress)
+    return Trained(model, f"shards {folder}", manifest.sources)
+
+
+def _chosen(by: Options | Manifest) -> dict[str, object]:
+    """Which examples and features were chosen."""
+    return {
+        "negatives": by.negatives,
+        "seed": by.seed,
+        "ablated": list(by.ablated),
+        "added": list(by.added),
+    }

@@ -1,0 +1,106 @@
+"""The options by which commands write for people or for programs.
+
+Every command that tells a result can tell it as JSON, alone on the standard output; progress,
+notes and problems go to the standard error. ``--json`` is short for ``--format json``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from corpus_tools.runtime.terminal import say
+
+PLAIN = "text"
+"""The format for people, which is the default everywhere."""
+_SHORT = f"{__name__}.json"
+
+Command = Callable[..., Any]
+
+
+class _Form(click.Choice[str]):
+    """The formats; "table", as the plain one of `ct eval` was first called, is still understood."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        return super().convert(PLAIN if value == "table" else value, param, ctx)
+
+
+def format_option(
+    *others: str, about: str = "For people or for programs."
+) -> Callable[[Command], Command]:
+    """Add ``--format`` and ``--json``; the command gets the format as ``form``.
+
+    Parameters
+    ----------
+    others
+        Formats besides ``text`` and ``json``.
+    about
+        What each format is.
+    """
+    long = click.option(
+        "--format",
+        "form",
+        type=_Form([PLAIN, "json", *others]),
+        default=PLAIN,
+        show_default=True,
+        callback=_chosen,
+        help=about,
+    )
+    short = click.option(
+        "--json",
+        "json_",
+        is_flag=True,
+        is_eager=True,  # so that `--format` is read after it
+        expose_value=False,
+        callback=_noted,
+        help="Short for --format json.",
+    )
+    return lambda command: long(short(command))
+
+
+def tell(form: str, record: object, *lines: str) -> None:
+    """Print a record as JSON if that is wanted, else the lines for people.
+
+    Parameters
+    ----------
+    record
+        Built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
+    """
+    if form != "json":
+        say(*lines)
+        return
+    say(as_json(record))
+
+
+def as_json(record: object) -> str:
+    """A record as an indented JSON document, in ASCII where the standard output needs it."""
+    import msgspec  # noqa: PLC0415 - `ct --help` does without
+
+    is_unicode = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
+    content = msgspec.json.decode(msgspec.json.encode(record, enc_hook=os.fspath))
+    return json.dumps(content, indent=2, ensure_ascii=not is_unicode)
+
+
+def _noted(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    ctx.meta[_SHORT] = wanted
+
+
+def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
+    if not ctx.meta.get(_SHORT):
+        return form
+    name = str(parameter.name)
+    if form != "json" and ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        raise click.UsageError(f"Give either --json or --format {form}.")
+    ctx.set_parameter_source(name, ParameterSource.COMMANDLINE)
+    return "json"
+
+
+FORMAT = format_option()
+JSON = click.option("--json", "as_json", is_flag=True, help="Tell what was made as JSON.")
+"""For a command whose ``--format`` is that of the files it makes."""

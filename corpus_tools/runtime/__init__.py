@@ -1,0 +1,1 @@
+"""What long and careful work needs: processes, progress, whole folders, safe output."""

@@ -1,0 +1,144 @@
+"""Writing a folder so that it is there as a whole or not at all.
+
+A folder that is replaced exchanges its name with the new one in one step. Where the system or the
+file system can't do that, it is renamed away first (``.NAME.old-…``); a program that is killed
+before the second renaming leaves the name empty, and the next to read or write the folder restores
+it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from corpus_tools.runtime.folder_exchange import exchange
+from g3.errors import FormatError
+from g3.storage.only_writer import only_writer
+
+
+def check_target(folder: Path, *, force: bool, marker: str) -> None:
+    """Refuse to write over anything but an empty folder or, if forced, one with `marker`.
+
+    Raises
+    ------
+    FormatError
+        If `folder` is a file, holds something, or can't be made where it should be.
+    """
+    if not folder.parent.is_dir():
+        raise FormatError("there is no such folder", where=str(folder.parent), fix="make it first")
+    recover(folder)
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise FormatError("this is not a folder", where=str(folder), fix="choose another name")
+    if not folder.exists() or not any(folder.iterdir()):
+        return
+    if not (folder / marker).is_file():
+        raise FormatError(
+            f"the folder holds other things and no {marker}, so it is not replaced",
+            where=str(folder),
+            fix="choose another name, or empty it yourself",
+        )
+    if not force:
+        raise FormatError(
+            "the folder is there already",
+            where=str(folder),
+            fix="choose another name, or replace it with --force",
+        )
+
+
+def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool, marker: str) -> None:
+    """Write files into a new folder, or in place of an old one that holds `marker`.
+
+    The files are written to a temporary folder beside it and flushed to the disk before
+    that takes the name; whatever happens, the name holds the old or the new content.
+
+    Raises
+    ------
+    FormatError
+        As :func:`check_target`, or if another program is writing this folder.
+    """
+    folder = _absolute(folder)
+    check_target(folder, force=force, marker=marker)
+    with only_writer(folder):
+        _tidy(folder)
+        check_target(folder, force=force, marker=marker)  # what another has written meanwhile
+        new = folder.with_name(f".{folder.name}.new-{secrets.token_hex(4)}")
+        try:
+            new.mkdir()
+            for name, content in files.items():
+                _write_file(new / name, content)
+            _flush_folder(new)
+            _put(new, folder)
+            _flush_folder(folder.parent)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+
+
+def _absolute(folder: Path) -> Path:
+    return Path(os.path.abspath(folder))  # noqa: PTH100 (resolve() would follow a symlink)
+
+
+def _put(new: Path, folder: Path) -> None:
+    """Give a folder its name; what had the name is removed."""
+    if folder.exists() and exchange(new, folder):
+        return  # `new` is the old one now
+    old = folder.with_name(new.name.replace(".new-", ".old-"))
+    try:
+        if folder.exists():
+            folder.rename(old)
+        new.rename(folder)
+    finally:
+        if old.exists() and not folder.exists():
+            old.rename(folder)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def recover(folder: Path) -> None:
+    """Give a folder back that a program was replacing when it was killed, if there is one.
+
+    Raises
+    ------
+    FormatError
+        If another program is replacing it right now.
+    """
+    folder = _absolute(folder)
+    if not folder.exists() and _left(folder, "old"):
+        with only_writer(folder):
+            _tidy(folder)
+
+
+def _tidy(folder: Path) -> None:
+    """Put away what killed programs have left; nobody else is at it."""
+    old = _left(folder, "old")
+    if old and not folder.exists():
+        max(old, key=lambda path: path.stat().st_mtime).rename(folder)
+    for path in (*_left(folder, "old"), *_left(folder, "new")):
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def _left(folder: Path, kind: str) -> list[Path]:
+    form = re.compile(rf"\.{re.escape(folder.name)}\.{kind}-[0-9a-f]{{8}}")
+    if not folder.parent.is_dir():
+        return []
+    return [path for path in folder.parent.iterdir() if form.fullmatch(path.name) and path.is_dir()]
+
+
+def _write_file(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("xb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    if os.name == "nt":  # where folders can't be opened
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

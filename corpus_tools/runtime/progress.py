@@ -1,0 +1,34 @@
+"""A progress bar for long work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+OnProgress = Callable[[str, int, int], None]
+"""Told which step is under way, how much of it is done, and how much there is."""
+
+
+@contextmanager
+def progress_bar(first_step: str) -> Iterator[OnProgress | None]:
+    """A progress bar on the terminal; nothing where standard error is none.
+
+    Parameters
+    ----------
+    first_step
+        What is done until the first report.
+    """
+    from rich.console import Console  # noqa: PLC0415 - `ct --help` does without
+    from rich.progress import Progress  # noqa: PLC0415
+
+    from corpus_tools.runtime.terminal import visible  # noqa: PLC0415
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task(first_step, total=None)
+        yield lambda step, done, total: progress.update(
+            task, description=visible(step), completed=done, total=total
+        )

@@ -1,0 +1,299 @@
+"""Shards on disk: features of some examples as a Parquet file, and what a folder of them holds."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import CorpusError, FormatError
+from g3.features.feature_registry import CATALOGUE_VERSION
+from g3.features.matrix import FeatureSpace
+from g3.storage.atomic_file import write_bytes
+
+MANIFEST = "shards.json"
+FORMAT_VERSION, UNSEALED_VERSION = 2, 1
+"""Folders of the second can be read; the first adds digests."""
+NAMES = b"g3"
+ORIGIN = b"g3.origin"
+DIGEST = b"g3.digest"
+"""Keys of a file's metadata, whose values are `_Names` and an `Origin` as JSON, and the digest of
+these and of all arrays."""
+AGAIN = "make the shards again with: ct shards"
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """Examples with equal features are one row, with how many of them there are.
+
+    Parameters
+    ----------
+    bases, words
+        Names of base features and words (:class:`g3.features.matrix.FeatureSpace`).
+    keys
+        The features, sorted: base index times the number of words plus word index, shape (k,).
+    features
+        Those of each row, one row after the other, as indices into the keys.
+    offsets
+        Row i has ``features[offsets[i]:offsets[i + 1]]``, shape (n + 1,).
+    right, wrong
+        How many examples of a row have φ true, and false, shape (n,).
+    """
+
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    keys: npt.NDArray[np.int64]
+    features: npt.NDArray[np.int32]
+    offsets: npt.NDArray[np.int32]
+    right: npt.NDArray[np.int32]
+    wrong: npt.NDArray[np.int32]
+
+    @property
+    def space(self) -> FeatureSpace:
+        """The features."""
+        return FeatureSpace((), self.bases, self.words, self.keys)
+
+
+class _Names(msgspec.Struct, frozen=True):
+    bases: tuple[str, ...]
+    words: tuple[str, ...]
+    keys: list[int]
+
+
+class Origin(msgspec.Struct, frozen=True):
+    """What a shard was made of and how; two shards of the same origin are the same.
+
+    Parameters
+    ----------
+    corpus
+        The corpus's hash.
+    first, examples
+        Which of the corpus's examples: the first one's number, and how many.
+    catalogue_version, sets
+        The features.
+    negatives, seed
+        As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them.
+    """
+
+    corpus: str
+    first: int
+    examples: int
+    catalogue_version: int
+    sets: tuple[str, ...]
+    negatives: str
+    seed: int
+
+
+class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A file of the folder: how many examples and different rows it has, and its digest."""
+
+    file: str
+    examples: int
+    rows: int
+    digest: str = ""
+
+
+class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a folder of shards holds.
+
+    Parameters
+    ----------
+    format_version
+        Version of this form.
+    catalogue_version
+        :data:`g3.features.feature_registry.CATALOGUE_VERSION`.
+    sets
+        Names of the feature sets.
+    ablated, added
+        What was left out of the default sets and added to them.
+    negatives, seed
+        As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them.
+    corpora
+        Hashes of the corpora by the names that they were given with.
+    sources
+        How many examples there are of each source.
+    scenarios
+        :func:`corpus_tools.corpus.labelled_corpus.scenario_ids`.
+    shards
+        The files, in their order.
+    digest
+        Of all other fields.
+    """
+
+    format_version: int
+    catalogue_version: int
+    sets: tuple[str, ...]
+    ablated: tuple[str, ...]
+    added: tuple[str, ...]
+    negatives: str
+    seed: int
+    corpora: dict[str, str]
+    sources: dict[str, int]
+    scenarios: tuple[str, ...]
+    shards: tuple[ShardRecord, ...]
+    digest: str = ""
+
+    @property
+    def examples(self) -> int:
+        """How many there are in all shards."""
+        return sum(shard.examples for shard in self.shards)
+
+
+def pyarrow() -> Any:
+    """The package with its module for Parquet.
+
+    Raises
+    ------
+    CorpusError
+        If it isn't installed.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - large, and not always installed
+        import pyarrow.parquet  # noqa: PLC0415 - as above
+    except ImportError as error:
+        raise CorpusError(
+            "shards are Parquet files, and pyarrow isn't installed",
+            fix="pip install 'corpus-tools-g3[parquet]'",
+        ) from error
+    return pa
+
+
+def write_shard(path: Path, shard: Shard, origin: Origin) -> str:
+    """Write a shard, and return its digest; the same one gives the same bytes."""
+    pa = pyarrow()
+    names = _Names(shard.bases, shard.words, shard.keys.tolist())
+    table = pa.table(
+        {
+            "features": pa.ListArray.from_arrays(shard.offsets, shard.features),
+            "right": shard.right,
+            "wrong": shard.wrong,
+        }
+    )
+    content = io.BytesIO()
+    settings = {"compression": "zstd", "store_schema": False}
+    with pa.parquet.ParquetWriter(content, table.schema, **settings) as writer:
+        writer.write_table(table)
+        digest = _digest(shard, origin)
+        about = {NAMES: msgspec.json.encode(names), ORIGIN: msgspec.json.encode(origin)}
+        writer.add_key_value_metadata(about | {DIGEST: digest.encode()})
+    write_bytes(path, content.getvalue())
+    return digest
+
+
+def _digest(shard: Shard, origin: Origin) -> str:
+    digest = hashlib.sha256(msgspec.json.encode((shard.bases, shard.words, origin)))
+    for array in (shard.keys, shard.features, shard.offsets, shard.right, shard.wrong):
+        digest.update(f"{array.shape}".encode())
+        digest.update(array.tobytes())
+    return f"sha256:{digest.hexdigest()}"
+
+
+def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
+    """Rows and digest of the shard of an origin; None if it isn't there or is damaged."""
+    try:
+        shard, found, digest = _read(path)
+    except FormatError:
+        return None
+    return (len(shard.right), digest) if found == origin and digest else None
+
+
+def read_shard(path: Path, digest: str = "") -> Shard:
+    """Read a shard.
+
+    Parameters
+    ----------
+    digest
+        The one that it must have, if that is known.
+
+    Raises
+    ------
+    FormatError
+        If it isn't there, isn't one, is damaged or is another one.
+    """
+    shard, _, found = _read(path)
+    if digest and found != digest:
+        raise FormatError(
+            f"this is not the shard that {MANIFEST} names: its digest differs",
+            where=str(path),
+            fix=AGAIN,
+        )
+    return shard
+
+
+def _read(path: Path) -> tuple[Shard, Origin, str]:
+    """A shard, where it comes from, and its digest, which is checked; older ones have none."""
+    pa = pyarrow()
+    try:
+        with pa.parquet.ParquetFile(io.BytesIO(path.read_bytes())) as file:
+            about = file.metadata.metadata
+            names = msgspec.json.decode(about[NAMES], type=_Names)
+            origin = msgspec.json.decode(about[ORIGIN], type=Origin)
+            table = file.read()
+        features = table["features"].combine_chunks()
+        shard = Shard(
+            names.bases,
+            names.words,
+            np.array(names.keys, dtype=np.int64),
+            features.values.to_numpy(),
+            features.offsets.to_numpy(),
+            table["right"].to_numpy(),
+            table["wrong"].to_numpy(),
+        )
+        digest = about.get(DIGEST, b"").decode()
+        what = "its digest differs" if digest and digest != _digest(shard, origin) else ""
+    except Exception as error:  # a damaged file can raise anything
+        what = " ".join(str(error).split()) or type(error).__name__
+    if what:
+        raise FormatError(f"this shard can't be read: {what}", where=str(path), fix=AGAIN)
+    return shard, origin, digest
+
+
+def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
+    """Write what a folder holds, with its digest; it's complete when this is there."""
+    sealed = msgspec.structs.replace(manifest, digest=_manifest_digest(manifest))
+    content = msgspec.json.format(msgspec.json.encode(sealed), indent=1)
+    write_bytes(folder / MANIFEST, content + b"\n")
+    return sealed
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read what a folder of shards holds.
+
+    Raises
+    ------
+    FormatError
+        If it isn't one, or was made by another version of the program.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest = msgspec.json.decode(path.read_bytes(), type=Manifest)
+    except OSError as error:
+        raise FormatError(
+            "there are no shards, or they aren't complete", where=str(path), fix=AGAIN
+        ) from error
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(str(error), where=str(path), fix=AGAIN) from error
+    versions = (manifest.format_version, manifest.catalogue_version)
+    if versions not in [(v, CATALOGUE_VERSION) for v in (FORMAT_VERSION, UNSEALED_VERSION)]:
+        raise FormatError("another version of ct made them", where=str(path), fix=AGAIN)
+    expected = ""
+    if manifest.format_version == FORMAT_VERSION:
+        expected = _manifest_digest(manifest)
+    if manifest.digest != expected:
+        raise FormatError(
+            "the content is not what was written: its digest differs",
+            where=f"{path}: digest",
+            fix=AGAIN,
+        )
+    return manifest
+
+
+def _manifest_digest(manifest: Manifest) -> str:
+    rest = msgspec.structs.replace(manifest, digest="")
+    return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"

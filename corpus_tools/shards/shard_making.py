@@ -1,0 +1,229 @@
+"""From corpora to shards: many corpora at once, each in pieces of bounded size."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+
+import numpy as np
+
+import g3.features  # noqa: F401  (fills the catalogue)
+from corpus_tools.corpus.labelled_corpus import Negatives, Options, labelled_examples, scenario_ids
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.parallel import Workers, work
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.shards.shard_files import (
+    FORMAT_VERSION,
+    Manifest,
+    Origin,
+    Shard,
+    ShardRecord,
+    known_shard,
+    pyarrow,
+    write_manifest,
+    write_shard,
+)
+from g3.errors import CorpusError, FormatError
+from g3.features.feature_registry import CATALOGUE_VERSION, select
+from g3.features.matrix import fit_space
+from g3.groundings import Grounding
+from g3.learning.examples import Example, to_batch
+from g3.storage.only_writer import only_writer
+
+EXAMPLES = 20_000
+"""In one shard; what bounds the memory."""
+SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.parquet(\.new-\w+)?")
+"""A shard, or what a killed process left of one."""
+PORTIONS = 8
+"""For a cluster, whose size isn't known, into how many portions few corpora are divided."""
+
+
+@dataclass(frozen=True, slots=True)
+class Portion:
+    """Every `of`-th shard of a corpus, from the one with this number on."""
+
+    corpus: str
+    order: int
+    number: int
+    of: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    hash: str
+    sources: Counter[str]
+    scenarios: set[str]
+    shards: list[ShardRecord]
+
+
+def write_shards(
+    corpora: Sequence[str],
+    out: Path,
+    options: Options,
+    *,
+    workers: Workers,
+    size: int = EXAMPLES,
+    on_progress: OnProgress | None = None,
+) -> tuple[Manifest, list[str]]:
+    """Write the features of corpora into a folder; each worker holds one corpus at a time.
+
+    Parameters
+    ----------
+    corpora
+        Names or folders.
+    out
+        A new folder, an empty one, or one that was left unfinished: its shards are kept if they
+        are what would be made.
+    size
+        How many examples a shard has at most.
+
+    Returns
+    -------
+    tuple
+        What the folder holds, and why corpora were left out, a line each.
+
+    Raises
+    ------
+    CorpusError
+        If nothing could be read, the folder has other things in it, or another program is
+        writing to it.
+    """
+    pyarrow()
+    out.mkdir(parents=True, exist_ok=True)
+    with only_writer(out.absolute()):
+        return _write_shards(
+            corpora, out, options, workers=workers, size=size, on_progress=on_progress
+        )
+
+
+def _write_shards(
+    corpora: Sequence[str],
+    out: Path,
+    options: Options,
+    *,
+    workers: Workers,
+    size: int,
+    on_progress: OnProgress | None,
+) -> tuple[Manifest, list[str]]:
+    sets = select(without=options.ablated, plus=options.added)
+    if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
+        raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
+    wanted = PORTIONS if workers.scheduler else workers.jobs
+    of = -(-wanted // len(corpora))
+    portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
+    make = partial(_write_portion, out=out.absolute(), options=options, size=size)
+    made: dict[Portion, _Made] = {}
+    failures: dict[str, Exception] = {}
+    for done in work(make, portions, workers):
+        if done.result is not None:
+            made[done.item] = done.result
+        elif done.error is not None:
+            failures[done.item.corpus] = done.error
+        if on_progress is not None:
+            on_progress("making shards", len(made) + len(failures), len(portions))
+    whole = [made[p] for p in portions if p in made and p.corpus not in failures]
+    if not whole:
+        raise next(iter(failures.values()))
+    manifest = Manifest(
+        format_version=FORMAT_VERSION,
+        catalogue_version=CATALOGUE_VERSION,
+        sets=tuple(s.name for s in sets),
+        ablated=options.ablated,
+        added=options.added,
+        negatives=options.negatives,
+        seed=options.seed,
+        corpora={p.corpus: made[p].hash for p in portions if p.corpus not in failures},
+        sources=dict(sorted(sum((m.sources for m in whole), Counter()).items())),
+        scenarios=tuple(sorted(set().union(*(m.scenarios for m in whole)))),
+        shards=tuple(sorted((s for m in whole for s in m.shards), key=lambda s: s.file)),
+    )
+    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
+        path.unlink()
+    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
+
+
+def _line(corpus: str, error: Exception) -> str:
+    if isinstance(error, CorpusError):
+        return f"{corpus}: left out: {error}"
+    return f"{corpus}: left out: {type(error).__name__}: {error}"
+
+
+def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
+    digest, items = _examples(portion.corpus, options.negatives, options.seed)
+    made = _Made(digest, Counter(), set(), [])
+    sets = tuple(s.name for s in select(without=options.ablated, plus=options.added))
+    for first in range(portion.number * size, len(items), portion.of * size):
+        part = items[first : first + size]
+        made.sources.update(e.source for e in part)
+        made.scenarios.update(scenario_ids(part))
+        file = f"{portion.order:05}-{first // size:05}.parquet"
+        features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
+        origin = Origin(digest, first, len(part), *features)
+        known = known_shard(out / file, origin)
+        if known is None:
+            shard = to_shard(part, options)
+            known = len(shard.right), write_shard(out / file, shard, origin)
+        made.shards.append(ShardRecord(file, len(part), *known))
+    return made
+
+
+@lru_cache(maxsize=1)
+def _examples(corpus: str, negatives: Negatives, seed: int) -> tuple[str, list[Example]]:
+    opened = open_corpus(corpus)
+    return opened.hash, labelled_examples(opened, negatives=negatives, seed=seed)
+
+
+def to_shard(items: Sequence[Example], options: Options) -> Shard:
+    """The features of examples.
+
+    Examples with the same words and groundings are merged before their features are computed,
+    rows with the same features after; the likelihood of the rows with their counts is exactly
+    that of the examples.
+    """
+    first: dict[tuple[object, ...], int] = {}
+    place = np.array([first.setdefault(_inputs(e), len(first)) for e in items], dtype=np.intp)
+    different = [items[i] for i in np.unique(place, return_index=True)[1]]
+    sets = select(without=options.ablated, plus=options.added)
+    space, matrix = fit_space(to_batch(different), sets)
+    features = matrix.indices.astype(np.int32)
+    number: dict[bytes, int] = {}
+    row = np.array(
+        [
+            number.setdefault(features[begin:end].tobytes(), len(number))
+            for begin, end in zip(matrix.indptr[:-1], matrix.indptr[1:], strict=True)
+        ],
+        dtype=np.intp,
+    )
+    kept = matrix[np.unique(row, return_index=True)[1]]
+    correct = np.array([e.correct for e in items], dtype=bool)
+    right, wrong = (
+        np.bincount(row[place][chosen], minlength=len(number)).astype(np.int32)
+        for chosen in (correct, ~correct)
+    )
+    return Shard(
+        space.bases,
+        space.words,
+        space.keys,
+        kept.indices.astype(np.int32),
+        kept.indptr.astype(np.int32),
+        right,
+        wrong,
+    )
+
+
+def _inputs(example: Example) -> tuple[object, ...]:
+    """All that features see of an example."""
+    return (
+        example.sdc.type,
+        id(example.annotation.context),
+        *(_ids(g) for g in (example.figure, example.landmark, example.theme, example.goal)),
+        tuple(example.words.values()),
+    )
+
+
+def _ids(groundings: Iterable[Grounding]) -> tuple[int, ...]:
+    return tuple(id(g) for g in groundings)

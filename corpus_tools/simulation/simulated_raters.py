@@ -1,0 +1,133 @@
+"""Simulated ratings of commands shown with videos.
+
+The model: a pair has a quality, high for a command's own video and low for another one; a rater
+sees it with a bias of their own and with noise, and puts it on the five points at fixed
+thresholds. Some raters are careless and rate at random. With the values given here the parts of
+the judgments that agree are near those of the paper's own judgments (0.88 and 0.10).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from corpus_tools.corpus.corpus_model import Corpus
+from g3.annotation import RATINGS, Command, Judgment
+from g3.errors import FormatError
+
+STUDY = "simulated"
+THRESHOLDS = (-1.5, -0.5, 0.5, 1.5)
+"""Between the five points."""
+
+
+@dataclass(frozen=True, slots=True)
+class RaterModel:
+    """How people rate.
+
+    Parameters
+    ----------
+    own, other
+        Mean quality of a command with its own video, and with another scenario's.
+    spread
+        Standard deviation of the quality among pairs.
+    bias
+        Standard deviation of raters' biases.
+    noise
+        Standard deviation of one rating.
+    careless
+        Part of the raters who rate at random.
+    """
+
+    own: float = 1.9
+    other: float = -1.2
+    spread: float = 0.6
+    bias: float = 0.4
+    noise: float = 0.7
+    careless: float = 0.03
+
+
+def rate(
+    corpus: Corpus,
+    *,
+    raters: int,
+    judgments: int,
+    seed: int,
+    model: RaterModel | None = None,
+) -> tuple[Judgment, ...]:
+    """Rate each command with its own video and with one of another scenario.
+
+    Parameters
+    ----------
+    raters
+        How many there are.
+    judgments
+        For each pair, by different raters.
+    seed
+        Of all chance.
+
+    Raises
+    ------
+    FormatError
+        If there are too few raters or scenarios.
+    """
+    model = model or RaterModel()
+    commands = list(corpus.commands.values())
+    scenarios = sorted({command.scenario for command in commands})
+    if judgments > raters:
+        raise FormatError(
+            f"{raters} raters can't give {judgments} judgments of a pair", fix="ask for more raters"
+        )
+    if len(scenarios) < 2:
+        raise FormatError(
+            "a corpus with one scenario has no other videos", fix="take one with two at least"
+        )
+    rng = np.random.default_rng(seed)
+    others = [_another(command, commands, rng) for command in commands]
+    pairs = [(c, v) for c, o in zip(commands, others, strict=True) for v in (_video(c), o)]
+    points = _points(pairs, raters, judgments, model, rng)
+    return tuple(
+        Judgment(
+            id=f"{command.id}/{shown}/{rater}",
+            command=command.text,
+            command_video=_video(command),
+            shown_video=shown,
+            rating=RATINGS[point],
+            subject=f"simulated-{rater:04}",
+            study=STUDY,
+        )
+        for (command, shown), given in zip(pairs, points, strict=True)
+        for rater, point in given
+    )
+
+
+def _video(command: Command) -> str:
+    return command.video or command.scenario
+
+
+def _another(command: Command, commands: Sequence[Command], rng: np.random.Generator) -> str:
+    videos = sorted({_video(c) for c in commands if c.scenario != command.scenario})
+    return videos[int(rng.integers(len(videos)))]
+
+
+def _points(
+    pairs: Sequence[tuple[Command, str]],
+    raters: int,
+    judgments: int,
+    model: RaterModel,
+    rng: np.random.Generator,
+) -> list[list[tuple[int, int]]]:
+    """For each pair its raters, and which of the five points each gives."""
+    bias = rng.normal(0, model.bias, raters)
+    careless = rng.random(raters) < model.careless
+    own = np.array([_video(command) == shown for command, shown in pairs])
+    mean = np.where(own, model.own, model.other) + rng.normal(0, model.spread, len(pairs))
+    found = []
+    for quality in mean:
+        chosen = rng.choice(raters, size=judgments, replace=False)
+        seen = quality + bias[chosen] + rng.normal(0, model.noise, judgments)
+        by_chance = rng.integers(len(RATINGS), size=judgments)
+        points = np.where(careless[chosen], by_chance, np.searchsorted(THRESHOLDS, seen))
+        found.append([(int(r), int(p)) for r, p in zip(chosen, points, strict=True)])
+    return found

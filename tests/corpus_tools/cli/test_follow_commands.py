@@ -1,0 +1,183 @@
+"""``ct follow`` as people use it, with a small model."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from corpus_tools.cli.follow_commands import follow
+from corpus_tools.following.bundled_grounder import state_after, to_script
+from corpus_tools.importers.authored.bundled import open_corpus
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import is_open, spots_about, square
+from g3.actions.logged_actions import centre, covers
+from g3.actions.robot_state import start_state
+from g3.errors import CorpusError
+from g3.features.feature_registry import select
+from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.learning.grounding_model import GroundingModel
+
+SCENARIO = ["--scenario", "dock_pick_up_tires"]
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    corpus = open_corpus("warehouse")
+    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
+    data = training_data(known, select())
+    path = tmp_path_factory.mktemp("model") / "small.npz"
+    GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
+    return ["--model", str(path)]
+
+
+def run(*arguments, **options):
+    return CliRunner().invoke(follow, list(arguments), **options)
+
+
+def test_a_plan_is_shown_with_its_groundings(model):
+    done = run("Pick up the boxes", *SCENARIO, *model, "--plan-only", "--format", "json")
+    assert done.exit_code == 0, done.output
+    (plan,) = json.loads(done.stdout)["plans"]
+    assert plan["actions"][0].startswith("pick up boxes-")
+    grounded = {g["text"]: g["objects"] for g in plan["groundings"]}
+    assert grounded["the boxes"][0] in plan["actions"][0]
+
+
+def test_the_same_command_gives_the_same_output(model):
+    first, second = (
+        run("Lift the boxes", *SCENARIO, *model, "--plan-only", "--explain") for _ in range(2)
+    )
+    assert first.exit_code == 0
+    assert first.output == second.output
+
+
+def test_reasons_are_told_in_plain_words(model):
+    text = "Pick up the boxes and back up"
+    done = run(text, *SCENARIO, *model, "--plan-only", "--explain")
+    assert done.exit_code == 0, done.output
+    lines = done.stdout.splitlines()
+    assert any(
+        line.startswith("  'the boxes': boxes-") and ", rather than " in line for line in lines
+    )
+    reasons = [line.strip() for line in lines if line.startswith("      ")]
+    assert reasons
+    told = (" likelier for ", " less likely for ", "nothing in these words")
+    assert all(any(words in reason for words in told) for reason in reasons)
+    assert not any("/" in line or "_" in line for line in reasons)
+
+
+def test_a_rule_that_decides_is_named_and_can_be_switched_off(model):
+    command = ("Pick up the boxes", *SCENARIO, *model, "--plan-only", "--explain")
+    assert " for the rule verb-take: taking picks up" in run(*command).stdout
+    assert "rule verb-take" not in run(*command, "--ablate", "verb-take").stdout
+    done = run(*command, "--ablate", "smell")
+    assert isinstance(done.exception, CorpusError)
+    assert "no potential 'smell'" in str(done.exception)
+    assert "verb-take" in done.exception.fix
+
+
+def test_what_nobody_understands_is_refused_with_status_2(model):
+    done = run("fly", *SCENARIO, *model, "--plan-only")
+    assert done.exit_code == 2
+    assert "'fly'" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("text", ["", "   "])
+def test_an_empty_command_is_refused(text, model):
+    done = run(text, *SCENARIO, *model, "--plan-only")
+    assert isinstance(done.exception, CorpusError)
+    assert "empty" in str(done.exception)
+
+
+def test_an_unknown_scenario_is_refused(model):
+    done = run("Pick up the boxes", "--scenario", "nowhere", *model, "--plan-only")
+    assert isinstance(done.exception, CorpusError)
+    assert "ct scenarios list" in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["Lift it"], "Give either --scenario or --context."),
+        ([*SCENARIO], "Give either TEXT or --interactive."),
+        (["Lift it", *SCENARIO, "--video", "out.avi"], ".mp4"),
+        (["Lift it", "--context", "warehouse"], "CORPUS:ID"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(arguments, message, model):
+    done = run(*arguments, *model)
+    assert done.exit_code == 2
+    assert message in done.stderr
+
+
+def test_the_interactive_loop_keeps_the_state_of_the_world(model):
+    done = run(*SCENARIO, *model, "--interactive", "--plan-only", input="Lift the boxes\n1\n\n")
+    assert done.exit_code == 0, done.output
+    assert "pick up boxes-" in done.stdout
+
+
+def test_plans_become_scripts(model):
+    state = start_state(open_corpus("warehouse").contexts["dock_pick_up_tires"])
+    place = square(np.array([10.0, 10.0]), 0.0, 0.0)
+    actions = [
+        Action("turn", amount=np.pi / 2),
+        Action("drive to", target=(state.thing("trailer-1"),)),
+        Action("carry", "tires-2", place=place),
+    ]
+    told = to_script(state, actions)
+    steps = [(step.action, step.argument) for step in told.script]
+    assert steps == [
+        ("turn_deg", pytest.approx(90.0)),
+        ("approach", "trailer-1"),
+        ("pick_up", "tires-2"),
+        ("put_down", "place-1"),
+    ]
+    assert told.places == {"place-1": place}
+    assert told.clause == (0, 1, 2, 2)
+    # On a deck any spot will do: forks don't reach to its middle.
+    on_deck = square(np.array([10.0, 10.0]), 0.0, 0.8)
+    (wider,) = to_script(state, [Action("carry", "tires-2", place=on_deck)]).places.values()
+    assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(3 * np.ptp(on_deck.prism.xy, axis=0))
+    assert (wider.prism.z_min, wider.prism.z_max) == (on_deck.prism.z_min, on_deck.prism.z_max)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenario", "load", "carrier"),
+    [
+        ("court_take_tires_to_issue", "tires-1", "truck-1"),
+        ("yard_put_tires_on_truck", "tires-2", "truck-2"),
+        ("dock_put_boxes_on_trailer", "boxes-1", "trailer-1"),
+        # Its deck has a load already, and one end of it is a cab.
+        ("depot_move_boxes_from_truck_to_trailer", "boxes-2", "truck-1"),
+    ],
+)
+def test_plans_put_loads_on_decks(scenario, load, carrier):
+    execution = pytest.importorskip("corpus_tools.world.physics.execute")
+    state = start_state(open_corpus("warehouse").contexts[scenario])
+    deck = state.thing(carrier).prism
+    place = next(
+        spot
+        for spot in spots_about((state.thing(carrier),), state)
+        if spot.prism.z_min == deck.z_max and is_open(spot, state, load)
+    )
+    told = to_script(state, [Action("carry", load, place=place)])
+    done = execution.execute(state.context, told.script, places=told.places, rate_hz=5.0)
+    assert done.problems == ()
+    end = state_after(done.recording, None).thing(load).prism
+    assert end.z_min == pytest.approx(deck.z_max, abs=0.02)
+    assert covers(deck, centre(end))
+
+
+@pytest.mark.slow
+def test_a_command_is_carried_out_and_filmed(model, tmp_path):
+    video = tmp_path / "out.mp4"
+    done = run("Pick up the boxes", *SCENARIO, *model, "--video", str(video), "--json")
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert told["execution"]["failure"] is None
+    assert told["execution"]["files"] == [str(video), str(video.with_suffix(".mcap"))]
+    assert video.stat().st_size > 10_000
+    assert video.with_suffix(".mcap").is_file()
