@@ -27,7 +27,7 @@ from g3.sdc.clauses import SDC, SDCType
 if TYPE_CHECKING:
     from g3.actions.action_kinds import Action
     from g3.inference.potentials.potential_registry import Kind
-    from g3.inference.search.arguments import Arguments
+    from g3.inference.problem.grounding_problem import Arguments
 
 T = TypeVar("T")
 

@@ -125,3 +125,27 @@ class Surroundings:
     def surfaces(self) -> frozenset[str]:
         """Ids of what a load can be put on."""
         return frozenset(o.id for o in self.state.context.objects if is_surface(o))
+
+
+@dataclass(frozen=True, slots=True)
+class Arguments:
+    """Candidates of what a top-level clause is about.
+
+    Parameters
+    ----------
+    themes, goals
+        Candidates of its theme and of its goal; None alone where it has none.
+    goal_path
+        The PATH whose landmark the goal is, -1 if there is none.
+    paths
+        Other PATHs with the candidates of their landmarks.
+    problem, toward
+        What themes and landmarks are grounded in, and what goals are.
+    """
+
+    themes: tuple[Candidate | None, ...]
+    goals: tuple[Candidate | None, ...]
+    goal_path: int
+    paths: Mapping[int, tuple[Candidate | None, ...]]
+    problem: Surroundings | None = None
+    toward: Surroundings | None = None

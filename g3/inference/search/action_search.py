@@ -26,12 +26,12 @@ from g3.inference.potentials.potential_registry import added, added_by
 from g3.inference.problem.clause_roles import leaves_open, told_side
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
-from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Arguments, Candidate, Surroundings
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
-from g3.inference.search.arguments import Arguments, arguments, combine, focus_of
+from g3.inference.search.arguments import arguments, combine, focus_of
 from g3.inference.search.leaves import leaf_scores
 from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.search.thing_search import ground_thing

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ from g3.inference.problem.clause_roles import (
     ways,
 )
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Arguments, Candidate, Surroundings
 from g3.inference.problem.packed_scene import Group
 from g3.inference.search.thing_search import (
     as_argument,
@@ -43,30 +43,6 @@ from g3.language.lexicon.word_sets import BETWEEN
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
 """How many are tried with actions that are about neither."""
-
-
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """Candidates of what a top-level clause is about.
-
-    Parameters
-    ----------
-    themes, goals
-        Candidates of its theme and of its goal; None alone where it has none.
-    goal_path
-        The PATH whose landmark the goal is, -1 if there is none.
-    paths
-        Other PATHs with the candidates of their landmarks.
-    problem, toward
-        What themes and landmarks are grounded in, and what goals are.
-    """
-
-    themes: tuple[Candidate | None, ...]
-    goals: tuple[Candidate | None, ...]
-    goal_path: int
-    paths: Mapping[int, tuple[Candidate | None, ...]]
-    problem: Surroundings | None = None
-    toward: Surroundings | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,9 @@ from g3.features.factor_batch import FactorBatch
 from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost
-from g3.inference.problem.grounding_problem import Candidate
+from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.inference.problem.packed_scene import Scene, carried_bodies, join, moving_bodies, scene_of
-from g3.inference.search.arguments import Arguments, Rows, current
+from g3.inference.search.arguments import Rows, current
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,9 +28,9 @@ from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.potentials.verbs import HANDLING
 from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Candidate
+from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.inference.problem.packed_scene import Group
-from g3.inference.search.arguments import Arguments, combine
+from g3.inference.search.arguments import combine
 from g3.inference.search.stage import Trial, event_batch, path_batch
 from g3.learning.factor_matrix import Labelled
 

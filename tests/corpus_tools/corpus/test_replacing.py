@@ -27,7 +27,7 @@ KILLS = int(os.environ.get("CT_KILLS", "12"))
 WRITER = """
 import itertools, os, signal, sys
 from pathlib import Path
-from corpus_tools.corpus import atomic
+from corpus_tools.runtime import atomic_folder as atomic
 folder, how = Path(sys.argv[1]), sys.argv[2]
 if how != "exchange":
     atomic.exchange = lambda one, other: False
@@ -151,8 +151,8 @@ def test_a_second_writer_is_told_and_a_killed_one_holds_nobody_up(folder):
 
 IMPORT = """
 import sys
-from corpus_tools import cli
-sys.exit(cli.run(["import", "authored", *sys.argv[1:]]))
+from corpus_tools.cli import console
+sys.exit(console.run(["import", "authored", *sys.argv[1:]]))
 """
 
 

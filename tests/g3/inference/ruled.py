@@ -8,9 +8,8 @@ from g3.groundings import Context
 from g3.inference.potentials.cases import ActionCase, CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import added_by, potentials
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import Arguments, Surroundings
 from g3.inference.problem.packed_scene import scene_of
-from g3.inference.search.arguments import Arguments
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 from tests.worlds import robot

@@ -9,8 +9,7 @@ from g3.groundings import Context
 from g3.inference.potentials.cases import PathCase
 from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Candidate
-from g3.inference.search.arguments import Arguments
+from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem
 from tests.worlds import robot, thing

@@ -10,8 +10,7 @@ from g3.groundings import Context
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import added_by
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Candidate
-from g3.inference.search.arguments import Arguments
+from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
 from tests.g3.inference.ruled import WEIGHT, of_actions, problem
