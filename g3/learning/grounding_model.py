@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
+from g3.estimator import Estimator
 from g3.features.feature_registry import FeatureSet, select
 from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
 from g3.groundings import FloatArray
 from g3.learning import crf
-from g3.learning.estimator import Estimator
 from g3.learning.examples import Example, to_batch
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.model_file import TrainingCard, read_model, write_model

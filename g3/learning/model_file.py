@@ -19,10 +19,10 @@ import numpy.typing as npt
 
 from g3 import __version__
 from g3.errors import ModelError
+from g3.estimator import read_bytes
 from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
-from g3.learning.estimator import read_bytes
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 from g3.storage.only_writer import only_writer

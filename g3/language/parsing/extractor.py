@@ -19,6 +19,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from g3.estimator import Estimator, read_bytes
 from g3.language.parsing.attachment import AttachmentModel, probabilities
 from g3.language.parsing.extractor_file import from_bytes, to_bytes
 from g3.language.parsing.role_model import RoleModel, Scores, best_roles, likely_roles, score
@@ -26,7 +27,6 @@ from g3.language.parsing.spacy_pipeline import Analysis, analysed
 from g3.language.parsing.tree_assembly import Clause, assemble
 from g3.language.parsing.word_features import features
 from g3.language.parsing.word_roles import Role
-from g3.learning.estimator import Estimator, read_bytes
 from g3.sdc.clauses import SDC
 from g3.storage.atomic_file import write_bytes
 

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from g3.errors import CorpusError, ModelError
+from g3.estimator import NotFittedError
 from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor, default_extractor
 from g3.language.parsing.spacy_pipeline import analyse
 from g3.language.parsing.training.extractor_training import prepare, recipe
-from g3.learning.estimator import NotFittedError
 from g3.sdc.sdc_notation import parse_brackets
 from g3.storage.array_file import DIGEST, write_arrays
 

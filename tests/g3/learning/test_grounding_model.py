@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from g3.errors import ModelError
+from g3.estimator import NotFittedError
 from g3.features.feature_registry import select
-from g3.learning.estimator import NotFittedError
 from g3.learning.examples import examples, labels
 from g3.learning.factor_matrix import joined, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
