@@ -19,7 +19,6 @@ from annotation_app.database import reading, transaction
 from annotation_app.installation import installation, now
 from annotation_app.limits import limited, submissions
 from annotation_app.models import TASKS, Answer, Item, Record, Study, Task
-from annotation_app.openapi import description
 from annotation_app.payloads import page_data
 from annotation_app.people import keep_practice
 from annotation_app.problems import Refusal
@@ -66,12 +65,6 @@ REQUESTS: dict[str, type[msgspec.Struct]] = {
     "adjudicate": AnswerRequest,
 }
 T = TypeVar("T", bound=msgspec.Struct)
-
-
-@blueprint.get("/openapi.json")
-def openapi() -> Response:
-    """The description of this interface."""
-    return flask.jsonify(description())
 
 
 @blueprint.get("/session")

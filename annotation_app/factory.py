@@ -12,7 +12,7 @@ from sqlalchemy import Engine
 from werkzeug.exceptions import HTTPException
 from werkzeug.middleware.proxy_fix import ProxyFix
 
-from annotation_app import api, media
+from annotation_app import api, media, openapi
 from annotation_app.config import Config
 from annotation_app.crowds import pages as crowds
 from annotation_app.dashboard import audit_pages, interface, login_admin
@@ -63,7 +63,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     attempts = Attempts(config.instance, config.model)
     install(app, Installation(config, engine, installation_salt(engine, config), counter, attempts))
     CSRFProtect(app)
-    modules = (api, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
+    modules = (api, openapi, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS):
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)

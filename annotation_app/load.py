@@ -24,7 +24,8 @@ from annotation_app.models import (
     Study,
     Task,
 )
-from annotation_app.people import hashed, new_id
+from annotation_app.people import hashed
+from annotation_app.random_ids import new_id
 from annotation_app.setup import Rendered, add_video, put_media
 from annotation_app.study import StudyConfig, TaskConfig, stored
 from corpus_tools.corpus.corpus_model import Corpus

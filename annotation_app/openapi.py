@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
+import flask
 import msgspec
+from flask import Blueprint, Response
 
+from annotation_app.api import REQUESTS
+from annotation_app.dashboard import interface
 from annotation_app.models import TASKS
+from annotation_app.trying.pages import TryRequest
 from corpus_tools import __version__
 
 _JSON = "application/json"
 
+blueprint = Blueprint("openapi", __name__, url_prefix="/api")
+
+
+@blueprint.get("/openapi.json")
+def openapi() -> Response:
+    """The description of the interface."""
+    return flask.jsonify(description())
+
 
 def description() -> dict[str, Any]:
     """The whole description, version 3.1."""
-    from annotation_app.api import REQUESTS  # noqa: PLC0415 - the interface serves this
-    from annotation_app.dashboard import interface  # noqa: PLC0415 - as above
-    from annotation_app.trying.pages import TryRequest  # noqa: PLC0415 - as above
-
     requests = {**REQUESTS, "try": TryRequest}
     schemas = msgspec.json.schema_components(
         requests.values(), ref_template="#/components/schemas/{name}"

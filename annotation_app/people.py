@@ -16,6 +16,7 @@ from annotation_app.installation import installation, now
 from annotation_app.models import Person, Record, Role
 from annotation_app.person_codes import new_code
 from annotation_app.problems import Refusal
+from annotation_app.random_ids import new_id
 
 OPEN = "open"
 INVITED = "invited"
@@ -23,11 +24,6 @@ LOGIN = "login"
 
 RANKS: dict[Role, int] = {"worker": 0, "annotator": 1, "adjudicator": 2, "admin": 3}
 """Who may do what others may: each what those before may."""
-
-
-def new_id() -> str:
-    """An id that can't be guessed."""
-    return secrets.token_hex(12)
 
 
 def hashed(salt: bytes, provider: str, external: str) -> str:

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.models import Answer, Item, Media, Person, Record, Slot, Study, Task
 from annotation_app.payloads import scene_of
-from annotation_app.people import new_id
+from annotation_app.random_ids import new_id
 from annotation_app.study import StudyConfig, restored
 from annotation_app.submissions import AGREED, add_event
 from g3.sdc.clauses import breadth_first

@@ -19,7 +19,7 @@ from annotation_app.compaction import ask, compact_if_asked
 from annotation_app.database import lock_set_up, transaction
 from annotation_app.erasure import ERASED, is_booked, unlink
 from annotation_app.models import Draft, Handout, Item, Participation, Person, Study
-from annotation_app.people import new_id
+from annotation_app.random_ids import new_id
 from annotation_app.study import restored
 
 DAY_S = 86_400.0

@@ -14,8 +14,8 @@ from annotation_app.database import lock_set_up
 from annotation_app.installation import now
 from annotation_app.media import digest
 from annotation_app.models import Item, Media, Slot, Study
-from annotation_app.people import new_id
 from annotation_app.pipeline import NewItem, add_item
+from annotation_app.random_ids import new_id
 from annotation_app.study import StudyConfig, stored
 from g3.errors import FormatError
 

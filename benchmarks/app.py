@@ -36,7 +36,8 @@ from annotation_app.config import Config, open_instance
 from annotation_app.database import open_database, reading, transaction
 from annotation_app.factory import create_app
 from annotation_app.models import Answer, Event, Item, Person, Slot, Study
-from annotation_app.people import hashed, keep_consent, new_id
+from annotation_app.people import hashed, keep_consent
+from annotation_app.random_ids import new_id
 from annotation_app.schema import migrate
 from annotation_app.setup import put_study
 from annotation_app.study import StudyConfig, TaskConfig

@@ -13,8 +13,8 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from annotation_app.people import new_id
 from annotation_app.problems import Refusal
+from annotation_app.random_ids import new_id
 from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, write_state
 
 FOLDER = "tries"

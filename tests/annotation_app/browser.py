@@ -11,7 +11,8 @@ from sqlalchemy import Engine
 from annotation_app.database import transaction
 from annotation_app.installation import Installation
 from annotation_app.models import Person, Role
-from annotation_app.people import add_person, keep_consent, new_id
+from annotation_app.people import add_person, keep_consent
+from annotation_app.random_ids import new_id
 from annotation_app.work import find_study
 
 COMMAND = "Pick up the tires by the truck."

@@ -1,0 +1,10 @@
+"""Ids of people and items."""
+
+from __future__ import annotations
+
+import secrets
+
+
+def new_id() -> str:
+    """An id that can't be guessed."""
+    return secrets.token_hex(12)
