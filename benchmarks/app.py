@@ -13,16 +13,11 @@ import contextlib
 import os
 import random
 import resource
-import signal
-import socket
-import subprocess
-import sys
 import tempfile
 import time
-import urllib.request
 import uuid
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -42,11 +37,11 @@ from annotation_app.schema import migrate
 from annotation_app.setup import put_study
 from annotation_app.study import StudyConfig, TaskConfig
 from benchmarks.app_client import LOST, Client
+from benchmarks.app_servers import PATIENCE_S, Server, servers
 
 STUDY = "load"
 VIDEOS = 6
 RATINGS = 1
-PATIENCE_S = 60.0
 UNAVAILABLE = 503
 """What servers answer while the database is gone."""
 
@@ -128,65 +123,6 @@ def cookies(config: Config, people: Sequence[str]) -> list[str]:
     signed = [str(signer.dumps({"person": person})) for person in people]
     engine.dispose()
     return signed
-
-
-def free_port() -> int:
-    """A port that no connection gets by chance while its server is down."""
-    for port in random.SystemRandom().sample(range(15_000, 30_000), 100):
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            return port
-    raise OSError("no port is free")
-
-
-class Server:
-    """A process of ``ct annotate`` that can be killed and started again."""
-
-    def __init__(self, config: Config, threads: int) -> None:
-        self.config = config
-        self.threads = threads
-        self.port = free_port()
-        self.process = self._start()
-
-    @property
-    def address(self) -> str:
-        return f"http://127.0.0.1:{self.port}"
-
-    def _start(self) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "corpus_tools", "annotate", "serve"]
-        options = ["--instance", str(self.config.instance), "--port", str(self.port)]
-        options += ["--database", str(self.config.database), "--threads", str(self.threads)]
-        return subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
-
-    def wait(self) -> None:
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            with contextlib.suppress(OSError):
-                urllib.request.urlopen(f"{self.address}/api/session", timeout=5).close()
-                return
-            time.sleep(0.1)
-        raise TimeoutError(f"no server at {self.address}")
-
-    def kill_and_restart(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
-        self.process = self._start()
-
-    def stop(self) -> None:
-        self.process.kill()
-        self.process.wait()
-
-
-@contextlib.contextmanager
-def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
-    running = [Server(config, threads) for _ in range(count)]
-    try:
-        for server in running:
-            server.wait()
-        yield running
-    finally:
-        for server in running:
-            server.stop()
 
 
 class Worker:

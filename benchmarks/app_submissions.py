@@ -23,8 +23,9 @@ from annotation_app.database import opened, transaction
 from annotation_app.schema import migrate
 from annotation_app.setup import put_study, rendered_videos
 from annotation_app.study import RatedPair, StudyConfig, TaskConfig
-from benchmarks.app import PATIENCE_S, STUDY, add_workers, cookies, servers
+from benchmarks.app import STUDY, add_workers, cookies
 from benchmarks.app_client import Client
+from benchmarks.app_servers import PATIENCE_S, servers
 
 PAIRS = 20
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")

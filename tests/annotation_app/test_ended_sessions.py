@@ -177,8 +177,9 @@ def test_each_of_these_requests_tells_who_is_signed_in_from_strangers(
         ):
             same.add(request.route)
     assert same <= {
-        "account.login", "account.setup", "account.sign_in_", "account.use_link_", "openapi.openapi",
-        "api.session_", "crowds.enter", "crowds.finish", "dashboard.studies", "entrance.home",
+        "account.login", "account.setup", "account.sign_in_", "account.use_link_",
+        "openapi.openapi", "api.session_", "crowds.enter", "crowds.finish", "dashboard.studies",
+        "entrance.home",
         "entrance.invited", "entrance.welcome", "entrance.agree", "practice.practice_page",
         "trying.file", "trying.state",
     }  # fmt: skip
