@@ -17,28 +17,28 @@ from tests.annotation_app.rendered import render
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "processes", "workers", "videos", "answers", "kills"),
+    ("kind", "processes", "workers", "films", "answers", "kills"),
     [("sqlite", 1, 60, 2, 12, 1), ("sqlite", 3, 200, 8, 90, 14), ("postgresql", 2, 500, 2, 12, 1)],
 )
 def test_nothing_is_lost_nor_doubled(
     config: Config,
     processes: int,
     workers: int,
-    videos: int,
+    films: int,
     answers: int,
     kills: int,
     tmp_path: Path,
 ) -> None:
     tally = run_load(
         config,
-        rendered(tmp_path, videos),
+        rendered(tmp_path, films),
         workers=workers,
         answers=answers,
         processes=processes,
         think_s=0.5,
         kills=kills,
     )
-    check_all(config, tally, videos * answers)
+    check_all(config, tally, films * answers)
     assert tally.broken["tried again"] > 0
 
 

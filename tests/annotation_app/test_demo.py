@@ -69,7 +69,9 @@ def test_it_opens_the_demo_ends_and_goes_on(cache: Path, tmp_path: Path) -> None
     second = start_and_interrupt(cache, tmp_path)
     for told in (first, second):
         assert re.search(r"study demo: http://localhost:\d+/s/demo\n", told)
-        assert re.search(r"make the first admin, once: http://localhost:\d+/setup/\S+\n", told)
+        assert re.search(
+            r"make the first admin, once, within a day: http://localhost:\d+/setup/\S+\n", told
+        )
         assert "Ctrl-C" in told
     assert list(tmp_path.iterdir()) == []
 
