@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +46,7 @@ class FactorMatrix:
     space: FeatureSpace
     matrix: sparse.csr_array
     correct: npt.NDArray[np.bool_]
-    scenario: npt.NDArray[np.str_]
+    scenario: npt.NDArray[Any]
 
     def __len__(self) -> int:
         return len(self.correct)
