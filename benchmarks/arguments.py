@@ -10,10 +10,10 @@ import sys
 
 import numpy as np
 
-from eval.correspondence import TYPES, predicted_true
-from eval.experiment import run
-from eval.protocol import Choices
-from eval.statistics import figures
+from eval.statistics.estimates import figures
+from eval.table_1.correspondence import TYPES, predicted_true
+from eval.table_1.experiment import run
+from eval.table_1.protocol import Choices
 
 
 def main(corpus: str) -> None:

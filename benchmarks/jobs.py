@@ -13,8 +13,8 @@ import numpy as np
 
 from benchmarks.timing import compare, heading, show
 from corpus_tools.runtime.parallel import Team, Workers
-from eval.end_to_end import run as table_3
-from eval.resampling import resampled_sums
+from eval.statistics.resampling import resampled_sums
+from eval.table_3.end_to_end import run as table_3
 
 CLUSTERS, DRAWS = 50_000, 10_000
 

@@ -1,4 +1,4 @@
 """Measures models and corpora: the paper's tables, intervals, curves and error lists.
 
-Read :mod:`eval.correspondence` first.
+Read :mod:`eval.table_1.correspondence` first.
 """

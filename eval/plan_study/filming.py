@@ -10,8 +10,8 @@ from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST, Settings
 from corpus_tools.video.render_batch import produce_all
-from eval.plan_study.pairs import Pair
-from eval.plan_study.planning import run_corpus
+from eval.plan_study.study_pairs import Pair
+from eval.plan_study.study_plans import run_corpus
 from g3.errors import CorpusError
 
 VIDEOS = "videos"

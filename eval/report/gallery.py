@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from corpus_tools.corpus.corpus_model import Corpus
-from eval.report.plans import JudgedPlan, Plans
+from eval.report.plan_results import JudgedPlan, Plans
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject

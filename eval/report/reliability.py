@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.correspondence import Predictions
-from eval.studies.intervals import bootstrap
-from eval.studies.ratings import codes
+from eval.statistics.intervals import bootstrap
+from eval.statistics.ratings import codes
+from eval.table_1.correspondence import Predictions
 
 BINS = 10
 

@@ -16,9 +16,9 @@ from annotation_app.study import RatedPair, StudyConfig, TaskConfig, read_study,
 from annotation_app.work import find_study
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_writing import write_corpus
-from eval.plan_study.pairs import Pair, write_study
-from eval.plan_study.planning import PlanRecord
-from eval.plan_study.results import by_people
+from eval.plan_study.study_pairs import Pair, write_study
+from eval.plan_study.study_plans import PlanRecord
+from eval.plan_study.study_results import by_people
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.rendered import VIDEOS

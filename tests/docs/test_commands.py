@@ -49,17 +49,17 @@ ELSEWHERE = {
         "tests/corpus_tools/shards/test_shards.py",
         "a large corpus",
     ),
-    r"ct demo": ("tests/eval/test_demo.py", "three minutes"),
-    r"ct eval --end-to-end": ("tests/eval/test_plan_study.py", "half an hour"),
-    r"ct eval --table 3": ("tests/eval/test_end_to_end.py", "minutes"),
+    r"ct demo": ("tests/eval/cli/test_demo.py", "three minutes"),
+    r"ct eval --end-to-end": ("tests/eval/plan_study/test_plan_study.py", "half an hour"),
+    r"ct eval --table 3": ("tests/eval/table_3/test_end_to_end.py", "minutes"),
     r"ct eval --report": ("tests/eval/report/test_report.py", "needs plans and videos"),
     r"ct eval --table 2 .* (--models|--study)": (
-        "tests/eval/studies/test_table_2.py",
+        "tests/eval/table_2/test_table_2.py",
         "needs more judgments than the small corpus has",
     ),
-    r"ct eval --power": ("tests/eval/studies/test_power.py", "simulates studies for seconds"),
+    r"ct eval --power": ("tests/eval/statistics/test_power.py", "simulates studies for seconds"),
     r"ct eval --sdc .* --train warehouse$": (
-        "tests/eval/test_sdc_scores.py",
+        "tests/eval/parsing/test_sdc_scores.py",
         "trains several times",
     ),
     r"ct simulate-workers describe|ct .*(simulated|rated)": (

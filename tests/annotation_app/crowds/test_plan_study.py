@@ -10,8 +10,8 @@ from annotation_app.config import open_instance
 from annotation_app.crowds.publishing import DESCRIPTIONS
 from annotation_app.factory import create_app
 from annotation_app.study import read_study
-from eval.plan_study.pairs import INSTANCE, Pair, write_study
-from eval.plan_study.rating import Crowd, offer, received
+from eval.plan_study.study_pairs import INSTANCE, Pair, write_study
+from eval.plan_study.study_rating import Crowd, offer, received
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.crowds.crowd_worker import LAB

@@ -21,7 +21,7 @@ from corpus_tools.corpus.labelled_corpus import Options
 from corpus_tools.runtime.parallel import Team, WorkerDiedError, Workers, work
 from corpus_tools.shards.shard_making import write_shards
 from corpus_tools.shards.shard_training import fit_on_shards
-from eval.resampling import resampled_sums
+from eval.statistics.resampling import resampled_sums
 from g3.errors import CorpusError
 from g3.learning.grounding_model import GroundingModel
 from tests.corpus_tools.runtime.parallel_work import die, die_once, square

@@ -15,16 +15,16 @@ from click.testing import CliRunner
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.video.encode import encode
-from eval.commands import evaluate
-from eval.correspondence import Predictions
-from eval.end_to_end import EndToEnd
-from eval.outcomes import Outcome
-from eval.plan_report import render
+from eval.cli.eval_commands import evaluate
+from eval.judging.judge_report import with_validity
 from eval.report.charts import Bar, differences, intervals
 from eval.report.gallery import failures
-from eval.report.plans import read_plans
+from eval.report.plan_results import read_plans
 from eval.report.reliability import bins, calibration_error
-from eval.studies.judge_report import with_validity
+from eval.table_1.correspondence import Predictions
+from eval.table_3.end_to_end import EndToEnd
+from eval.table_3.outcomes import Outcome
+from eval.table_3.plan_report import render
 from g3.annotation import Judgment
 from g3.errors import FormatError
 from tests.chromium import CHROMIUM

@@ -1,0 +1,1 @@
+"""The commands ``ct eval`` and ``ct demo``."""

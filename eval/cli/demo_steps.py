@@ -1,0 +1,148 @@
+"""The steps of ``ct demo``: commands of ``ct`` with their arguments, and what they make."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import click
+
+from corpus_tools.cli.follow_commands import follow
+from corpus_tools.cli.render_commands import render_videos
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from eval.cli.eval_commands import evaluate
+
+CORPUS = "warehouse"
+SHOWN = ("hall_pick_up_boxes", "court_put_crate_on_trailer")
+FOLLOWED = ("Put the tire pallet on the truck", "hall_put_tires_in_storage")
+LEARNED_LAYOUTS = ("court", "hall", "dock")
+TESTED = {"court_put_crate_on_trailer": 2, "dock_pick_up_tires": 2, "hall_pick_up_boxes": 2}
+"""How many commands of which scenarios plans are made for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step.
+
+    Parameters
+    ----------
+    title
+        What it does.
+    line
+        The command line that does it.
+    made
+        What is there when it is done.
+    run
+        Does it.
+    """
+
+    title: str
+    line: str
+    made: Path
+    run: Callable[[], object]
+
+
+def steps(out: Path) -> list[Step]:
+    """All steps, in their order, with results in a folder."""
+    videos, few, tested = out / "videos", out / "few", out / "few-tested"
+    plans, report = out / "table-3.json", out / "report"
+    text, scenario = FOLLOWED
+    return [
+        _command(
+            "Two videos of the forklift, from physics",
+            render_videos,
+            ["render-videos", *SHOWN, "--out", videos, "--quality", "draft", "--fps", "15"],
+            videos / SHOWN[-1] / "manifest.json",
+        ),
+        _command(
+            "Training on two thirds of the scenarios; Table 1 on the others",
+            evaluate,
+            _words(
+                "eval --table 1 --split scenario --corpus", CORPUS, "--out", out / "table-1.txt"
+            ),
+            out / "table-1.txt",
+        ),
+        _command(
+            "Following a command in physics; the model is trained on the first time",
+            follow,
+            ["follow", text, "--scenario", scenario, "--video", out / "follow.mp4"],
+            out / "follow.mcap",
+        ),
+        Step(
+            "A corpus of a few scenarios, to learn from",
+            f"(all commands of the scenarios in {', '.join(LEARNED_LAYOUTS)})",
+            few,
+            partial(write_few, few),
+        ),
+        Step(
+            "A corpus of a few commands, to make plans for",
+            f"({sum(TESTED.values())} commands of {len(TESTED)} scenarios)",
+            tested,
+            partial(write_few, tested, TESTED),
+        ),
+        _command(
+            "Plans for them, each scenario held out, and the automatic judge: Table 3",
+            evaluate,
+            [
+                *_words("eval --table 3 --judge automatic --format json --train", few),
+                *("--test", tested, "--out", plans),
+            ],
+            plans,
+        ),
+        _command(
+            "A report of it all",
+            evaluate,
+            [
+                *_words("eval --repeats 0 --corpus", CORPUS, "--report", report),
+                *("--plans", plans, "--videos", videos),
+            ],
+            report / "report.html",
+        ),
+    ]
+
+
+def write_few(path: Path, most: dict[str, int] | None = None) -> None:
+    """Write a part of the bundled corpus.
+
+    Parameters
+    ----------
+    most
+        How many commands of which scenarios; all of :data:`LEARNED_LAYOUTS` if left out.
+    """
+    whole = open_corpus(CORPUS)
+    left = dict(most) if most else None
+    chosen = set()
+    for command in whole.commands.values():
+        if left is None:
+            if command.scenario.startswith(LEARNED_LAYOUTS):
+                chosen.add(command.id)
+        elif left.get(command.scenario, 0):
+            left[command.scenario] -= 1
+            chosen.add(command.id)
+    annotations = [a for a in whole.annotations if a.command.id in chosen]
+    corpus = make_corpus(
+        path.name,
+        contexts=list({a.context.id: a.context for a in annotations}.values()),
+        commands=[c for c in whole.commands.values() if c.id in chosen],
+        annotations=annotations,
+        source=whole.source,
+        licence=whole.licence,
+    )
+    write_corpus(corpus, path)
+
+
+def _words(first: str, *others: str | Path) -> list[str | Path]:
+    return [*first.split(), *others]
+
+
+def _command(title: str, command: click.Command, words: Sequence[str | Path], made: Path) -> Step:
+    arguments = [str(word) for word in words]
+    run = partial(
+        command.main, args=arguments[1:], prog_name=f"ct {words[0]}", standalone_mode=False
+    )
+    return Step(title, shlex.join(["ct", *arguments]), made, run)

@@ -1,0 +1,86 @@
+"""``ct eval --sdc``: how well SDC trees are extracted from text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.model_options import L2
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
+from eval.cli.mode_options import OUT, is_terminal, write
+from eval.cli.option_sets import OptionSet, takes_one_of
+
+
+@click.command(
+    "--sdc",
+    short_help="Score the extraction of SDC trees from text.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --sdc --corpus aaai11 --cv scenario\n"
+    "  ct eval --sdc --corpus aaai11 --cv scenario --train warehouse\n"
+    "  ct eval --sdc --test warehouse --train aaai11 --json\n"
+    "  ct eval --sdc --test aaai11 --model sdc.npz",
+)
+@takes_one_of(
+    OptionSet(("--corpus", "--cv"), ("--l2",)),
+    OptionSet(("--corpus", "--cv", "--train"), ("--l2",)),
+    OptionSet(("--test", "--train"), ("--l2",)),
+    OptionSet(("--test", "--model")),
+    OptionSet(("--test",)),
+)
+@click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
+@click.option(
+    "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
+)
+@click.option(
+    "--train",
+    metavar="CORPUS",
+    default="",
+    help="Train on all of a corpus; with --corpus, besides its other scenarios.",
+)
+@click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
+@click.option(
+    "--model", type=click.Path(path_type=Path), help="Test a model of `ct train sdc` on --test."
+)
+@L2
+@click.option(
+    "--top",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="How many commands to list.",
+)
+@FORMAT
+@OUT
+def sdc(
+    *,
+    corpus: str,
+    cv: str | None,
+    train: str,
+    test: str,
+    model: Path | None,
+    l2: float | None,
+    top: int,
+    form: Literal["text", "json"],
+    out: Path | None,
+) -> None:
+    """Measure how well SDC trees are extracted from text (section 3.1).
+
+    Give --corpus with --cv scenario (and --train for a corpus to learn from besides), --test with
+    --train or --model, or --test alone for the bundled extractor.
+    """
+    from eval.parsing.sdc_report import render
+    from eval.parsing.sdc_trials import SDCChoices, run
+
+    choices = SDCChoices(corpus, train, test, model, l2)
+    with progress_bar("analysing commands") as on_progress:
+        trials, metadata = run(choices, on_progress)
+    if metadata.get("seen_scenarios"):
+        note(
+            "ct: the model was trained on scenarios that are tested; "
+            "--corpus with --cv scenario holds them out"
+        )
+    write(render(trials, form, metadata, top=top, terminal=is_terminal(out)), out)

@@ -1,0 +1,213 @@
+"""``ct eval --table 3`` and ``--end-to-end``: whether plans for commands are right."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.model_options import ABLATE, L2
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
+from eval.cli.mode_options import (
+    HELD_OUT,
+    OUT,
+    SEED,
+    draws_option,
+    is_terminal,
+    train_and_test,
+    write,
+)
+from eval.cli.option_sets import OptionSet, takes_one_of
+
+
+@click.command(
+    "--table 3",
+    short_help="Score plans for commands of held-out scenarios.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
+    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal",
+)
+@train_and_test
+@click.option(
+    "--judge",
+    type=click.Choice(["automatic"]),
+    required=True,
+    help="Who says whether a plan is right: a comparison with the command's own log. "
+    "People's ratings are shown by --table 2.",
+)
+@HELD_OUT
+@ABLATE
+@L2
+@SEED
+@draws_option()
+@FORMAT
+@OUT
+@JOBS
+@SCHEDULER
+def table_3(
+    *,
+    train: str,
+    test: str,
+    judge: Literal["automatic"],
+    ablate: tuple[str, ...],
+    l2: float | None,
+    seed: int,
+    draws: int,
+    form: Literal["text", "json"],
+    out: Path | None,
+    jobs: int,
+    scheduler: str,
+) -> None:
+    """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
+
+    Each scenario is held out when it is tested. --judge automatic compares where the plans lead
+    with the commands' logs; how valid that is stands beside. With --out, scenarios that are done
+    are kept beside the file until it is written, so that a run that was stopped goes on.
+    """
+    from corpus_tools import __version__
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Workers
+    from eval.judging.judge_report import in_a_line, with_validity
+    from eval.judging.judge_validity import known_validity
+    from eval.table_3.end_to_end import run
+    from eval.table_3.kept_outcomes import kept_beside
+    from eval.table_3.plan_report import render
+    from g3.features.feature_registry import CATALOGUE_VERSION
+
+    strength = l2 or 1.0
+    settings = {
+        "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
+        "program": __version__,
+        "features": CATALOGUE_VERSION,
+        "l2": strength,
+        "seed": seed,
+        "ablate": sorted(set(ablate)),
+    }
+    kept = kept_beside(out, settings) if out else None
+    if kept and kept.scenarios:
+        note(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}")
+    with progress_bar("reading corpora") as on_progress:
+        result = run(
+            train,
+            test,
+            l2=strength,
+            seed=seed,
+            ablate=ablate,
+            done=kept.scenarios if kept else {},
+            on_scenario=kept.keep if kept else None,
+            workers=Workers(jobs, scheduler),
+            on_progress=on_progress,
+        )
+    corpora = (open_corpus(name) for name in (test, *train.split(",")))
+    validity = known_validity(corpora, draws=draws, seed=seed)
+    text = render(result, form, draws=draws, seed=seed)
+    text = with_validity(text, validity) if form == "json" else f"{text}\n{in_a_line(validity)}"
+    write(text, out)
+    if kept:
+        kept.path.unlink(missing_ok=True)
+
+
+@click.command(
+    "--end-to-end",
+    short_help="Have people rate videos of plans (section 4.3).",
+    epilog="\b\nExamples:\n"
+    "  ct eval --end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
+    "  ct eval --end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
+    "--pay 0.05 --url https://lab.example.org",
+)
+@takes_one_of(OptionSet(), OptionSet(("--crowd", "--url"), ("--pay", "--items", "--sandbox")))
+@click.option(
+    "--end-to-end",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    required=True,
+    help="Where the study is kept.",
+)
+@train_and_test
+@click.option(
+    "--most",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all",
+    help="How many commands of each scenario to follow.",
+)
+@click.option(
+    "--ratings",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="What `ct annotate export` has written of the study "
+    "[default: what is in the app's database in its folder].",
+)
+@click.option(
+    "--crowd",
+    metavar="PROVIDER",
+    default="",
+    help="Offer the study as `ct publish` does: links, mturk or prolific.",
+)
+@click.option(
+    "--url", metavar="URL", default="", help="Address at which the people of --crowd reach it."
+)
+@click.option(
+    "--pay",
+    type=click.FloatRange(0.01, 100),
+    help="What the people of --crowd get for a pair, in dollars.",
+)
+@click.option(
+    "--items",
+    type=click.IntRange(1, 1000),
+    default=20,
+    show_default=True,
+    help="How many pairs an assignment of --crowd asks for.",
+)
+@click.option("--sandbox", is_flag=True, help="Use the platform's test mode, without money.")
+@L2
+@SEED
+@draws_option()
+@FORMAT
+@OUT
+def end_to_end(
+    *,
+    folder: Path,
+    train: str,
+    test: str,
+    most: int,
+    ratings: Path | None,
+    crowd: str,
+    url: str,
+    pay: float | None,
+    items: int,
+    sandbox: bool,
+    l2: float | None,
+    seed: int,
+    draws: int,
+    form: Literal["text", "json"],
+    out: Path | None,
+) -> None:
+    """Make videos of plans and a study in which people rate them, and show what they said so far.
+
+    A study that was stopped goes on where it was. --crowd offers the work at a platform.
+    """
+    from corpus_tools.video.drawing.gl import choose_back_end
+
+    # Before MuJoCo is imported, which reads what this chooses.
+    choose_back_end()
+    from eval.plan_study.study_rating import Crowd, offer
+    from eval.plan_study.study_settings import settings_for
+    from eval.plan_study.whole_study import go_on, render
+
+    settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed)
+    with progress_bar("reading corpora") as on_progress:
+        study = go_on(
+            folder, settings, ratings=ratings, pay=pay, draws=draws, on_progress=on_progress
+        )
+    if crowd:
+        endpoint = os.environ.get("CT_CROWD_ENDPOINT")
+        for line in offer(study.file, Crowd(crowd, url, items, sandbox, endpoint)):
+            note(line)
+    write(render(study, form, terminal=is_terminal(out)), out)

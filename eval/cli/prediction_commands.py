@@ -1,0 +1,251 @@
+"""``ct eval --table 1``, ``--learning-curve``, ``--errors``: correspondences are predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, format_option, tell
+from corpus_tools.options.model_options import training_options
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
+from eval.cli.mode_options import (
+    OUT,
+    SEED,
+    THRESHOLD,
+    draws_option,
+    is_terminal,
+    write,
+)
+from eval.cli.option_sets import OptionSet, takes_one_of
+
+if TYPE_CHECKING:
+    from corpus_tools.corpus.labelled_corpus import Negatives
+    from eval.table_1.protocol import Choices
+    from eval.tables.formats import Format
+
+TRAINING = ("--ablate", "--with", "--l2")
+DIVIDED = (
+    OptionSet(("--corpus",), ("--split", "--test-scenarios", *TRAINING)),
+    OptionSet(("--corpus", "--cv"), TRAINING),
+)
+APART = OptionSet(("--train", "--test"), TRAINING)
+TRAINED = OptionSet(("--model", "--test"))
+
+_SOURCES = (
+    click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide."),
+    click.option(
+        "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
+    ),
+    click.option(
+        "--split",
+        type=click.Choice(["scenario"]),
+        help="Hold out some scenarios of --corpus (the default).",
+    ),
+    click.option(
+        "--test-scenarios",
+        metavar="FILE|A,B,...",
+        default="",
+        help="Scenarios to hold out; a third drawn with --seed if left out.",
+    ),
+    click.option("--train", metavar="CORPUS", default="", help="Train on all of a corpus."),
+    click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus."),
+)
+_MODEL = click.option(
+    "--model", type=click.Path(path_type=Path), help="Test a model of `ct train g3` on --test."
+)
+_TEST_NEGATIVES = click.option(
+    "--test-negatives",
+    type=click.Choice(["random", "hard"]),
+    help="Test on other negatives than --negatives, which are then only trained on.",
+)
+
+
+def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add the options that say what is trained and tested on; the command gets ``choices``."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @wraps(command)
+        def chosen(
+            *,
+            corpus: str,
+            cv: str | None,
+            split: str | None,
+            test_scenarios: str,
+            train: str,
+            test: str,
+            negatives: Negatives,
+            test_negatives: Negatives | None,
+            ablate: tuple[str, ...],
+            plus: tuple[str, ...],
+            l2: float | None,
+            threshold: float,
+            seed: int,
+            model: Path | None = None,
+            **own: Any,
+        ) -> None:
+            from eval.table_1.protocol import Choices
+
+            choices = Choices(
+                corpus=corpus,
+                train=train,
+                test=test,
+                model=model,
+                division="cv" if cv else "split",
+                test_scenarios=test_scenarios,
+                negatives=negatives,
+                test_negatives=test_negatives,
+                ablate=ablate,
+                plus=plus,
+                l2=l2,
+                threshold=threshold,
+                seed=seed,
+            )
+            return command(choices=choices, **own)
+
+        added = takes_one_of(*sets)(chosen)
+        for option in (SEED, THRESHOLD, _TEST_NEGATIVES, training_options):
+            added = option(added)
+        if TRAINED in sets:
+            added = _MODEL(added)
+        for option in reversed(_SOURCES):
+            added = option(added)
+        return added
+
+    return decorate
+
+
+@click.command(
+    "--table 1",
+    short_help="Score predictions of the correspondence variable.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
+    "  ct eval --table 1 --corpus aaai11 --split scenario --test-scenarios go_to_truck1,lift3\n"
+    "  ct eval --table 1 --train aaai11 --test warehouse --json\n"
+    "  ct eval --table 1 --model g3.npz --test warehouse --negatives hard\n"
+    "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex",
+)
+@_trained_and_tested(*DIVIDED, APART, TRAINED)
+@draws_option()
+@format_option("csv", "latex", about="For people, for programs, or for a paper.")
+@OUT
+@JOBS
+@SCHEDULER
+def table_1(
+    *, choices: Choices, draws: int, form: Format, out: Path | None, jobs: int, scheduler: str
+) -> None:
+    """Measure how well models predict whether SDCs match groundings: Table 1 (section 4.2).
+
+    Say what to train and test on: one --corpus that is divided by scenario (--cv or --split), two
+    corpora (--train and --test), or a trained --model and a --test corpus.
+    """
+    from corpus_tools.runtime.parallel import Team, Workers
+    from eval.table_1 import experiment
+    from eval.table_1.correspondence import table_rows
+    from eval.table_1.correspondence_table import render
+    from g3.inference.potentials.potential_registry import ablation
+
+    rules = ablation(choices.ablate).potentials
+    if rules:
+        note(
+            f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
+            "--table 3 shows what potentials are worth"
+        )
+    with Team(Workers(jobs, scheduler)) as team:
+        with progress_bar("extracting features") as on_progress:
+            result = experiment.run(choices, on_progress)
+        rows = table_rows(
+            result.predictions,
+            threshold=choices.threshold,
+            draws=draws,
+            seed=choices.seed,
+            team=team,
+        )
+    metadata = {"table": 1, **result.metadata, "draws": draws}
+    write(render(rows, form, metadata, terminal=is_terminal(out)), out)
+
+
+@click.command(
+    "--errors",
+    short_help="List phrases that score high and low, by type.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --errors --corpus aaai11 --cv scenario --top 5\n"
+    "  ct eval --errors --model g3.npz --test warehouse --json",
+)
+@_trained_and_tested(*DIVIDED, APART, TRAINED)
+@click.option(
+    "--top",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="How many phrases to list of each kind.",
+)
+@FORMAT
+@OUT
+def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Path | None) -> None:
+    """List the examples that score high and low, by the type of their SDC.
+
+    Say what to train and test on as for --table 1.
+    """
+    from eval.table_1 import experiment
+    from eval.table_1.error_lists import error_lists, render_lists
+
+    with progress_bar("extracting features") as on_progress:
+        result = experiment.run(choices, on_progress)
+    lists = error_lists(result.predictions, result.shown, k=top, threshold=choices.threshold)
+    metadata = {**result.metadata, "top": top}
+    write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
+
+
+def _plot_file(_: click.Context, __: click.Parameter, out: Path) -> Path:
+    if out.suffix.lower() not in (".png", ".svg"):
+        raise click.UsageError("--learning-curve needs --out FILE.png or FILE.svg.")
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    return out
+
+
+@click.command(
+    "--learning-curve",
+    short_help="Plot the test error by the size of training.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --learning-curve --corpus aaai11 --out curve.png\n"
+    "  ct eval --learning-curve --train aaai11 --test warehouse --repeats 2 --out curve.svg",
+)
+@_trained_and_tested(*DIVIDED, APART)
+@click.option(
+    "--repeats",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="Random orders of the commands.",
+)
+@FORMAT
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    required=True,
+    callback=_plot_file,
+    metavar="FILE.png|svg",
+    help="Where the plot goes; a CSV with its numbers is written beside it.",
+)
+def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> None:
+    """Plot how the test error falls as there is more to train on.
+
+    Say what to train and test on as for --table 1.
+    """
+    from eval.table_1 import experiment
+    from eval.table_1.learning_curve import write_csv, write_plot
+
+    with progress_bar("extracting features") as on_progress:
+        points, metadata = experiment.learning_curve(choices, repeats, on_progress)
+    bounds = f"range of {repeats} random orders"
+    write_csv(points, out.with_suffix(".csv"), metadata=metadata)
+    write_plot(points, out, metadata=metadata, bounds=bounds)
+    files = [out, out.with_suffix(".csv")]
+    tell(form, {**metadata, "files": files}, f"wrote {files[0]} and {files[1]}")

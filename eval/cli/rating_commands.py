@@ -1,0 +1,144 @@
+"""``ct eval --table 2``, ``--judge-validity`` and ``--power``: what people say of videos."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, format_option
+from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from eval.cli.mode_options import OUT, RATED, SEED, STUDY, draws_option, is_terminal, write
+
+if TYPE_CHECKING:
+    from eval.tables.formats import Format
+
+FORMATS = format_option("csv", "latex", about="For people, for programs, or for a paper.")
+
+
+@click.command(
+    "--table 2",
+    short_help="Show how often people agree that a video fits.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --table 2 --corpus aaai11\n"
+    "  ct eval --table 2 --corpus aaai11 --models --json",
+)
+@RATED
+@STUDY
+@click.option(
+    "--models",
+    is_flag=True,
+    help="Fit estimating equations and a cumulative-link model too (extra: study).",
+)
+@SEED
+@draws_option(10_000)
+@FORMATS
+@OUT
+@JOBS
+@SCHEDULER
+def table_2(
+    *,
+    corpus: str,
+    study: str,
+    models: bool,
+    seed: int,
+    draws: int,
+    form: Format,
+    out: Path | None,
+    jobs: int,
+    scheduler: str,
+) -> None:
+    """Show how often people agree that a video shows a command: Table 2 (section 4.1).
+
+    The ratings are those in --corpus.
+    """
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Team, Workers
+    from eval.statistics.ratings import check_judgments
+    from eval.table_2.rating_table import render
+    from eval.table_2.rating_table import table_2 as make
+
+    rated = open_corpus(corpus)
+    check_judgments(rated.judgments, {command.video for command in rated.commands.values()})
+    with Team(Workers(jobs, scheduler)) as team:
+        results = make(
+            rated.judgments, study=study, models=models, seed=seed, draws=draws, team=team
+        )
+    metadata = {"table": 2, "corpus": corpus, "seed": seed, "draws": draws}
+    write(render(results, form, metadata, terminal=is_terminal(out)), out)
+
+
+@click.command(
+    "--judge-validity",
+    short_help="Compare the automatic judge with people.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --judge-validity --corpus aaai11\n"
+    "  ct eval --judge-validity --corpus aaai11 --json",
+)
+@RATED
+@STUDY
+@SEED
+@draws_option()
+@FORMAT
+@OUT
+@JOBS
+@SCHEDULER
+def judge_validity(
+    *,
+    corpus: str,
+    study: str,
+    seed: int,
+    draws: int,
+    form: Literal["text", "json"],
+    out: Path | None,
+    jobs: int,
+    scheduler: str,
+) -> None:
+    """Say whether the automatic judge says what people said of the same videos."""
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.runtime.parallel import Team, Workers
+    from eval.judging.judge_report import render
+    from eval.judging.judge_validity import judge_validity as compare
+
+    with Team(Workers(jobs, scheduler)) as team:
+        found = compare(open_corpus(corpus), study=study, seed=seed, draws=draws, team=team)
+    metadata = {"corpus": corpus, "seed": seed, "draws": draws}
+    write(render(found, form, metadata, terminal=is_terminal(out)), out)
+
+
+@click.command(
+    "--power",
+    short_help="Say how many ratings a study needs.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --power --half-width 0.02\n"
+    "  ct eval --power --half-width 0.02 --corpus aaai11",
+)
+@click.option(
+    "--half-width",
+    type=click.FloatRange(0.001, 0.5),
+    default=0.03,
+    show_default=True,
+    help="Half the width of the interval to plan for.",
+)
+@click.option(
+    "--corpus", metavar="CORPUS", default="", help="Expect ratings like those in this corpus."
+)
+@SEED
+@FORMATS
+@OUT
+def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path | None) -> None:
+    """Say how many pairs and ratings a study needs for an interval as narrow as wanted."""
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from eval.table_2.power_plans import assumptions, plans, render
+
+    share, correlation = assumptions(open_corpus(corpus).judgments if corpus else ())
+    metadata = {
+        "corpus": corpus or "none",
+        "wanted_half_width": half_width,
+        "share": round(share, 3),
+        "correlation": round(correlation, 3),
+        "seed": seed,
+    }
+    rows = plans(half_width, share, correlation, seed)
+    write(render(rows, form, metadata, terminal=is_terminal(out)), out)

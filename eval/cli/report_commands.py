@@ -1,0 +1,109 @@
+"""``ct eval --report``: everything that is measured of a corpus, on one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.model_options import L2, NEGATIVES
+from corpus_tools.runtime.progress import progress_bar
+from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
+
+if TYPE_CHECKING:
+    from corpus_tools.corpus.labelled_corpus import Negatives
+
+
+@click.command(
+    "--report",
+    short_help="Write all results of a corpus on one page.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --report report --corpus aaai11\n"
+    "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos",
+)
+@click.option(
+    "--report",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    required=True,
+    help="Where the page goes, and the same as JSON, CSV and LaTeX.",
+)
+@click.option("--corpus", metavar="CORPUS", required=True, help="The corpus to measure.")
+@HELD_OUT
+@click.option(
+    "--plans",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="What --table 3 --format json has written, to be in the report.",
+)
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="What `ct render-videos` has made, to show some in the report.",
+)
+@STUDY
+@NEGATIVES
+@L2
+@THRESHOLD
+@SEED
+@draws_option()
+@click.option(
+    "--top",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="How many phrases to list of each kind.",
+)
+@click.option(
+    "--repeats",
+    type=click.IntRange(min=0),
+    default=5,
+    show_default=True,
+    help="Random orders of the commands for the learning curve; 0 leaves it out.",
+)
+@FORMAT
+def report(
+    *,
+    folder: Path,
+    corpus: str,
+    plans: Path | None,
+    videos: Path | None,
+    study: str,
+    negatives: Negatives,
+    l2: float | None,
+    threshold: float,
+    seed: int,
+    draws: int,
+    top: int,
+    repeats: int,
+    form: str,
+) -> None:
+    """Measure a corpus with each scenario held out in turn, and write all of it on one page.
+
+    A report that is there already is replaced.
+    """
+    from eval.report.report_contents import ReportChoices, gather
+    from eval.report.report_writing import check_writable, write_report
+
+    check_writable(folder)
+    choices = ReportChoices(
+        corpus=corpus,
+        plans=plans,
+        videos=videos,
+        study=study,
+        negatives=negatives,
+        l2=l2,
+        threshold=threshold,
+        seed=seed,
+        draws=draws,
+        top=top,
+        repeats=repeats,
+    )
+    with progress_bar("extracting features") as on_progress:
+        contents = gather(choices, on_progress)
+    names = write_report(contents, folder)
+    count = f"wrote {len(names)} files to {folder}"
+    record = {"folder": folder, "files": list(names)}
+    tell(form, record, f"{count}; open {folder / 'report.html'} in a browser")

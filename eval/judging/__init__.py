@@ -1,0 +1,1 @@
+"""The automatic judge of plans, and how far it agrees with people."""

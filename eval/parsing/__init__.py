@@ -1,0 +1,1 @@
+"""``ct eval --sdc``: how well clauses are extracted from text."""

@@ -1,0 +1,146 @@
+"""The figures of extraction as text: a table to read, or JSON."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+from rich.table import Table
+
+from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
+from eval.parsing.sdc_trials import Trial
+from eval.tables.formats import cell, document, table_text
+from g3.sdc.clauses import SDC_TYPES
+from g3.sdc.sdc_notation import format_brackets
+
+
+def figures(trials: Sequence[Trial]) -> dict[str, object]:
+    """The figures over all commands, by name."""
+    comparisons = [trial.comparison for trial in trials]
+    typed = sum((c.typed for c in comparisons), Counts())
+    untyped = sum((c.untyped for c in comparisons), Counts())
+    segments = sum((c.segments for c in comparisons), Counts())
+    by_type = {type_: sum((c.by_type[type_] for c in comparisons), Counts()) for type_ in SDC_TYPES}
+    found: dict[str, object] = {}
+    for name, counts in (("typed", typed), ("untyped", untyped), ("segmentation", segments)):
+        found |= {
+            f"{name}_precision": counts.precision,
+            f"{name}_recall": counts.recall,
+            f"{name}_f": counts.f,
+        }
+    return found | {
+        "exact": sum(c.exact for c in comparisons) / len(comparisons),
+        "commands": len(comparisons),
+        "constituents": typed.gold,
+        "types": {
+            type_: {
+                "precision": counts.precision,
+                "recall": counts.recall,
+                "f": counts.f,
+                "n": counts.gold,
+            }
+            for type_, counts in by_type.items()
+        },
+    }
+
+
+def confusion(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
+    """Letters by annotated and by predicted type and field."""
+    total: Counter[tuple[str, str]] = sum((t.comparison.confusion for t in trials), Counter())
+    return {
+        gold: {to: total[gold, to] for to in (*FIELDS, NOWHERE) if total[gold, to]}
+        for gold in (*FIELDS, NOWHERE)
+        if any(total[gold, to] for to in (*FIELDS, NOWHERE))
+    }
+
+
+def errors(trials: Sequence[Trial]) -> list[dict[str, object]]:
+    """The commands whose trees are not exact, those that share least first."""
+    wrong = [trial for trial in trials if not trial.comparison.exact]
+    wrong.sort(key=lambda trial: (trial.comparison.typed.f, trial.annotated.command.id))
+    return [
+        {
+            "command": trial.annotated.command.id,
+            "text": trial.annotated.command.text,
+            "typed_f": trial.comparison.typed.f,
+            "gold": format_brackets(trial.annotated.sdcs),
+            "predicted": format_brackets(trial.parse.sdcs),
+        }
+        for trial in wrong
+    ]
+
+
+def render(
+    trials: Sequence[Trial],
+    form: Literal["text", "json"],
+    metadata: Mapping[str, object],
+    *,
+    top: int,
+    terminal: bool,
+) -> str:
+    """Everything that is to be told of the trials.
+
+    Parameters
+    ----------
+    trials
+        The tested commands.
+    form
+        For people or for programs.
+    metadata
+        What to record with the figures.
+    top
+        How many errors a table lists; JSON has all.
+    terminal
+        Whether the table goes to a terminal.
+    """
+    found = figures(trials)
+    wrong = errors(trials)
+    if form == "json":
+        content = {**found, "confusion": confusion(trials), "errors": wrong}
+        return document(content, metadata)
+    tables = {
+        "Extraction of SDCs from text": _figures_table(found),
+        "Letters by annotated (rows) and extracted type and field": _confusion_table(trials),
+        f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
+    }
+    notes = (f"exact trees: {found['exact']:.3f} of {found['commands']} commands",)
+    return table_text(tables, notes, metadata, terminal=terminal)
+
+
+def _figures_table(found: Mapping[str, object]) -> Table:
+    table = Table()
+    for heading in ("", "Precision", "Recall", "F-score"):
+        table.add_column(heading, justify="right" if heading else "left")
+    for name in ("typed", "untyped", "segmentation"):
+        values = (found[f"{name}_{figure}"] for figure in ("precision", "recall", "f"))
+        table.add_row(name.capitalize(), *(f"{value:.3f}" for value in values))
+    types = json.loads(json.dumps(found["types"]))
+    for type_, of_type in types.items():
+        values = (of_type[figure] for figure in ("precision", "recall", "f"))
+        table.add_row(type_, *(f"{value:.3f}" for value in values))
+    return table
+
+
+def _confusion_table(trials: Sequence[Trial]) -> Table:
+    rows = confusion(trials)
+    columns = [name for name in (*FIELDS, NOWHERE) if any(name in row for row in rows.values())]
+    table = Table()
+    table.add_column("")
+    for column in columns:
+        table.add_column(column, justify="right")
+    for name, row in rows.items():
+        table.add_row(name, *(str(row.get(column, "")) for column in columns))
+    return table
+
+
+def _errors_table(wrong: Sequence[Mapping[str, object]]) -> Table:
+    table = Table(show_header=False)
+    for error in wrong:
+        table.add_row(cell(error["command"]), cell(error["text"]))
+        for name in ("gold", "predicted"):
+            for line in str(error[name]).splitlines():
+                table.add_row(name, cell(line))
+        table.add_row("", "")
+    return table

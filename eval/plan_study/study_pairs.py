@@ -1,0 +1,116 @@
+"""What people are to rate: commands with videos of plans, and with known right and wrong ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from corpus_tools.world.scenarios.documents import read_document
+from eval.plan_study.study_plans import PlanRecord, top
+from g3.annotation import Annotation
+from g3.storage.atomic_file import write_bytes
+
+STUDY, VIDEOS = "study.yaml", "videos"
+INSTANCE = "annotation"
+"""The annotation app's folder in the study's."""
+ANSWERS = 5
+"""Judgments of each pair, as in the paper."""
+
+HEAD = """\
+# A rating study of plans, as in section 4.3 of the paper. Written by ct eval --end-to-end.
+# In this folder: ct annotate study.yaml --instance annotation
+# ct eval --end-to-end reads what people have rated there. Change what you like but for the pairs.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A command with a video.
+
+    Parameters
+    ----------
+    text
+        The command.
+    video
+        Name of the run, or of the context of the test corpus whose log is shown.
+    own_video
+        Name of the context whose log the command was typed for.
+    configuration
+        ``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair.
+    command
+        The command's id.
+    """
+
+    text: str
+    video: str
+    own_video: str
+    configuration: str
+    command: str
+
+    @property
+    def is_plan(self) -> bool:
+        """Whether the video shows a plan."""
+        return self.configuration not in ("right", "wrong")
+
+
+def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> list[Pair]:
+    """All pairs to rate.
+
+    Of extracted clauses only the most probable plans are shown, as in the paper. One command of
+    each scenario is shown with its own and with a random other video of the test corpus, to see
+    whether people tell right from wrong.
+    """
+    own = {a.command.id: a.context.id for a in commands}
+    best = {r.command for r in top(records, "auto")}
+    found = [
+        Pair(r.text, r.run, own[r.command], r.configuration, r.command)
+        for r in records
+        if r.run and (r.configuration != "auto" or r.command in best)
+    ]
+    rng = np.random.default_rng(seed)
+    by_scenario: dict[str, list[Annotation]] = {}
+    for annotation in commands:
+        by_scenario.setdefault(annotation.command.scenario, []).append(annotation)
+    for several in by_scenario.values():
+        chosen = several[int(rng.integers(len(several)))]
+        text, mine = chosen.command.text, chosen.context.id
+        found.append(Pair(text, mine, mine, "right", chosen.command.id))
+        others = sorted({video for video in own.values() if video != mine})
+        if others:
+            other = others[int(rng.integers(len(others)))]
+            found.append(Pair(text, other, mine, "wrong", chosen.command.id))
+    return found
+
+
+def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
+    """Write the study's file for ``ct annotate``; its pairs tell nothing of what made them.
+
+    What somebody has changed in the file is kept, but for the pairs.
+
+    Parameters
+    ----------
+    pay
+        What is paid for a pair, in dollars; None leaves that as it is.
+    """
+    path = folder / STUDY
+    study: dict[str, object] = {
+        "name": "plans",
+        "title": "What is the forklift doing?",
+        "videos": VIDEOS,
+        "tasks": {"rate": {"answers": ANSWERS, "lease_minutes": 20, "practice": True}},
+        "seed": seed,
+    }
+    known = read_document(path).value if path.exists() else None
+    if isinstance(known, dict):
+        study |= known
+    if pay is not None:
+        study["payment"] = {"amount": pay, "currency": "USD"}
+    study["pairs"] = [
+        {"text": pair.text, "video": pair.video, "own_video": pair.own_video} for pair in found
+    ]
+    text = yaml.safe_dump(study, sort_keys=False, allow_unicode=True, width=100)
+    write_bytes(path, (HEAD + text).encode())
+    return path

@@ -1,0 +1,163 @@
+"""Plans for held-out commands, kept one by one, and what they lead to when they are carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import msgspec
+
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.following.bundled_grounder import to_script
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.world.physics.execute import execute
+from corpus_tools.world.state.recording import to_context
+from eval.judging.judge import judge
+from eval.plan_study.study_settings import Settings
+from eval.table_3.end_to_end import TOP, annotated_commands
+from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.search_examples import data_of
+from g3.actions.robot_state import start_state
+from g3.annotation import Annotation
+from g3.inference.grounder import Grounder, Plan
+from g3.inference.problem.costs import RandomCost
+from g3.storage.atomic_file import write_bytes
+
+CONFIGURATIONS = ("random", "gold", "auto")
+RATE_HZ = 10.0
+"""How often the things in a run are noted down; videos draw what is between."""
+PLANS, RUNS = "plans", "runs"
+
+
+class PlanRecord(msgspec.Struct, frozen=True):
+    """A plan as it is kept.
+
+    Parameters
+    ----------
+    run
+        Name of the run that it was carried out in; empty if there is no plan.
+    correct, reason
+        The automatic judge's verdict.
+    failure
+        Why physics stopped the run; empty if it didn't.
+    """
+
+    configuration: str
+    command: str
+    scenario: str
+    text: str
+    probability: float
+    correct: bool
+    reason: str
+    run: str = ""
+    failure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A command in a configuration."""
+
+    configuration: str
+    annotation: Annotation
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        return f"{self.configuration}-{self.annotation.command.id}".replace("/", "-")
+
+
+def chosen_commands(settings: Settings) -> list[Annotation]:
+    """The commands that are followed, by scenario."""
+    by_scenario: dict[str, list[Annotation]] = {}
+    for annotation in annotated_commands(open_corpus(settings.test)).values():
+        by_scenario.setdefault(annotation.command.scenario, []).append(annotation)
+    most = settings.most or None
+    return [a for name in sorted(by_scenario) for a in by_scenario[name][:most]]
+
+
+def plan_all(
+    folder: Path, settings: Settings, on_progress: OnProgress | None = None
+) -> list[PlanRecord]:
+    """Make the plans that aren't there yet, and carry them out; all that are there then.
+
+    Each is kept as soon as it is made.
+    """
+    for name in (PLANS, RUNS):
+        (folder / name).mkdir(exist_ok=True)
+    commands = chosen_commands(settings)
+    units = [Unit(which, a) for a in commands for which in CONFIGURATIONS]
+    todo = [unit for unit in units if not _kept(folder, unit).exists()]
+    done = len(units) - len(todo)
+    learning: OnProgress | None = None
+    if on_progress:
+        learning = _still(on_progress, done, len(units))
+    for number, (unit, plan, note) in enumerate(_planned(todo, settings, learning), done + 1):
+        record = _carried_out(folder, unit, plan, note)
+        write_bytes(_kept(folder, unit), msgspec.json.encode(record))
+        if on_progress:
+            on_progress(f"plans and runs: {unit.name}", number, len(units))
+    return [msgspec.json.decode(_kept(folder, u).read_bytes(), type=PlanRecord) for u in units]
+
+
+def top(records: list[PlanRecord], configuration: str) -> list[PlanRecord]:
+    """The most probable plans of a configuration, as many as the paper's top rows have."""
+    own = [r for r in records if r.configuration == configuration]
+    return sorted(own, key=lambda r: (-r.probability, r.command))[:TOP]
+
+
+def run_corpus(folder: Path, run: str) -> Path:
+    """The corpus that holds a run as its only context."""
+    return folder / RUNS / run
+
+
+def _still(on_progress: OnProgress, done: int, total: int) -> OnProgress:
+    """Tells the steps of something else without moving the bar."""
+    return lambda step, _done, _total: on_progress(step, done, total)
+
+
+def _kept(folder: Path, unit: Unit) -> Path:
+    return folder / PLANS / f"{unit.name}.json"
+
+
+def _planned(
+    units: list[Unit], settings: Settings, on_progress: OnProgress | None
+) -> Iterator[tuple[Unit, Plan | None, str]]:
+    """The best plan of each unit; costs and extraction are learned without its scenario."""
+    if not units:
+        return
+    known = [open_corpus(name) for name in settings.train.split(",")]
+    data = data_of(known, seed=settings.seed, on_progress=on_progress)
+    cost_of, extractor_of = costs_without(data, l2=settings.l2), extractor_without(known)
+    for unit in units:
+        annotation, sdcs = unit.annotation, unit.annotation.sdcs
+        scenario = annotation.command.scenario
+        if unit.configuration == "auto":
+            [sdcs] = extractor_of(scenario).predict([annotation.command.text])
+        is_random = unit.configuration == "random"
+        grounder = Grounder(RandomCost(settings.seed) if is_random else cost_of(scenario))
+        result = grounder.follow(sdcs, annotation.context, least=0.0)
+        yield unit, result.plan, result.note
+
+
+def _carried_out(folder: Path, unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
+    command = unit.annotation.command
+    about = (unit.configuration, command.id, command.scenario, command.text)
+    if plan is None:
+        return PlanRecord(*about, 0.0, False, note)
+    context = unit.annotation.context
+    told = to_script(start_state(context), plan.actions)
+    done = execute(context, told.script, places=told.places, rate_hz=RATE_HZ)
+    corpus = make_corpus(
+        unit.name,
+        contexts=[replace(to_context(done.recording), id=unit.name)],
+        commands=[],
+        annotations=[],
+        source=f"a plan for {command.id}, carried out in physics",
+    )
+    write_corpus(corpus, run_corpus(folder, unit.name), force=True)
+    verdict = judge(context, plan.state)
+    failure = "" if done.failure is None else str(done.failure)
+    return PlanRecord(*about, plan.probability, verdict.correct, verdict.reason, unit.name, failure)

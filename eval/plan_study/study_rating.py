@@ -1,0 +1,119 @@
+"""A study's people: the annotation app's database in its folder, and work offered to a crowd."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from annotation_app.config import DATABASE_FILE, Config, open_instance
+from annotation_app.crowds.publishing import publish_links, publish_posting
+from annotation_app.crowds.registry import find_provider, providers
+from annotation_app.crowds.session import open_session
+from annotation_app.database import opened, reading, transaction
+from annotation_app.export import export_judgments, find_only_study
+from annotation_app.schema import migrate
+from annotation_app.setup import put_study, rendered_videos
+from annotation_app.study import read_study
+from eval.plan_study.study_pairs import ANSWERS, INSTANCE
+from g3.annotation import Judgment
+from g3.errors import FormatError
+
+MINUTES_EACH = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd:
+    """Where people are found.
+
+    Parameters
+    ----------
+    provider
+        One of ``ct publish``.
+    url
+        Address at which they reach the app.
+    items
+        How many pairs an assignment asks for, at most.
+    sandbox
+        Whether to use the platform's test mode, in which no money is paid.
+    endpoint
+        Another address of the platform's interface, such as a stand-in's.
+    """
+
+    provider: str
+    url: str
+    items: int
+    sandbox: bool = False
+    endpoint: str | None = None
+
+
+def received(folder: Path) -> Sequence[Judgment]:
+    """What people have rated so far, as the database in the study's folder has it."""
+    if not (folder / INSTANCE / DATABASE_FILE).exists():
+        return ()
+    with opened(_instance(folder).database) as engine, reading(engine, one_state=True) as session:
+        return export_judgments(session, find_only_study(session, None))
+
+
+def offer(file: Path, crowd: Crowd) -> list[str]:
+    """Put a study into the app, and offer as many assignments as its judgments take.
+
+    Doing it again offers only what is missing.
+
+    Parameters
+    ----------
+    file
+        The study's, with what is paid for a pair unless only links are made.
+
+    Returns
+    -------
+    list of str
+        What there is now, and where.
+
+    Raises
+    ------
+    FormatError
+        If there is no such platform, nothing is paid, or credentials are missing.
+    PlatformError
+        If the platform refuses.
+    """
+    provider = find_provider(crowd.provider)
+    if provider is None:
+        names = ", ".join(p.name for p in providers())
+        raise FormatError("there is no such platform", where=crowd.provider, fix=f"use {names}")
+    study = read_study(file)
+    if provider.pays and study.payment is None:
+        raise FormatError("the study doesn't tell what is paid", where=str(file), fix="give --pay")
+    config = _instance(file.parent)
+    with opened(config.database) as engine:
+        migrate(engine)
+        with transaction(engine) as session:
+            put_study(session, study, rendered_videos(file.parent / study.videos, study.only))
+    # Nobody rates a pair twice.
+    items = min(crowd.items, len(study.pairs))
+    people = -(-ANSWERS * len(study.pairs) // items)
+    with open_session(
+        provider,
+        study.name,
+        instance=config.instance,
+        database=None,
+        sandbox=crowd.sandbox,
+        endpoint=crowd.endpoint,
+    ) as session:
+        if not provider.pays:
+            return [*publish_links(session, url=crowd.url, task="rate", items=items, people=people)]
+        posted = publish_posting(
+            session,
+            url=crowd.url,
+            task="rate",
+            items=items,
+            people=people,
+            minutes=MINUTES_EACH * items,
+            min_approval=0,
+            min_approved=0,
+        )
+    return [f"{posted.added} assignments added, {posted.people} in all", posted.address]
+
+
+def _instance(folder: Path) -> Config:
+    return open_instance(folder / INSTANCE)

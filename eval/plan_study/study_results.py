@@ -1,0 +1,190 @@
+"""Table 3 from people's ratings of a study; what the automatic judge says stands apart."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.plan_study.study_pairs import Pair
+from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, top
+from eval.statistics.comparison import Comparison
+from eval.statistics.estimates import Estimate
+from eval.statistics.intervals import bootstrap, two_way
+from eval.statistics.raters import majorities
+from eval.statistics.ratings import AGREES, codes
+from eval.table_3.outcomes import JudgedRow, judged_row
+from eval.tables.comparison_report import compare_commands
+from g3.annotation import RATINGS, Judgment
+from g3.errors import FormatError
+
+ROWS = {
+    "random": ("random", False),
+    "gold-top30": ("gold", True),
+    "auto-top30": ("auto", True),
+    "gold-all": ("gold", False),
+}
+"""The rows of Table 3: of which configuration, and whether only of the most probable plans."""
+KNOWN = ("right", "wrong")
+
+
+@dataclass(frozen=True, slots=True)
+class RatedRow:
+    """What people say of a configuration.
+
+    Parameters
+    ----------
+    share
+        Judgments that agree, with whole scenarios resampled.
+    two_way
+        The same for other scenarios and other raters.
+    majority
+        The part of the pairs of which more than half of the judgments agree.
+    judgments, rated
+        How many judgments there are, and of how many pairs.
+    n
+        How many pairs there are to rate.
+    """
+
+    configuration: str
+    share: Estimate
+    two_way: Estimate
+    majority: float
+    judgments: int
+    rated: int
+    n: int
+
+
+def by_people(
+    pairs: Sequence[Pair],
+    records: list[PlanRecord],
+    judgments: Sequence[Judgment],
+    *,
+    seed: int,
+    draws: int,
+) -> list[RatedRow]:
+    """The rows that people's ratings give so far; those that nobody has rated are left out.
+
+    Raises
+    ------
+    FormatError
+        If a rating is of a pair that the study hasn't, with its row.
+    """
+    check_ratings(pairs, judgments)
+    scenarios = _scenarios(records)
+    rows = []
+    for name in (*ROWS, *KNOWN):
+        which, only_top = ROWS.get(name, (name, False))
+        best = {r.command for r in top(records, which)} if only_top else None
+        own = [p for p in pairs if p.configuration == which and (best is None or p.command in best)]
+        row = _rated(name, own, scenarios, judgments, rng=np.random.default_rng(seed), draws=draws)
+        if row is not None:
+            rows.append(row)
+    return rows
+
+
+def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
+    """Refuse ratings of other studies, and second ones by the same person.
+
+    Raises
+    ------
+    FormatError
+        With the row.
+    """
+    known = {(p.text, p.own_video, p.video) for p in pairs}
+    seen: Counter[tuple[str, ...]] = Counter()
+    for row, j in enumerate(judgments, start=1):
+        key = (j.command, j.command_video, j.shown_video)
+        where = f"judgments.jsonl: line {row}"
+        if key not in known:
+            raise FormatError(
+                f"the study has no pair of {j.command!r} and the video {j.shown_video!r}",
+                where=where,
+                fix="give the ratings of this study",
+            )
+        mine = (*key, j.subject)
+        seen[mine] += 1
+        if j.subject and seen[mine] > 1:
+            raise FormatError(
+                "the same person has rated this pair before", where=where, fix="remove one"
+            )
+
+
+def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
+    """The same rows by the automatic judge."""
+    rows: list[JudgedRow] = []
+    for name, (which, only_top) in ROWS.items():
+        own = top(records, which) if only_top else [r for r in records if r.configuration == which]
+        correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
+        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
+    return rows
+
+
+def compare_people(
+    pairs: Sequence[Pair],
+    records: list[PlanRecord],
+    judgments: Sequence[Judgment],
+    *,
+    seed: int,
+    draws: int,
+) -> list[Comparison]:
+    """What people say of configurations, compared on the commands that were rated in both."""
+    of_pair = {(p.text, p.own_video, p.video): p for p in pairs if p.is_plan}
+    agrees: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
+    for j in judgments:
+        pair = of_pair.get((j.command, j.command_video, j.shown_video))
+        if pair is not None:
+            told = agrees[pair.configuration].setdefault(pair.command, [])
+            told.append(RATINGS.index(j.rating) + 1 >= AGREES)
+    shares = {
+        name: {command: float(np.mean(told)) for command, told in own.items()}
+        for name, own in agrees.items()
+    }
+    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+
+
+def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
+    """The same by the automatic judge, on all commands."""
+    shares = {
+        name: {r.command: float(r.correct) for r in records if r.configuration == name}
+        for name in CONFIGURATIONS
+    }
+    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+
+
+def _scenarios(records: list[PlanRecord]) -> dict[str, str]:
+    return {r.command: r.scenario for r in records}
+
+
+def _rated(
+    name: str,
+    pairs: Sequence[Pair],
+    scenarios: Mapping[str, str],
+    judgments: Sequence[Judgment],
+    *,
+    rng: np.random.Generator,
+    draws: int,
+) -> RatedRow | None:
+    wanted = {(p.text, p.own_video, p.video): p for p in pairs}
+    mine = [
+        (wanted[key], j)
+        for j in judgments
+        if (key := (j.command, j.command_video, j.shown_video)) in wanted
+    ]
+    if not mine:
+        return None
+    agrees = np.array([RATINGS.index(j.rating) + 1 >= AGREES for _, j in mine])
+    pair = codes([(p.command, p.video) for p, _ in mine])
+    place = codes([scenarios[p.command] for p, _ in mine])
+    rater = codes([j.subject for _, j in mine])
+    return RatedRow(
+        name,
+        bootstrap(agrees, place, rng=rng, draws=draws),
+        two_way(agrees, place, rater),
+        float(majorities(agrees, pair).mean()),
+        len(mine),
+        len(np.unique(pair)),
+        len(pairs),
+    )

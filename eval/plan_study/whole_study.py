@@ -1,0 +1,240 @@
+"""A study from end to end: plans, runs, videos, the study's file, and what came of it so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+from rich.table import Table
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
+from eval.judging.judge_report import in_a_line, summary
+from eval.judging.judge_validity import Validity, known_validity
+from eval.plan_study.filming import film_all
+from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
+from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
+from eval.plan_study.study_results import (
+    RatedRow,
+    by_judge,
+    by_people,
+    compare_judge,
+    compare_people,
+)
+from eval.plan_study.study_settings import Settings, check_settings
+from eval.statistics.comparison import Comparison
+from eval.table_3.outcomes import JudgedRow
+from eval.table_3.plan_report import PAPER
+from eval.tables.comparison_report import NOTE, TITLE, comparison_table
+from eval.tables.comparison_report import records as comparison_records
+from eval.tables.formats import document, interval, table_text
+from g3.annotation import Judgment
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A study as far as it has come.
+
+    Parameters
+    ----------
+    file
+        What ``ct annotate`` serves.
+    people
+        Rows of Table 3 by people; empty without ratings.
+    automatic
+        The same by the automatic judge.
+    compared_by_people, compared
+        Each two configurations on the commands that both have, by people and by the judge.
+    """
+
+    settings: Settings
+    file: Path
+    pairs: Sequence[Pair]
+    records: Sequence[PlanRecord]
+    people: Sequence[RatedRow]
+    automatic: Sequence[JudgedRow]
+    validity: Validity | None
+    compared_by_people: Sequence[Comparison] = ()
+    compared: Sequence[Comparison] = ()
+
+
+def go_on(
+    folder: Path,
+    settings: Settings,
+    *,
+    ratings: Path | None = None,
+    pay: float | None = None,
+    draws: int = 2000,
+    on_progress: OnProgress | None = None,
+) -> Study:
+    """Do what hasn't been done yet, and read the ratings that there are.
+
+    Parameters
+    ----------
+    ratings
+        A corpus that holds them; by default they are read from the app's database in the folder.
+    pay
+        What people get for a pair, in dollars; None if the study's file tells.
+
+    Raises
+    ------
+    CorpusError
+        If the folder is of another study, or the ratings are.
+    """
+    check_settings(folder, settings)
+    corpora: dict[str, Corpus] = {
+        name: open_corpus(name) for name in (settings.test, *settings.train.split(","))
+    }
+    records = plan_all(folder, settings, _half(on_progress, 0))
+    found = pairs(records, chosen_commands(settings), settings.seed)
+    film_all(folder, settings.test, found, _half(on_progress, 1))
+    file = write_study(folder, found, settings.seed, pay)
+    judgments = _judgments(folder, ratings)
+    options = {"seed": settings.seed, "draws": draws}
+    return Study(
+        settings,
+        file,
+        found,
+        records,
+        by_people(found, records, judgments, **options) if judgments else (),
+        by_judge(records, **options),
+        known_validity(corpora.values(), **options),
+        compare_people(found, records, judgments, **options) if judgments else (),
+        compare_judge(records, **options),
+    )
+
+
+def _judgments(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
+    if ratings is not None:
+        return load_corpus(ratings).judgments
+    if find_spec("sqlalchemy") is None:
+        return ()
+    from eval.plan_study.study_rating import received  # noqa: PLC0415 - an extra
+
+    return received(folder)
+
+
+def _half(on_progress: OnProgress | None, which: int) -> OnProgress | None:
+    """One bar for plans and videos, of which each fills a half."""
+    if on_progress is None:
+        return None
+    return lambda step, done, total: on_progress(step, which * total + done, 2 * total)
+
+
+def render(study: Study, form: Literal["text", "json"], *, terminal: bool = False) -> str:
+    """People's rows and the judge's, in tables of their own."""
+    about = {"table": 3, "train": study.settings.train, "test": study.settings.test}
+    about |= {"seed": study.settings.seed}
+    if form == "json":
+        validity = None if study.validity is None else summary(study.validity)
+        people = [_flat(row) for row in study.people] or None
+        content = {
+            "study": str(study.file),
+            "pairs": len(study.pairs),
+            "people": people,
+            "people_compared": comparison_records(study.compared_by_people),
+            "automatic": {
+                "rows": study.automatic,
+                "comparisons": comparison_records(study.compared),
+                "judge_validity": validity,
+            },
+            "commands": {name: _told(study.records, name) for name in CONFIGURATIONS},
+            "failures": [{"run": r.run, "failure": r.failure} for r in study.records if r.failure],
+        }
+        return document(content, about)
+    tables = {"People's judgments": _people(study.people)} if study.people else {}
+    if study.compared_by_people:
+        tables[f"People's judgments: {TITLE}"] = comparison_table(study.compared_by_people)
+    tables["The automatic judge (a program, not people)"] = _automatic(study.automatic)
+    if study.compared:
+        tables[f"The automatic judge: {TITLE}"] = comparison_table(study.compared)
+    return table_text(tables, _notes(study), about, terminal=terminal)
+
+
+def _told(records: Sequence[PlanRecord], configuration: str) -> list[dict[str, object]]:
+    return [
+        {
+            "command": r.command,
+            "text": r.text,
+            "probability": r.probability,
+            "correct": int(r.correct),
+            "reason": r.reason,
+            "run": r.run,
+        }
+        for r in records
+        if r.configuration == configuration
+    ]
+
+
+def _notes(study: Study) -> list[str]:
+    failed = sum(bool(r.failure) for r in study.records)
+    found = [
+        NOTE,
+        in_a_line(study.validity),
+        f"{failed} of {len(study.records)} plans were stopped in physics; their videos end there",
+        f"{len(study.pairs)} pairs of commands and videos to rate by {ANSWERS} people each: "
+        f"ct annotate {study.file} --instance {study.file.parent / INSTANCE}",
+    ]
+    if study.people:
+        found.append(
+            "95%: percentile intervals with whole scenarios resampled; scenarios, raters: for "
+            "others of both"
+        )
+    else:
+        found.append(
+            "nobody has rated yet; ratings are read from the app's database in the study's folder, "
+            "or from --ratings, which `ct annotate export` writes"
+        )
+    return found
+
+
+def _people(rows: Sequence[RatedRow]) -> Table:
+    table = Table()
+    table.add_column("Configuration")
+    for heading in ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        paper = PAPER.get(row.configuration)
+        table.add_row(
+            row.configuration if row.configuration in PAPER else f"known {row.configuration}",
+            f"{row.share.value:.2f}",
+            interval(row.share.low, row.share.high),
+            interval(row.two_way.low, row.two_way.high),
+            f"{row.majority:.2f}",
+            "" if paper is None else f"{paper:.2f}",
+            str(row.judgments),
+            f"{row.rated} of {row.n}",
+        )
+    return table
+
+
+def _automatic(rows: Sequence[JudgedRow]) -> Table:
+    table = Table()
+    table.add_column("Configuration")
+    for heading in ("Right", "95%", "n"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        bounds = interval(row["low"], row["high"])
+        table.add_row(row["configuration"], f"{row['precision']:.2f}", bounds, str(row["n"]))
+    return table
+
+
+def _flat(row: RatedRow) -> dict[str, object]:
+    return {
+        "configuration": row.configuration,
+        "judge": "people",
+        "precision": row.share.value,
+        "low": row.share.low,
+        "high": row.share.high,
+        "two_way": {"low": row.two_way.low, "high": row.two_way.high},
+        "majority": row.majority,
+        "n": row.judgments,
+        "rated": row.rated,
+        "pairs": row.n,
+        "paper": PAPER.get(row.configuration),
+    }

@@ -1,0 +1,194 @@
+"""Everything that a report shows, measured in one go."""
+
+from __future__ import annotations
+
+import platform
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from corpus_tools import __version__
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress
+from eval.judging.judge_validity import Validity, known_validity
+from eval.report.gallery import Failed, Shown, examples, failures
+from eval.report.plan_results import Plans, read_plans
+from eval.report.reliability import Bin, bins
+from eval.table_1 import experiment
+from eval.table_1.correspondence import Row, table_rows
+from eval.table_1.error_lists import ErrorList, error_lists
+from eval.table_1.learning_curve import CurvePoint, write_plot
+from eval.table_1.protocol import Choices
+from eval.table_2.rating_table import Results, table_2
+from g3.features.feature_registry import CATALOGUE_VERSION
+
+STUDY_DRAWS = 10_000
+EXAMPLES = 4
+LIBRARIES = ("matplotlib", "numpy", "scipy")
+
+
+@dataclass(frozen=True, slots=True)
+class ReportChoices:
+    """What a report is made of.
+
+    Parameters
+    ----------
+    corpus
+        Measured with each scenario held out in turn.
+    plans
+        Table 3 as ``ct eval --table 3 --format json`` has written it; None to leave it out.
+    videos
+        What ``ct render-videos`` has made of the corpus; None to show none.
+    study
+        Whose ratings Table 2 counts; the largest if empty.
+    top
+        Phrases in each list of errors.
+    repeats
+        Random orders of the commands for the learning curve; 0 for none.
+    """
+
+    corpus: str
+    plans: Path | None = None
+    videos: Path | None = None
+    study: str = ""
+    negatives: str = "random"
+    l2: float | None = None
+    threshold: float = 0.5
+    seed: int = 0
+    draws: int = 2000
+    top: int = 5
+    repeats: int = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a report shows; what wasn't measured is None or empty.
+
+    Parameters
+    ----------
+    table_1, metadata
+        Its rows, and how they were made.
+    reliability
+        Of the predicted correspondences.
+    curve, curve_svg
+        The learning curve's points, and its plot.
+    errors
+        The lists of section 4.2.
+    table_2, validity, plans, shown, failures
+        Ratings by people, the judge against them, Table 3, example videos, and wrong plans'.
+    provenance
+        What it was made of and with.
+    commands
+        What makes the same figures again.
+    """
+
+    table_1: Sequence[Row]
+    metadata: dict[str, object]
+    reliability: Sequence[Bin]
+    curve: Sequence[CurvePoint]
+    curve_svg: str
+    errors: Sequence[ErrorList]
+    table_2: Results | None
+    validity: Validity | None
+    plans: Plans | None
+    shown: Sequence[Shown]
+    failures: Sequence[Failed]
+    provenance: dict[str, object]
+    commands: Sequence[str]
+
+
+def gather(choices: ReportChoices, on_progress: OnProgress | None = None) -> Contents:
+    """Measure what a report shows.
+
+    Raises
+    ------
+    CorpusError
+        If the corpus, the plans or the videos can't be used.
+    """
+    corpus = open_corpus(choices.corpus)
+    plans = read_plans(choices.plans) if choices.plans else None
+    shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []
+    asked = Choices(
+        corpus=choices.corpus,
+        division="cv",
+        negatives="hard" if choices.negatives == "hard" else "random",
+        l2=choices.l2,
+        threshold=choices.threshold,
+        seed=choices.seed,
+    )
+    result = experiment.run(asked, on_progress)
+    draws = {"seed": choices.seed, "draws": choices.draws}
+    repeats = choices.repeats
+    curve = experiment.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
+    ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
+    return Contents(
+        table_rows(
+            result.predictions,
+            threshold=choices.threshold,
+            seed=choices.seed,
+            draws=choices.draws,
+        ),
+        {"table": 1, **result.metadata, "draws": choices.draws},
+        bins(result.predictions, **draws),
+        curve,
+        _plotted(curve, choices.repeats),
+        error_lists(result.predictions, result.shown, k=choices.top, threshold=choices.threshold),
+        table_2(corpus.judgments, **ratings) if corpus.judgments else None,
+        known_validity([corpus], **draws),
+        plans,
+        shown,
+        failures(plans, EXAMPLES) if plans else (),
+        {
+            "corpus": corpus.name,
+            "corpus_hash": corpus.hash,
+            "source": corpus.source,
+            "licence": corpus.licence,
+            "models": "trained in this run, one for each scenario held out",
+            "features": CATALOGUE_VERSION,
+            "program": f"corpus-tools-g3 {__version__}",
+            "python": platform.python_version(),
+            "libraries": {name: version(name) for name in LIBRARIES},
+            "seed": choices.seed,
+            "draws": choices.draws,
+            **({} if plans is None else {"table_3": plans.provenance}),
+        },
+        _commands(choices, has_ratings=bool(corpus.judgments)),
+    )
+
+
+def _plotted(curve: Sequence[CurvePoint], repeats: int) -> str:
+    if not curve:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "curve.svg"
+        write_plot(curve, path, bounds=f"range of {repeats} random orders")
+        text = path.read_text(encoding="utf-8")
+    return text[text.index("<svg") :]
+
+
+def _commands(choices: ReportChoices, *, has_ratings: bool) -> list[str]:
+    name, seed = choices.corpus, choices.seed
+    common = f"--corpus {name} --seed {seed}"
+    found = [
+        f"ct eval --table 1 {common} --cv scenario --negatives {choices.negatives}",
+        f"ct eval --errors {common} --cv scenario --top {choices.top}",
+    ]
+    if choices.repeats:
+        repeats = f"--repeats {choices.repeats}"
+        found.append(f"ct eval --learning-curve {common} --cv scenario {repeats} --out curve.svg")
+    if has_ratings:
+        found += [f"ct eval --table 2 {common}", f"ct eval --judge-validity {common}"]
+    whole = [f"ct eval --report report --corpus {name} --seed {seed}"]
+    if choices.plans:
+        found.append(
+            "ct eval --table 3 --judge automatic --train CORPUS --test CORPUS "
+            f"--format json --out {choices.plans.name}"
+        )
+        whole.append(f"--plans {choices.plans.name}")
+    if choices.videos:
+        found.append(f"ct render-videos --corpus {name} --out {choices.videos.name}")
+        whole.append(f"--videos {choices.videos.name}")
+    return [*found, " ".join(whole)]

@@ -1,0 +1,153 @@
+"""A report's files: the page, and the same as JSON, CSV and LaTeX."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
+from eval.judging import judge_report
+from eval.report.plan_results import Compared, PlanRow, Plans
+from eval.report.report_contents import Contents
+from eval.report.report_page import check_installed, page
+from eval.table_1.correspondence_table import render
+from eval.table_2 import rating_table as rated
+from eval.table_3.plan_report import PAPER
+from eval.tables.comparison_report import COLUMNS as COMPARISON_COLUMNS
+from eval.tables.comparison_report import shown_p
+from eval.tables.formats import delimited, document
+from eval.tables.latex import estimate, tabular, text
+
+MARKER = "report.json"
+PLAN_COLUMNS = ("configuration", "judge", "precision", "low", "high", "n", "paper")
+
+
+def check_writable(folder: Path) -> None:
+    """Refuse a folder that a report can't be written to; an old report is replaced.
+
+    Raises
+    ------
+    CorpusError
+        If it holds other things, or something that reports need isn't installed.
+    """
+    check_installed()
+    check_target(folder, force=True, marker=MARKER)
+
+
+def write_report(contents: Contents, folder: Path) -> list[str]:
+    """Write all files, or none, and tell their names."""
+    made = {name: f"{text}\n".encode() for name, text in _files(contents).items()}
+    write_folder(folder, made, force=True, marker=MARKER)
+    return sorted(made)
+
+
+def _files(contents: Contents) -> dict[str, str]:
+    about = contents.metadata
+    found = {
+        "report.html": page(contents),
+        MARKER: _document(contents),
+        "table-1.csv": render(contents.table_1, "csv", about),
+        "table-1.tex": render(contents.table_1, "latex", about),
+    }
+    if contents.curve:
+        points = [asdict(p) for p in contents.curve]
+        columns = ("type", "sdcs", "error", "low", "high")
+        found["learning-curve.csv"] = delimited(points, {}, columns=columns)
+        found["learning-curve.svg"] = contents.curve_svg
+    if contents.table_2:
+        ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
+        for suffix, form in (("csv", "csv"), ("tex", "latex")):
+            found[f"table-2.{suffix}"] = rated.render(
+                contents.table_2, "csv" if form == "csv" else "latex", ratings
+            )
+    if contents.plans:
+        found["table-3.csv"] = delimited(
+            _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS
+        )
+        found["table-3.tex"] = _latex(contents.plans)
+        compared = [
+            {"judge": judge, **msgspec.to_builtins(c)}
+            for judge, several in (
+                ("automatic", contents.plans.compared),
+                ("people", contents.plans.people_compared),
+            )
+            for c in several
+        ]
+        found["table-3-comparisons.csv"] = delimited(
+            compared, {}, columns=("judge", *COMPARISON_COLUMNS)
+        )
+    return found
+
+
+def _document(contents: Contents) -> str:
+    made: dict[str, Any] = {
+        "provenance": contents.provenance,
+        "commands": list(contents.commands),
+        "table_1": json.loads(render(contents.table_1, "json", contents.metadata)),
+        "reliability": [asdict(b) for b in contents.reliability],
+        "learning_curve": [asdict(p) for p in contents.curve],
+        "errors": [asdict(one) for one in contents.errors],
+        "table_2": None,
+        "judge_validity": None,
+        "table_3": contents.plans.document if contents.plans else None,
+        "examples": [{"video": e.name, "command": e.command} for e in contents.shown],
+    }
+    if contents.table_2:
+        made["table_2"] = json.loads(rated.render(contents.table_2, "json", {}))
+    if contents.validity:
+        made["judge_validity"] = judge_report.summary(contents.validity)
+    return document(made, {})
+
+
+def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
+    return [
+        {
+            "configuration": row.configuration,
+            "judge": row.judge,
+            "precision": row.precision,
+            "low": row.low,
+            "high": row.high,
+            "n": row.n,
+            "paper": PAPER.get(row.configuration),
+        }
+        for row in rows
+    ]
+
+
+def _latex(plans: Plans) -> str:
+    parts = [_rows_latex("Judged by a program; the paper's figures are people's.", plans.rows)]
+    if plans.people:
+        parts.append(_rows_latex("Judged by people.", plans.people))
+    for who, several in (("a program", plans.compared), ("people", plans.people_compared)):
+        if several:
+            parts.append(_compared_latex(f"Configurations compared, judged by {who}.", several))
+    return "\n\n".join(parts)
+
+
+def _rows_latex(title: str, rows: Sequence[PlanRow]) -> str:
+    cells = []
+    for row in rows:
+        paper = PAPER.get(row.configuration)
+        shown = "--" if paper is None else f"{paper:.2f}"
+        right = estimate(row.precision, row.low, row.high)
+        cells.append((text(row.configuration), right, shown, str(row.n)))
+    return tabular(("Configuration", "Right", "Paper", "$n$"), cells, comments=[title])
+
+
+def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
+    cells = [
+        (
+            f"{text(c.one)} $-$ {text(c.other)}",
+            estimate(c.difference, c.low, c.high, "${:+.2f}$"),
+            f"${shown_p(c.adjusted_p)}$",
+            f"${c.effect:+.2f}$",
+            str(c.n),
+        )
+        for c in compared
+    ]
+    return tabular(("", "Difference", "$p$, Holm", "$h$", "$n$"), cells, comments=[title])

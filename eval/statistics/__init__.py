@@ -1,0 +1,1 @@
+"""Figures with their intervals: bootstrap, rating models, comparisons, power."""

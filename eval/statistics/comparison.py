@@ -1,0 +1,119 @@
+"""Configurations compared on the commands that they share, corrected for comparing many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import special
+
+from eval.statistics.estimates import LEVEL, Estimate, FloatArray, IntArray
+from eval.statistics.intervals import percentiles
+from eval.statistics.resampling import resampled_sums
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two configurations on the same commands.
+
+    Parameters
+    ----------
+    n
+        How many commands both have.
+    difference
+        Of the shares, the first's less the second's, with a bootstrap's bounds.
+    p
+        Of no difference, two-sided.
+    adjusted_p
+        The same after Holm's correction for all comparisons that were made.
+    effect
+        Cohen's h.
+    """
+
+    one: str
+    other: str
+    n: int
+    difference: Estimate
+    p: float
+    adjusted_p: float
+    effect: float
+
+
+def compare_all(
+    shares: Mapping[str, FloatArray],
+    cluster: IntArray,
+    *,
+    rng: np.random.Generator,
+    draws: int = 10_000,
+    level: float = LEVEL,
+) -> list[Comparison]:
+    """Compare each two configurations on the commands that both have; none are left out.
+
+    Parameters
+    ----------
+    shares
+        By configuration, the part of each command's judgments that agree, shape (commands,); NaN
+        where it has none.
+    cluster
+        Each command's cluster, such as its video, shape (commands,).
+    """
+    found = []
+    for one, other in combinations(shares, 2):
+        both = ~np.isnan(shares[one]) & ~np.isnan(shares[other])
+        if both.any():
+            mine, theirs = shares[one][both], shares[other][both]
+            _, index = np.unique(cluster[both], return_inverse=True)
+            estimate = _difference(mine - theirs, index, rng, draws, level)
+            effect = cohens_h(float(mine.mean()), float(theirs.mean()))
+            p = clustered_mcnemar(mine - theirs, index)
+            found.append(Comparison(one, other, int(both.sum()), estimate, p, p, effect))
+    adjusted = holm([c.p for c in found])
+    return [
+        replace(c, adjusted_p=float(corrected))
+        for c, corrected in zip(found, adjusted, strict=True)
+    ]
+
+
+def _difference(
+    differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int, level: float
+) -> Estimate:
+    """Their mean, with whole clusters resampled."""
+    counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
+    sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
+    return percentiles(float(differences.mean()), sums / sizes, level)
+
+
+def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
+    """Two-sided p of no difference, for matched pairs in clusters.
+
+    N. A. Obuchowski, Statistics in Medicine 17 (1998): the square of the sum over that of the
+    clusters' squared sums, which is McNemar's test where each pair is a cluster.
+
+    Parameters
+    ----------
+    differences
+        Of each matched pair, shape (n,): −1, 0 or 1 for yes and no, or differences of shares.
+    """
+    sums = np.bincount(cluster, weights=differences)
+    squares = float((sums**2).sum())
+    if squares == 0:
+        return 1.0
+    return float(special.chdtrc(1, float(sums.sum()) ** 2 / squares))
+
+
+def holm(p: npt.ArrayLike) -> FloatArray:
+    """P values adjusted by S. Holm's step-down procedure (Scand. J. Stat. 6, 1979)."""
+    values = np.asarray(p, dtype=np.float64)
+    order = np.argsort(values, kind="stable")
+    steps = values[order] * np.arange(len(values), 0, -1)
+    adjusted = np.empty_like(values)
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(steps))
+    return adjusted
+
+
+def cohens_h(one: float, other: float) -> float:
+    """The difference of two shares on the scale of arcs (J. Cohen, 1988, chapter 6)."""
+    return float(2 * np.arcsin(np.sqrt(one)) - 2 * np.arcsin(np.sqrt(other)))

@@ -1,0 +1,185 @@
+"""Figures of a confusion table, and intervals that respect clusters.
+
+Examples that come from one command share its words, its video and its annotator, so
+they are not independent: the intervals here resample whole clusters.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from eval.statistics.resampling import resampled_sums
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from corpus_tools.runtime.parallel import Team
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+CELLS = ("tp", "fp", "fn", "tn")
+"""Order of the last axis of every array of counts."""
+FIGURES = ("precision", "recall", "f", "accuracy")
+"""Order of the last axis of :func:`figures`."""
+LEVEL = 0.95
+ALIKE = 1e-12
+"""Figures that differ by less are the same but for rounding."""
+
+
+class Estimate(NamedTuple):
+    """A figure and the bounds of its interval; NaN where it is undefined."""
+
+    value: float
+    low: float
+    high: float
+
+
+def _ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
+    result = np.full(numerator.shape, np.nan)
+    np.divide(numerator, denominator, out=result, where=denominator > 0)
+    return result
+
+
+def figures(counts: npt.ArrayLike) -> FloatArray:
+    """Precision, recall, F-score and accuracy of confusion counts.
+
+    A figure whose denominator is 0 is NaN, never 0 or 1: precision where nothing was
+    predicted true, recall where nothing is true, accuracy where there is no example.
+    The F-score is 2 tp / (2 tp + fp + fn), so it is NaN only where nothing is true nor
+    predicted true, and 0 where something is but no prediction hits it.
+
+    Parameters
+    ----------
+    counts
+        Counts in the order of :data:`CELLS`, shape (..., 4).
+
+    Returns
+    -------
+    ndarray
+        The figures in the order of :data:`FIGURES`, shape (..., 4).
+    """
+    table = np.asarray(counts, dtype=np.float64)
+    tp, fp, fn, tn = (table[..., cell] for cell in range(len(CELLS)))
+    return np.stack(
+        [
+            _ratio(tp, tp + fp),
+            _ratio(tp, tp + fn),
+            _ratio(2 * tp, 2 * tp + fp + fn),
+            _ratio(tp + tn, tp + fp + fn + tn),
+        ],
+        axis=-1,
+    )
+
+
+def confusion(
+    label: BoolArray,
+    predicted: BoolArray,
+    *,
+    cluster: IntArray,
+    group: IntArray,
+    shape: tuple[int, int],
+) -> IntArray:
+    """Confusion counts of each group within each cluster.
+
+    Parameters
+    ----------
+    label, predicted
+        What holds and what was predicted, shape (n,).
+    cluster, group
+        Index of each example's cluster and group, shape (n,).
+    shape
+        Numbers of clusters and of groups.
+
+    Returns
+    -------
+    ndarray
+        Shape (clusters, groups, 4), the last axis in the order of :data:`CELLS`.
+    """
+    cell = np.where(label, np.where(predicted, 0, 2), np.where(predicted, 1, 3))
+    full = (*shape, len(CELLS))
+    flat = np.ravel_multi_index((cluster, group, cell), full) if len(label) else cluster
+    return np.bincount(flat, minlength=int(np.prod(full))).reshape(full).astype(np.int64)
+
+
+def cluster_bootstrap(
+    counts: IntArray,
+    statistic: Callable[[FloatArray], FloatArray],
+    *,
+    rng: np.random.Generator,
+    draws: int = 2000,
+    level: float = LEVEL,
+    team: Team | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Percentile intervals of a statistic of summed counts, resampling clusters.
+
+    Groups are resampled together: clusters without an example of a group stay in the pool, as
+    commands without a PLACE are part of the population of commands.
+
+    Draws in which a figure is undefined are left out of its interval. A figure that fewer
+    than two clusters say anything about has no interval: its bounds are NaN, for
+    resampling one cluster can't show how clusters differ. Nor has a figure that is the same
+    in all clusters (:func:`percentile_bounds`). With few clusters (under 30 or so) percentile
+    intervals are too narrow.
+
+    Parameters
+    ----------
+    counts
+        Counts of each cluster, shape (clusters, ..., k).
+    statistic
+        Maps counts (..., k) to figures (..., m), elementwise over the leading axes.
+    rng
+        Source of randomness; the same state gives the same bounds.
+    draws
+        Number of resamples.
+    level
+        Probability that the interval leaves inside.
+    team
+        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+
+    Returns
+    -------
+    low, high : ndarray
+        Bounds, each of shape (..., m).
+
+    References
+    ----------
+    Field and Welsh (2007), Bootstrapping clustered data, J. R. Stat. Soc. B 69.
+    """
+    if not 0 < level < 1:
+        raise ValueError(f"level is {level}, expected a probability between 0 and 1")
+    clusters = len(counts)
+    informative = (~np.isnan(statistic(counts.astype(np.float64)))).sum(axis=0)
+    if clusters == 0:
+        nothing = np.full(informative.shape, np.nan)
+        return nothing, nothing.copy()
+
+    values = statistic(resampled_sums(counts, rng=rng, draws=draws, team=team))
+
+    return percentile_bounds(np.where(informative < 2, np.nan, values), level)
+
+
+def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
+    """Bounds that leave a part of resampled figures inside.
+
+    Where all draws are the same there are none: clusters that don't differ are no evidence that
+    others won't, and an interval of no width would say that the figure is known exactly.
+
+    Parameters
+    ----------
+    drawn
+        Figures, one draw after the other, shape (draws, ...); NaN where a draw has none.
+
+    Returns
+    -------
+    low, high : ndarray
+        Shape (...); NaN where there are none.
+    """
+    known = np.where(np.isnan(drawn).all(axis=0), 0.0, drawn)
+    alike = np.nanmax(known, axis=0) - np.nanmin(known, axis=0) < ALIKE
+    low, high = np.nanquantile(known, ((1 - level) / 2, (1 + level) / 2), axis=0)
+    return np.where(alike, np.nan, low), np.where(alike, np.nan, high)

@@ -1,0 +1,86 @@
+"""What the raters of a pair say together: majorities, and raters weighed by how they err."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.statistics.estimates import BoolArray, FloatArray, IntArray
+
+TOLERANCE = 1e-8
+MOST_STEPS = 2000
+TINY = float(np.finfo(np.float64).tiny)
+
+
+def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
+    """Whether more than half of each pair's judgments agree, in the order of pairs."""
+    _, index = np.unique(pair, return_inverse=True)
+    found: BoolArray = 2 * np.bincount(index, weights=agrees) > np.bincount(index)
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DawidSkene:
+    """A model of raters who err, each in their own way.
+
+    Parameters
+    ----------
+    prevalence
+        How frequent each true class is, shape (classes,).
+    answers
+        How often each rater gives each class where each is true, shape (raters, true classes,
+        given classes); NaN where nothing tells.
+    posterior
+        How probable each class is for each item, shape (items, classes).
+    log_likelihood
+        After each step, which never decreases.
+    """
+
+    prevalence: FloatArray
+    answers: FloatArray
+    posterior: FloatArray
+    log_likelihood: FloatArray
+
+
+def dawid_skene(
+    item: IntArray, rater: IntArray, given: IntArray, classes: int | None = None
+) -> DawidSkene:
+    """Estimate true classes and raters' errors together by expectation maximisation.
+
+    A. P. Dawid and A. M. Skene, Applied Statistics 28 (1979). It begins with each item's shares
+    of answers, as they do.
+
+    Parameters
+    ----------
+    item, rater, given
+        Of each answer, numbers from 0 without gaps, shape (n,).
+    classes
+        How many there are; the greatest that was given plus one if None.
+    """
+    items, raters = int(item.max()) + 1, int(rater.max()) + 1
+    k = classes or int(given.max()) + 1
+    # An answer adds the column of its rater and class to the sums of its item.
+    column = rater * k + given
+    counts = np.zeros((items, raters * k))
+    np.add.at(counts, (item, column), 1.0)
+    posterior = counts.reshape(items, raters, k).sum(axis=1)
+    posterior /= posterior.sum(axis=1, keepdims=True)
+    trace: list[float] = []
+    while True:
+        prevalence = posterior.mean(axis=0)
+        answers = (posterior.T @ counts).reshape(k, raters, k)
+        totals = answers.sum(axis=2, keepdims=True)
+        answers = np.divide(answers, totals, out=np.full_like(answers, np.nan), where=totals > 0)
+        # A rater who never gave an answer may give it all the same, though hardly ever.
+        logs = np.log(np.maximum(np.nan_to_num(answers), TINY)).reshape(k, raters * k)
+        joint = counts @ logs.T + np.log(np.maximum(prevalence, TINY))
+        top = joint.max(axis=1, keepdims=True)
+        total = top + np.log(np.exp(joint - top).sum(axis=1, keepdims=True))
+        posterior = np.exp(joint - total)
+        trace.append(float(total.sum()))
+        if len(trace) > 1 and abs(trace[-1] - trace[-2]) < TOLERANCE * abs(trace[-1]):
+            break
+        if len(trace) == MOST_STEPS:
+            break
+    return DawidSkene(prevalence, answers.transpose(1, 0, 2), posterior, np.array(trace))

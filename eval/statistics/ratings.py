@@ -1,0 +1,136 @@
+"""Judgments as arrays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Container, Hashable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.statistics.estimates import BoolArray, IntArray
+from g3.annotation import RATINGS, Judgment
+from g3.errors import FormatError
+
+AGREES = 4
+"""From this of the five points on, somebody agrees that the video shows the command."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ratings:
+    """Judgments of commands with videos, each array of shape (n,).
+
+    Parameters
+    ----------
+    rating
+        From 1, strongly disagree, to 5, strongly agree.
+    original
+        Whether the command was shown with the video that it was typed for.
+    pair
+        Index of the command with the video that it was shown with.
+    command
+        Index of the command.
+    video
+        Index of the video that the command was typed for.
+    rater
+        Index of the person.
+    """
+
+    rating: IntArray
+    original: BoolArray
+    pair: IntArray
+    command: IntArray
+    video: IntArray
+    rater: IntArray
+
+    def __len__(self) -> int:
+        """How many judgments there are."""
+        return len(self.rating)
+
+    @property
+    def agrees(self) -> BoolArray:
+        """Who agrees or agrees strongly, shape (n,)."""
+        found: BoolArray = self.rating >= AGREES
+        return found
+
+    def only(self, chosen: BoolArray) -> Ratings:
+        """Some of the judgments, with the same indices."""
+        return Ratings(
+            self.rating[chosen],
+            self.original[chosen],
+            self.pair[chosen],
+            self.command[chosen],
+            self.video[chosen],
+            self.rater[chosen],
+        )
+
+    def units(self) -> list[list[int]]:
+        """The ratings of each pair."""
+        order = np.argsort(self.pair, kind="stable")
+        starts = np.flatnonzero(np.diff(self.pair[order], prepend=-1))
+        return [part.tolist() for part in np.split(self.rating[order], starts[1:])]
+
+
+def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
+    """Judgments as arrays, in their order."""
+    rows = list(judgments)
+    return Ratings(
+        np.array([RATINGS.index(j.rating) + 1 for j in rows], dtype=np.int64),
+        np.array([j.command_video == j.shown_video for j in rows], dtype=np.bool_),
+        codes([(j.command, j.command_video, j.shown_video) for j in rows]),
+        codes([(j.command, j.command_video) for j in rows]),
+        codes([j.command_video for j in rows]),
+        codes([j.subject for j in rows]),
+    )
+
+
+def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
+    """The judgments of a study; of that which has most of them if it isn't named.
+
+    Several studies may be of the same pairs, such as a trial run and the real one.
+
+    Raises
+    ------
+    FormatError
+        If there is no such study.
+    """
+    studies = Counter(j.study for j in judgments)
+    chosen = study or max(studies, key=lambda name: (studies[name], name), default="")
+    if study and study not in studies:
+        raise FormatError(
+            "there is no such study", where=study, fix=f"use one of {', '.join(sorted(studies))}"
+        )
+    return [j for j in judgments if j.study == chosen]
+
+
+def codes(values: Sequence[Hashable]) -> IntArray:
+    """A number for each different value, from 0 in the order of first appearance."""
+    numbers: dict[Hashable, int] = {}
+    return np.array([numbers.setdefault(value, len(numbers)) for value in values], dtype=np.int64)
+
+
+def check_judgments(judgments: Iterable[Judgment], videos: Container[str]) -> None:
+    """Refuse judgments of commands that were typed for no known video.
+
+    Raises
+    ------
+    FormatError
+        With the row.
+    """
+    for row, j in enumerate(judgments, start=1):
+        if j.command_video not in videos:
+            raise FormatError(
+                f"no command was typed for the video {j.command_video!r}",
+                where=f"judgments.jsonl: line {row}",
+                fix="correct command_video, or add the command",
+            )
+
+
+def repeated(judgments: Iterable[Judgment]) -> int:
+    """How many judgments are by somebody who had judged the same pair before in the study."""
+    rows = [
+        (j.study, j.subject, j.command, j.command_video, j.shown_video)
+        for j in judgments
+        if j.subject
+    ]
+    return len(rows) - len(set(rows))

@@ -1,0 +1,125 @@
+"""Table 1 as text: a table to read, JSON, CSV or LaTeX."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from rich.table import Table
+
+from eval.statistics.estimates import FIGURES, Estimate
+from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
+from eval.tables.formats import FORMATS, Format, comments, delimited, document, interval, table_text
+from eval.tables.latex import RULE, estimate, tabular
+
+HEADINGS = ("Precision", "Recall", "F-score", "Accuracy")
+COUNTS = ("n", "positives", "commands", "scenarios")
+COLUMNS = (
+    "type",
+    *FIGURES,
+    *COUNTS,
+    *(f"{name}_{bound}" for name in FIGURES for bound in ("low", "high")),
+    *(f"paper_{name}" for name in FIGURES),
+)
+"""Columns of the CSV."""
+
+
+def render(
+    rows: Sequence[Row],
+    format: Format,  # noqa: A002 - the name of the option
+    metadata: Mapping[str, object],
+    *,
+    terminal: bool = False,
+) -> str:
+    """Table 1 in one of the formats, with the paper's figures beside.
+
+    Parameters
+    ----------
+    rows
+        What :func:`eval.table_1.correspondence.table_rows` gives.
+    format
+        ``table`` to read, ``json``, ``csv`` (metadata as columns that repeat, so that
+        files of several runs can be put together) or ``latex`` (a tabular for booktabs).
+    metadata
+        What to record with the figures: corpus, model, seeds. In JSON they stand at the
+        top level.
+    terminal
+        Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
+
+    Raises
+    ------
+    ValueError
+        Where a key of the metadata is also the name of a column, or no such format exists.
+    """
+    if format == "text":
+        return _table(rows, metadata, terminal=terminal)
+    if format == "json":
+        return document({"rows": [_nested(row) for row in rows]}, metadata)
+    if format == "csv":
+        return delimited([_flat(row) for row in rows], metadata, columns=COLUMNS)
+    if format == "latex":
+        return _latex(rows, metadata)
+    raise ValueError(f"{format!r} is no format, expected one of {', '.join(FORMATS)}")
+
+
+def _figures(row: Row) -> dict[str, object]:
+    record: dict[str, object] = {"type": row.type}
+    estimates: dict[str, Estimate] = {name: getattr(row, name) for name in FIGURES}
+    record |= {name: one.value for name, one in estimates.items()}
+    record |= {name: getattr(row, name) for name in COUNTS}
+    for name, one in estimates.items():
+        record |= {f"{name}_low": one.low, f"{name}_high": one.high}
+    return record
+
+
+def _nested(row: Row) -> dict[str, object]:
+    paper = PAPER_TABLE_1[row.type]._asdict() | {"source": PAPER_SOURCE}
+    return _figures(row) | {"paper": paper}
+
+
+def _flat(row: Row) -> dict[str, object]:
+    paper = PAPER_TABLE_1[row.type]._asdict()
+    return _figures(row) | {f"paper_{name}": value for name, value in paper.items()}
+
+
+def _number(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
+
+
+def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: bool) -> str:
+    table = Table()
+    table.add_column("Type")
+    for heading in (*HEADINGS, "n", "True", "Commands"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
+        between = "{:.2f}–{:.2f}" if terminal else "{:.2f}-{:.2f}"
+        name = row.type.capitalize() if row.type == "overall" else row.type
+        counts = (str(row.n), str(row.positives), str(row.commands))
+        table.add_row(name, *(_number(e.value) for e in estimates), *counts, style="bold")
+        table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
+        paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
+        table.add_row("  paper", *paper, style="dim", end_section=True)
+    title = "Performance at predicting the correspondence variable"
+    notes = (
+        "95%: percentile interval of a bootstrap over clusters of examples",
+        "-: none, for all clusters say the same, or only one says anything",
+        f"paper: {PAPER_SOURCE}, on its own corpus",
+    )
+    return table_text({title: table}, notes, metadata, terminal=terminal)
+
+
+def _latex(rows: Sequence[Row], metadata: Mapping[str, object]) -> str:
+    cells: list[tuple[str, ...]] = []
+    for row in rows:
+        estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
+        paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
+        if row.type == "overall":
+            cells.append(RULE)
+        name = row.type.capitalize() if row.type == "overall" else row.type
+        cells += [
+            (name, *(estimate(*one) for one in estimates), str(row.n)),
+            (r"\quad paper$^\dagger$", *paper, ""),
+        ]
+    about = [*comments(metadata), f"Rows marked with a dagger: {PAPER_SOURCE}."]
+    return tabular(("SDC type", *HEADINGS, "$n$"), cells, comments=about)

@@ -1,0 +1,190 @@
+"""What ``ct eval`` trains and predicts: one side of each split learned from, the other tested.
+
+Features don't depend on other examples, so they are computed once for all splits; each
+model sees only the columns that are active on its own training side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from corpus_tools.runtime.progress import OnProgress
+from eval.splits import IntArray
+from eval.statistics.estimates import FloatArray
+from eval.table_1.correspondence import TYPES, Predictions, RowType, predicted_true
+from eval.table_1.error_lists import Example as ShownExample
+from eval.table_1.learning_curve import CurvePoint
+from eval.table_1.protocol import Choices, Metadata, Trial, chosen_sets, set_up, set_up_model
+from g3.learning.examples import Example, labels
+from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
+from g3.learning.grounding_model import GroundingModel
+from g3.sdc.clauses import all_words
+
+SMALLEST_SIZE = 50
+"""Annotated SDCs at the first point of a learning curve; each further point has twice as many."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Result:
+    """What was predicted of the tested examples.
+
+    Parameters
+    ----------
+    items
+        The examples.
+    predictions
+        What the models said of them, aligned.
+    metadata
+        What to record with the results.
+    """
+
+    items: Sequence[Example]
+    predictions: Predictions
+    metadata: Metadata
+
+    @property
+    def shown(self) -> list[ShownExample]:
+        """What error lists show of the examples."""
+        return [
+            ShownExample(
+                id=f"{e.annotation.id}, clause {e.node + 1}",
+                words=" ".join(span.text for span in all_words(e.sdc)),
+                source=e.source,
+            )
+            for e in self.items
+        ]
+
+
+def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
+    """Train as chosen, or read the trained model, and predict the test side."""
+    if choices.model is not None:
+        model, items, metadata = set_up_model(choices)
+        return Result(items, predictions(items, model.predict_proba(items)[:, 1]), metadata)
+    trial, factors = _set_up(choices)
+    parts = []
+    for done, split in enumerate(trial.splits, start=1):
+        model = GroundingModel(l2=choices.strength).fit(factors[split.train])
+        parts.append(model.predict_proba(factors[split.test])[:, 1])
+        if on_progress:
+            on_progress("training", done, len(trial.splits))
+    rows = np.concatenate([split.test for split in trial.splits])
+    order = np.argsort(rows, kind="stable")
+    tested = [trial.items[row] for row in rows[order]]
+    return Result(tested, predictions(tested, np.concatenate(parts)[order]), trial.metadata)
+
+
+def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:
+    """The examples and how they are divided, with the features that are chosen."""
+    trial = set_up(choices)
+    return trial, matrix_of_examples(trial.items, chosen_sets(choices))
+
+
+def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:
+    """Align what a model said of examples with what evaluation needs of them."""
+    return Predictions(
+        type=np.array([e.sdc.type for e in items], dtype=np.str_),
+        label=labels(items),
+        probability=probability,
+        command=np.array([e.annotation.command.id for e in items], dtype=np.str_),
+        scenario=np.array([e.annotation.command.scenario for e in items], dtype=np.str_),
+    )
+
+
+def learning_curve(
+    choices: Choices, repeats: int, on_progress: OnProgress | None = None
+) -> tuple[tuple[CurvePoint, ...], Metadata]:
+    """Measure the test error of models trained on more and more commands (section 4.2).
+
+    Commands of the training side are added in a random order, each with all of its
+    examples. The size is the number of different SDCs that they annotate: a command's
+    negatives come with it and add nothing to the size.
+
+    Parameters
+    ----------
+    choices
+        What is trained and tested; the errors of several splits are pooled.
+    repeats
+        Number of random orders.
+    on_progress
+        Told how many models have been trained.
+
+    Returns
+    -------
+    tuple
+        The mean error over the orders, with its least and its greatest value; and what to
+        record with it.
+    """
+    trial, factors = _set_up(choices)
+    items, splits = trial.items, trial.splits
+    sizes = curve_sizes(min(_annotated(items, split.train) for split in splits))
+    tested = np.concatenate([split.test for split in splits])
+    errors = np.empty((repeats, len(sizes), len(TYPES) + 1))
+    trained_on = np.empty((repeats, len(sizes), len(splits)))
+    for repeat in range(repeats):
+        rng = np.random.default_rng([choices.seed, repeat])
+        orders = [_shuffled(items, split.train, rng) for split in splits]
+        for step, size in enumerate(sizes):
+            parts = []
+            for place, (split, order) in enumerate(zip(splits, orders, strict=True)):
+                train, trained_on[repeat, step, place] = _first_commands(items, order, size)
+                model = GroundingModel(l2=choices.strength).fit(factors[train])
+                parts.append(model.predict_proba(factors[split.test])[:, 1])
+                if on_progress:
+                    done = (repeat * len(sizes) + step) * len(splits) + place + 1
+                    on_progress("training", done, errors.shape[0] * errors.shape[1] * len(splits))
+            said = predictions([items[i] for i in tested], np.concatenate(parts))
+            errors[repeat, step] = _errors(said, choices.threshold)
+    kinds: tuple[RowType, ...] = (*TYPES, "overall")
+    points = tuple(
+        CurvePoint(
+            type=kind,
+            sdcs=round(float(trained_on[:, step].mean())),
+            error=float(errors[:, step, row].mean()),
+            low=float(errors[:, step, row].min()),
+            high=float(errors[:, step, row].max()),
+        )
+        for row, kind in enumerate(kinds)
+        for step in range(len(sizes))
+    )
+    return points, {**trial.metadata, "repeats": repeats}
+
+
+def curve_sizes(total: int) -> tuple[int, ...]:
+    """Numbers of SDCs to train on: doubling, and at last all there are."""
+    sizes = []
+    size = SMALLEST_SIZE
+    while size < total * 0.75:  # a point close to the last would say nothing new
+        sizes.append(size)
+        size *= 2
+    return (*sizes, total)
+
+
+def _annotated(items: Sequence[Example], rows: IntArray) -> int:
+    """How many different clauses of commands some examples are about."""
+    return len({(items[i].annotation.command.id, items[i].node) for i in rows})
+
+
+def _shuffled(items: Sequence[Example], rows: IntArray, rng: np.random.Generator) -> list[IntArray]:
+    """The examples of each command, the commands in random order."""
+    names = np.array([items[i].annotation.command.id for i in rows])
+    commands = np.unique(names)
+    return [rows[names == command] for command in rng.permutation(commands)]
+
+
+def _first_commands(
+    items: Sequence[Example], commands: Sequence[IntArray], size: int
+) -> tuple[IntArray, int]:
+    """The examples of the first commands that annotate so many SDCs, and how many they do."""
+    annotated = np.cumsum([_annotated(items, rows) for rows in commands])
+    count = min(int(np.searchsorted(annotated, size)) + 1, len(commands))
+    return np.sort(np.concatenate(commands[:count])), int(annotated[count - 1])
+
+
+def _errors(said: Predictions, threshold: float) -> FloatArray:
+    """Fraction predicted wrongly of each type and overall; NaN where there are none; (5,)."""
+    wrong = predicted_true(said, threshold) != said.label
+    of_types = [wrong[said.type == kind] for kind in TYPES]
+    return np.array([w.mean() if len(w) else np.nan for w in (*of_types, wrong)])

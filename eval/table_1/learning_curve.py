@@ -1,0 +1,260 @@
+"""The learning curve: test error against the number of annotated SDCs trained on.
+
+The paper found "that the test error asymptotes at around 1,000 (of 3,000) annotated
+SDCs" (section 4.2); the plot marks that place.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from eval.table_1.correspondence import ROW_TYPES, Row, RowType
+from eval.tables.formats import delimited, metadata_text
+from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PAPER_ASYMPTOTE_SDCS = 1000
+"""Where the paper's test error stops falling (section 4.2)."""
+
+PLOT_SUFFIXES: Mapping[str, Literal["png", "svg"]] = {".png": "png", ".svg": "svg"}
+
+# Okabe and Ito (2008): told apart by colour-blind readers; markers do it in grey print.
+STYLES: Mapping[RowType, tuple[str, str]] = {
+    "OBJECT": ("#0072B2", "o"),
+    "PLACE": ("#D55E00", "s"),
+    "PATH": ("#009E73", "^"),
+    "EVENT": ("#CC79A7", "D"),
+    "overall": ("#000000", "o"),
+}
+GREY = "#6b6b6b"
+TEXT_HEIGHT = 0.052
+"""Height of a line of text beside the plot, as a fraction of the axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class CurvePoint:
+    """The test error of models trained on so many SDCs.
+
+    Parameters
+    ----------
+    type
+        SDC type that the error is of, or ``overall``.
+    sdcs
+        Number of annotated SDCs trained on.
+    error
+        Mean fraction of test examples whose φ is predicted wrongly.
+    low, high
+        Bounds of its interval; NaN if there is none.
+    """
+
+    type: RowType
+    sdcs: int
+    error: float
+    low: float
+    high: float
+
+
+def points_of_rows(sdcs: int, rows: Sequence[Row]) -> tuple[CurvePoint, ...]:
+    """Points of one model's Table 1: the error is what is missing from the accuracy."""
+    return tuple(
+        CurvePoint(
+            type=row.type,
+            sdcs=sdcs,
+            error=1 - row.accuracy.value,
+            low=1 - row.accuracy.high,
+            high=1 - row.accuracy.low,
+        )
+        for row in rows
+    )
+
+
+def write_csv(
+    points: Sequence[CurvePoint], path: Path, *, metadata: Mapping[str, object] | None = None
+) -> None:
+    """Write points as CSV, a line each, ordered by type and size; atomically.
+
+    Parameters
+    ----------
+    points
+        The curve, in any order.
+    path
+        File to write or replace.
+    metadata
+        What to record beside, in columns that repeat.
+    """
+    records = [
+        {"type": p.type, "sdcs": p.sdcs, "error": p.error, "low": p.low, "high": p.high}
+        for p in _ordered(points)
+    ]
+    text = delimited(records, metadata or {}, columns=("type", "sdcs", "error", "low", "high"))
+    write_bytes(path, (text + "\n").encode())
+
+
+def write_plot(
+    points: Sequence[CurvePoint],
+    path: Path,
+    *,
+    metadata: Mapping[str, object] | None = None,
+    bounds: str = "95% intervals",
+) -> None:
+    """Plot the curve as PNG or SVG, by the path's suffix; atomically.
+
+    The same points give the same bytes with the same version of matplotlib.
+
+    Parameters
+    ----------
+    points
+        The curve, in any order; types without a defined error are left out.
+    path
+        File to write or replace; ends in ``.png`` or ``.svg``.
+    metadata
+        What to record in the file's description.
+    bounds
+        What lows and highs are; stands at the axis.
+
+    Raises
+    ------
+    FormatError
+        Where the suffix is another.
+    """
+    suffix = PLOT_SUFFIXES.get(path.suffix.lower())
+    if suffix is None:
+        raise FormatError(
+            f"can't plot to a {path.suffix or 'suffixless'} file",
+            where=str(path),
+            fix=f"end the name in {' or '.join(PLOT_SUFFIXES)}",
+        )
+    import matplotlib as mpl  # noqa: PLC0415 - slow to import, and only plots need it
+
+    description = {"Description": metadata_text(metadata or {}), "Title": "Learning curve"}
+    undated = {"Date": None} if suffix == "svg" else {}
+    out = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "learning curve", "svg.fonttype": "none"}):
+        _plot(points, bounds).savefig(out, format=suffix, dpi=160, metadata=description | undated)
+    write_bytes(path, out.getvalue())
+
+
+def _ordered(points: Sequence[CurvePoint]) -> list[CurvePoint]:
+    return sorted(points, key=lambda p: (ROW_TYPES.index(p.type), p.sdcs))
+
+
+def _plot(points: Sequence[CurvePoint], bounds: str) -> Figure:
+    # Not pyplot: it keeps global state and picks a window system.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.ticker import PercentFormatter, StrMethodFormatter  # noqa: PLC0415
+
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    known = [p for p in _ordered(points) if not math.isnan(p.error)]
+    curves = {kind: [p for p in known if p.type == kind] for kind in ROW_TYPES}
+    curves = {kind: curve for kind, curve in curves.items() if curve}
+    for kind, curve in curves.items():
+        _draw(axes, kind, curve)
+
+    right = max((p.sdcs for p in known), default=PAPER_ASYMPTOTE_SDCS)
+    axes.set_xlim(0, max(right, PAPER_ASYMPTOTE_SDCS * 1.1))
+    axes.set_ylim(0, _ceiling(known))
+    axes.set_xlabel("Annotated SDCs trained on")
+    axes.set_ylabel(f"Test error (bands: {bounds})")
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+    axes.yaxis.set_major_formatter(PercentFormatter(xmax=1, decimals=0))
+    axes.grid(axis="y", color="#e4e4e4", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    _mark_asymptote(axes)
+    _name_curves(axes, curves)
+    return figure
+
+
+def _ceiling(points: Sequence[CurvePoint]) -> float:
+    tops = [value for p in points for value in (p.error, p.high) if not math.isnan(value)]
+    return min(1.0, max(tops, default=0.5) * 1.08 + 0.01)
+
+
+def _draw(axes: Axes, kind: RowType, curve: Sequence[CurvePoint]) -> None:
+    colour, marker = STYLES[kind]
+    overall = kind == "overall"
+    sdcs = [p.sdcs for p in curve]
+    lows, highs = [p.low for p in curve], [p.high for p in curve]
+    if len(curve) == 1:
+        axes.vlines(sdcs, lows, highs, color=colour, alpha=0.5, zorder=2)
+    axes.fill_between(sdcs, lows, highs, color=colour, alpha=0.16 if overall else 0.07, linewidth=0)
+    axes.plot(
+        sdcs,
+        [p.error for p in curve],
+        color=colour,
+        marker=marker,
+        markersize=4.5 if overall else 3.5,
+        linewidth=2.4 if overall else 1.4,
+        zorder=4 if overall else 3,
+        # A point at the edge of the axes would lose half its marker.
+        clip_on=False,
+    )
+
+
+def _mark_asymptote(axes: Axes) -> None:
+    axes.axvline(PAPER_ASYMPTOTE_SDCS, color=GREY, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+    crowded = axes.get_xlim()[1] < 1.5 * PAPER_ASYMPTOTE_SDCS
+    axes.annotate(
+        f"paper: error levels off\naround {PAPER_ASYMPTOTE_SDCS:,} SDCs",
+        xy=(PAPER_ASYMPTOTE_SDCS, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(-5 if crowded else 5, -2),
+        textcoords="offset points",
+        ha="right" if crowded else "left",
+        va="top",
+        fontsize=8,
+        color=GREY,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+        zorder=2,
+    )
+
+
+def _name_curves(axes: Axes, curves: Mapping[RowType, Sequence[CurvePoint]]) -> None:
+    """Write each curve's name beside its last point, moved apart where they would overlap."""
+    kinds = sorted(curves, key=lambda kind: curves[kind][-1].error)
+    top = axes.get_ylim()[1]
+    heights = spread([curves[kind][-1].error / top for kind in kinds], TEXT_HEIGHT)
+    for kind, height in zip(kinds, heights, strict=True):
+        axes.annotate(
+            "Overall" if kind == "overall" else kind,
+            xy=(curves[kind][-1].sdcs, height),
+            xycoords=("data", "axes fraction"),
+            xytext=(9, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=9,
+            fontweight="bold" if kind == "overall" else "normal",
+            color=STYLES[kind][0],
+            annotation_clip=False,
+        )
+
+
+def spread(heights: Sequence[float], gap: float) -> list[float]:
+    """Move ascending heights apart so that neighbours are at least a gap from each other.
+
+    Heights that crowd share out the room evenly about their mean, the least squares
+    solution (pool adjacent violators).
+    """
+    # With i gaps taken off height i, "a gap apart" becomes "not decreasing".
+    blocks: list[list[float]] = []
+    for index, height in enumerate(heights):
+        blocks.append([height - index * gap])
+        while len(blocks) > 1 and _mean(blocks[-2]) > _mean(blocks[-1]):
+            blocks[-2:] = [blocks[-2] + blocks[-1]]
+    level = [_mean(block) for block in blocks for _ in block]
+    return [base + index * gap for index, base in enumerate(level)]
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

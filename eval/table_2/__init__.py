@@ -1,0 +1,1 @@
+"""Table 2: how often people agree that a video shows a command."""

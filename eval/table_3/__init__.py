@@ -1,0 +1,1 @@
+"""Table 3: plans for commands of held-out scenarios."""

@@ -1,0 +1,86 @@
+"""What has been done of a Table 3, kept so that a run that was stopped goes on from there."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from eval.table_3.outcomes import Outcome
+from g3.storage.atomic_file import write_bytes
+
+SUFFIX = ".part"
+"""Of the file, beside the one that the table will be written to."""
+
+logger = logging.getLogger(__name__)
+
+Outcomes = dict[str, list[Outcome]]
+
+
+class _File(msgspec.Struct, frozen=True):
+    settings: dict[str, Any]
+    scenarios: dict[str, Outcomes]
+    digest: str = ""
+
+
+def _digest(content: _File) -> str:
+    rest = msgspec.structs.replace(content, digest="")
+    return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The outcomes of scenarios that are done.
+
+    Parameters
+    ----------
+    path
+        Where they are kept.
+    settings
+        What they were made with.
+    scenarios
+        By scenario and configuration.
+    """
+
+    path: Path
+    settings: Mapping[str, object]
+    scenarios: dict[str, Outcomes] = field(default_factory=dict)
+
+    def keep(self, scenario: str, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
+        """Add a scenario that is done."""
+        self.scenarios[scenario] = {name: list(own) for name, own in outcomes.items()}
+        content = _File(dict(self.settings), self.scenarios)
+        sealed = msgspec.structs.replace(content, digest=_digest(content))
+        write_bytes(self.path, msgspec.json.encode(sealed))
+
+
+def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
+    """What an earlier run has kept that was to write the same table; nothing if it was another.
+
+    Nothing, either, of a file that is damaged: its scenarios are done again.
+
+    Parameters
+    ----------
+    out
+        Where the table is to be written.
+    settings
+        What decides of the outcomes, as JSON has it.
+    """
+    path = out.with_name(f"{out.name}{SUFFIX}")
+    try:
+        known = msgspec.json.decode(path.read_bytes(), type=_File)
+        damaged = known.digest != _digest(known)
+    except FileNotFoundError:
+        return Kept(path, settings)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        damaged = True
+    if damaged:
+        logger.warning("%s: the file is damaged; what it kept is done again", path)
+        return Kept(path, settings)
+    same = known.settings == settings
+    return Kept(path, settings, known.scenarios if same else {})

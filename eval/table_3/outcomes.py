@@ -1,0 +1,117 @@
+"""What became of commands, judged by the automatic judge, and figures of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypedDict
+
+import numpy as np
+
+from eval.statistics.intervals import bootstrap
+from eval.statistics.ratings import codes
+
+BINS = 10
+"""Bins of the reliability diagram."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one command in one configuration.
+
+    Parameters
+    ----------
+    command, scenario, text
+        The command.
+    probability
+        Of its plan; 0 where there is none.
+    correct
+        The judge's verdict.
+    reason
+        Why it is wrong; empty if it isn't.
+    objects, objects_right
+        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+    evidence
+        What the probability was calibrated from; empty where there is no plan.
+    """
+
+    command: str
+    scenario: str
+    text: str
+    probability: float
+    correct: bool
+    reason: str
+    objects: int = 0
+    objects_right: int = 0
+    evidence: tuple[float, ...] = ()
+
+
+class JudgedRow(TypedDict):
+    """A configuration's part of right plans; the bounds are NaN where it has no interval."""
+
+    configuration: str
+    judge: Literal["automatic"]
+    precision: float
+    low: float
+    high: float
+    n: int
+
+
+class Bin(TypedDict):
+    """Plans of which about the same was stated."""
+
+    stated: float
+    correct: float
+    n: int
+
+
+def judged_row(
+    name: str, correct: Sequence[bool], scenarios: Sequence[str], *, draws: int, seed: int
+) -> JudgedRow:
+    """A configuration's share of right plans, resampling scenarios, whose commands share a log."""
+    share = bootstrap(
+        np.array(correct, dtype=np.bool_),
+        codes(scenarios),
+        rng=np.random.default_rng(seed),
+        draws=draws,
+    )
+    return {
+        "configuration": name,
+        "judge": "automatic",
+        "precision": share.value,
+        "low": share.low,
+        "high": share.high,
+        "n": len(correct),
+    }
+
+
+def grounding_accuracy(outcomes: Sequence[Outcome]) -> float:
+    """Share of the annotated OBJECTs that are grounded as annotated in the best plan."""
+    total = sum(o.objects for o in outcomes)
+    return sum(o.objects_right for o in outcomes) / max(total, 1)
+
+
+def reliability(outcomes: Sequence[Outcome]) -> tuple[float, list[Bin]]:
+    """Expected calibration error of the plans' probabilities, and the reliability diagram."""
+    given = np.array([o.probability for o in outcomes])
+    correct = np.array([o.correct for o in outcomes], dtype=float)
+    place = np.minimum((given * BINS).astype(int), BINS - 1)
+    rows: list[Bin] = []
+    error = 0.0
+    for i in np.unique(place):
+        own = place == i
+        stated, true = float(given[own].mean()), float(correct[own].mean())
+        error += float(own.mean()) * abs(stated - true)
+        rows.append({"stated": stated, "correct": true, "n": int(own.sum())})
+    return error, rows
+
+
+def risk_coverage(outcomes: Sequence[Outcome]) -> float:
+    """Area under the risk–coverage curve: the part of the k most probable that is wrong.
+
+    It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
+    is wrong.
+    """
+    order = sorted(outcomes, key=lambda o: (-o.probability, o.command))
+    wrong = np.array([not o.correct for o in order], dtype=float)
+    return float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean())

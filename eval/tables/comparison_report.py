@@ -1,0 +1,93 @@
+"""Comparisons of configurations as text and as records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from rich.table import Table
+
+from eval.statistics.comparison import Comparison, compare_all
+from eval.statistics.estimates import FloatArray, IntArray
+from eval.statistics.ratings import codes
+from eval.tables.formats import interval, table_text
+
+TITLE = "configurations compared on the commands that both have"
+NOTE = (
+    "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
+    "clusters, which are scenarios, with Holm's correction; h is Cohen's effect size"
+)
+COLUMNS = ("one", "other", "n", "difference", "low", "high", "p", "adjusted_p", "effect")
+
+
+def compare_commands(
+    shares: Mapping[str, Mapping[str, float]],
+    scenarios: Mapping[str, str],
+    *,
+    seed: int,
+    draws: int,
+) -> list[Comparison]:
+    """Compare each two configurations, with whole scenarios as clusters.
+
+    Parameters
+    ----------
+    shares
+        By configuration and command, the part of the judgments that agree.
+    scenarios
+        Of the commands.
+    """
+    commands = sorted({command for own in shares.values() for command in own})
+    clusters: IntArray = codes([scenarios[command] for command in commands])
+    arrays: dict[str, FloatArray] = {
+        name: np.array([own.get(command, np.nan) for command in commands])
+        for name, own in shares.items()
+    }
+    return compare_all(arrays, clusters, rng=np.random.default_rng(seed), draws=draws)
+
+
+def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
+    """Comparisons by name, for JSON and CSV."""
+    return [
+        {
+            "one": c.one,
+            "other": c.other,
+            "n": c.n,
+            "difference": c.difference.value,
+            "low": c.difference.low,
+            "high": c.difference.high,
+            "p": c.p,
+            "adjusted_p": c.adjusted_p,
+            "effect": c.effect,
+        }
+        for c in found
+    ]
+
+
+def comparison_table(found: Sequence[Comparison]) -> Table:
+    """A table to read."""
+    table = Table()
+    table.add_column("Configurations")
+    for heading in ("Difference", "95%", "p, corrected", "h", "n"):
+        table.add_column(heading, justify="right")
+    for c in found:
+        table.add_row(
+            f"{c.one} - {c.other}",
+            f"{c.difference.value:+.2f}",
+            interval(c.difference.low, c.difference.high, "{:+.2f} to {:+.2f}"),
+            shown_p(c.adjusted_p),
+            f"{c.effect:+.2f}",
+            str(c.n),
+        )
+    return table
+
+
+def lines(found: Sequence[Comparison]) -> list[str]:
+    """The same as lines of text."""
+    return table_text(
+        {TITLE.capitalize(): comparison_table(found)}, (), {}, terminal=False
+    ).splitlines()
+
+
+def shown_p(p: float) -> str:
+    """A p value for people to read."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"

@@ -1,0 +1,135 @@
+"""Tables as text: to read, as JSON and as CSV.
+
+Every function returns text without a final newline and leaves the writing to the caller.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+Format = Literal["text", "json", "csv", "latex"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+
+
+def plain(value: object) -> object:
+    """Turn a value into what JSON can hold: NaN and infinities into None, arrays into lists."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return value if value is None or isinstance(value, (str, int)) else str(value)
+
+
+def metadata_text(metadata: Mapping[str, object]) -> str:
+    """Metadata as lines of ``key: value``."""
+    return "\n".join(f"{_one_line(key)}: {_one_line(value)}" for key, value in metadata.items())
+
+
+def comments(metadata: Mapping[str, object]) -> list[str]:
+    """Metadata as lines for a file that is handed on: of whole paths it has the names only."""
+    shown = {
+        key: Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+        for key, value in metadata.items()
+    }
+    return metadata_text(shown).splitlines()
+
+
+def _one_line(value: object) -> str:
+    value = plain(value)
+    text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def _refuse_clashes(metadata: Mapping[str, object], names: Iterable[str]) -> None:
+    clashes = sorted(set(metadata) & set(names))
+    if clashes:
+        raise ValueError(f"metadata key {clashes[0]!r} is the name of a column")
+
+
+def document(content: Mapping[str, object], metadata: Mapping[str, object]) -> str:
+    """Strict JSON of the content with the metadata merged in at the top level."""
+    _refuse_clashes(metadata, content)
+    merged = plain({**metadata, **content})
+    return json.dumps(merged, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def delimited(
+    records: Sequence[Mapping[str, object]],
+    metadata: Mapping[str, object],
+    *,
+    columns: Sequence[str],
+) -> str:
+    """CSV of the columns of records, metadata repeated beside; None and NaN are empty fields."""
+    _refuse_clashes(metadata, columns)
+    constant = {key: _one_line(value) for key, value in metadata.items()}
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*columns, *constant])
+    for record in records:
+        writer.writerow([*(plain(record[name]) for name in columns), *constant.values()])
+    return out.getvalue().rstrip("\n")
+
+
+# Tables to read
+
+
+def table_text(
+    tables: Mapping[str, Table],
+    notes: Sequence[str],
+    metadata: Mapping[str, object],
+    *,
+    terminal: bool,
+) -> str:
+    """Tables by title, one under the other, then notes and metadata, a line each."""
+    out = io.StringIO()
+    console = Console(
+        file=out,
+        # Wide enough that nothing wraps: a pipe has no width, and a pager can scroll.
+        width=400,
+        force_terminal=terminal,
+        color_system="standard" if terminal else None,
+        legacy_windows=False,
+        highlight=False,
+    )
+    for title, table in tables.items():
+        # Not the table's own title, which wraps at the width of the table.
+        console.print(Text(title, style="bold"), soft_wrap=True)
+        table.box = box.SIMPLE_HEAD if terminal else box.ASCII2
+        table.show_edge = table.pad_edge = False
+        console.print(table)
+        console.print()
+    for line in [*notes, *metadata_text(metadata).splitlines()]:
+        console.print(Text(line, style="dim"), soft_wrap=True)
+    text = "\n".join(line.rstrip() for line in out.getvalue().splitlines())
+    return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
+
+
+def cell(text: object, style: str = "") -> Text:
+    """Text for a cell of a table: no markup is read in it and nothing in it is unprintable."""
+    return Text(_one_line(text), style=style)
+
+
+def interval(low: float | None, high: float | None, form: str = "{:.2f} to {:.2f}") -> str:
+    """The bounds of an interval, or a dash where there is none."""
+    if low is None or high is None or math.isnan(low):
+        return "-"
+    return form.format(low, high)

@@ -1,0 +1,53 @@
+"""``ct demo``: its steps are commands that exist, and what is there isn't made again."""
+
+import shlex
+
+from click.testing import CliRunner
+
+from corpus_tools.cli.follow_commands import follow
+from corpus_tools.cli.render_commands import render_videos
+from corpus_tools.corpus.corpus_reading import load_corpus
+from eval.cli.demo_commands import demo
+from eval.cli.demo_steps import LEARNED_LAYOUTS, TESTED, steps
+from eval.cli.eval_commands import evaluate
+
+COMMANDS = {"eval": evaluate, "follow": follow, "render-videos": render_videos}
+
+
+def test_each_step_is_a_command_with_options_that_it_has(tmp_path):
+    plan = steps(tmp_path)
+    for step in plan:  # options may want what earlier steps have made
+        folder = not step.made.suffix
+        step.made.mkdir() if folder else step.made.parent.mkdir(parents=True, exist_ok=True)
+        if not folder:
+            step.made.touch()
+    lines = [shlex.split(step.line) for step in plan if step.line.startswith("ct ")]
+    assert [line[1] for line in lines] == ["render-videos", "eval", "follow", "eval", "eval"]
+    for line in lines:
+        ctx = COMMANDS[line[1]].make_context("ct", line[2:])
+        if line[1] == "eval":
+            name, mode, rest = evaluate.resolve_command(ctx, [*ctx._protected_args, *ctx.args])
+            mode.make_context(name, rest, parent=ctx)
+
+
+def test_only_what_is_missing_is_made_of_scenarios_that_are_learned_from(tmp_path):
+    missing = next(step.made for step in steps(tmp_path) if step.made.name == "few-tested")
+    for step in steps(tmp_path):
+        step.made.parent.mkdir(parents=True, exist_ok=True)
+        if step.made != missing:
+            step.made.touch()
+    done = CliRunner().invoke(demo, ["--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert done.output.count("it is there") == len(steps(tmp_path)) - 1
+    assert f"made {missing}" in done.output
+    assert "report.html" in done.output
+    tested = load_corpus(missing)
+    assert len(tested.commands) == sum(TESTED.values())
+    assert {a.command.scenario for a in tested.annotations} == set(TESTED)
+    assert all(name.startswith(LEARNED_LAYOUTS) for name in TESTED)
+
+
+def test_it_needs_a_folder_to_be_in(tmp_path):
+    done = CliRunner().invoke(demo, ["--out", str(tmp_path / "no" / "demo")])
+    assert done.exit_code == 1
+    assert "no such folder" in str(done.exception)

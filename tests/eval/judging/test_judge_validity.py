@@ -1,0 +1,164 @@
+"""The automatic judge against people, on judgments that are made up so that the answer is known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sklearn.metrics import cohen_kappa_score, roc_auc_score
+
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from eval.cli.eval_commands import evaluate
+from eval.judging.judge import judge
+from eval.judging.judge_report import in_a_line, with_validity
+from eval.judging.judge_validity import (
+    cohens_kappa,
+    contexts_of_videos,
+    judge_validity,
+    known_validity,
+)
+from eval.judging.replayed import counterparts, replayed
+from g3.annotation import Judgment
+from g3.errors import FormatError
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return open_corpus("warehouse")
+
+
+@pytest.fixture(scope="module")
+def of_layout(whole):
+    """Three videos of a layout, by the names of their scenarios."""
+    contexts = contexts_of_videos(whole)
+    names = sorted(name for name in contexts if name.startswith("hall_"))[:3]
+    return {name: contexts[name] for name in names}
+
+
+def with_judgments(whole, videos, rating):
+    """One command a video, rated by three people with every video."""
+    commands = [next(c for c in whole.commands.values() if c.video == v) for v in videos]
+    judgments = [
+        Judgment(f"{c.id}-{shown}-{rater}", c.text, c.video, shown, given, f"r{rater}", "s")
+        for c in commands
+        for shown in videos
+        for rater, given in enumerate(rating(c.video, shown))
+    ]
+    return make_corpus(
+        name="judged",
+        contexts=list(videos.values()),
+        commands=commands,
+        annotations=[a for a in whole.annotations if a.command in commands],
+        judgments=judgments,
+        source="made up",
+        licence="MIT",
+    )
+
+
+def plain(own, shown):
+    return ("SA", "A", "N") if own == shown else ("SD", "D", "A")
+
+
+def test_kappa_by_hand():
+    # .70 of 50 alike, .50 by chance: (.7 - .5) / (1 - .5).
+    assert cohens_kappa(np.array([[20.0, 5.0], [10.0, 15.0]])) == pytest.approx(0.4)
+    assert np.isnan(cohens_kappa(np.array([[3.0, 0.0], [0.0, 0.0]])))
+
+
+def test_a_log_leads_in_its_own_world_to_what_the_judge_wants(whole):
+    for context in whole.contexts.values():
+        state = replayed(context, context)
+        assert state is not None
+        assert judge(context, state).correct, context.id
+
+
+def test_things_of_two_maps_are_told_by_labels_and_places(of_layout):
+    one = next(iter(of_layout.values()))
+    renamed = replace(
+        one,
+        objects=tuple(
+            o if o.id == one.agent_id else replace(o, id=f"new-{o.id}")
+            for o in reversed(one.objects)
+        ),
+    )
+    same = counterparts(one, renamed)
+    assert same == {o.id: f"new-{o.id}" for o in one.objects if o.id != one.agent_id}
+
+
+def test_a_log_that_moves_what_is_not_there_leads_nowhere(whole):
+    world = whole.contexts["dock_pick_up_tires"]
+    bare = replace(world, objects=tuple(o for o in world.objects if "tires" not in o.id))
+    assert replayed(bare, world) is None
+
+
+def test_figures_are_those_of_other_programs(whole, of_layout):
+    def rating(own, shown):
+        # Of one command's own video people think otherwise than the judge.
+        return ("SD", "SD", "A") if own == shown == first else plain(own, shown)
+
+    first = next(iter(of_layout))
+    found = judge_validity(with_judgments(whole, of_layout, rating), seed=1, draws=200)
+    people = [p.people for p in found.pairs]
+    said = [p.judge for p in found.pairs]
+    mean = [np.mean(p.ratings) for p in found.pairs]
+    assert len(found.pairs) == 9
+    assert found.kappa.value == pytest.approx(cohen_kappa_score(people, said))
+    assert found.auc.value == pytest.approx(roc_auc_score(said, mean))
+    assert found.accuracy.value == pytest.approx(8 / 9)
+    assert found.accuracy.low <= 8 / 9 <= found.accuracy.high
+    (one,) = found.disagreements
+    assert (one.command_video, one.shown_video, one.ratings) == (first, first, (1, 1, 4))
+    again = judge_validity(with_judgments(whole, of_layout, rating), seed=1, draws=200)
+    assert again == found
+
+
+def test_pairs_without_logs_are_counted_and_left_out(whole, of_layout):
+    corpus = with_judgments(whole, of_layout, plain)
+    other = replace(corpus.judgments[0], id="x", shown_video="elsewhere")
+    corpus = replace(corpus, judgments=(*corpus.judgments, other))
+    found = judge_validity(corpus, seed=0, draws=10)
+    assert (len(found.pairs), found.left_out) == (9, 1)
+
+
+def test_without_judgments_it_is_not_known(whole):
+    with pytest.raises(FormatError, match="no judgments"):
+        judge_validity(whole, seed=0, draws=10)
+    assert known_validity([whole], seed=0, draws=10) is None
+    assert "isn't known" in in_a_line(None)
+
+
+def test_table_3_has_it_beside_its_figures(whole, of_layout):
+    corpus = with_judgments(whole, of_layout, plain)
+    found = known_validity([whole, corpus], seed=0, draws=10)
+    assert "kappa 1.00" in in_a_line(found)
+    made = json.loads(with_validity('{"table": 3, "rows": []}', found))
+    assert made["judge_validity"]["kappa"]["value"] == 1.0
+    assert json.loads(with_validity('{"table": 3}', None))["judge_validity"] is None
+
+
+def test_the_command_tells_figures_and_disagreements(whole, of_layout, tmp_path):
+    path = tmp_path / "judged"
+    write_corpus(with_judgments(whole, of_layout, plain), path)
+    arguments = ["--judge-validity", "--corpus", str(path), "--draws", "50"]
+    done = CliRunner().invoke(evaluate, [*arguments, "--format", "json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["judge"] == "automatic"
+    assert found["compared_with"] == "people"
+    assert found["kappa"]["value"] == 1.0
+    assert found["configurations"]["original"]["people_yes_judge_yes"] == 3
+    assert found["disagreements"] == []
+    shown = CliRunner().invoke(evaluate, arguments).stdout
+    assert "kappa" in shown
+    assert "own video" in shown
+    assert CliRunner().invoke(evaluate, [*arguments, "--jobs", "2"]).stdout == shown
+
+
+@pytest.mark.parametrize("wrong", [["--format", "csv"], ["--test", "warehouse"], ["--top", "3"]])
+def test_what_does_not_go_with_it_is_refused(wrong):
+    done = CliRunner().invoke(evaluate, ["--judge-validity", "--corpus", "warehouse", *wrong])
+    assert done.exit_code == 2
+    assert CliRunner().invoke(evaluate, ["--judge-validity"]).exit_code == 2

@@ -1,0 +1,35 @@
+"""Extractors that have learned from no command of a scenario."""
+
+import pytest
+
+pytest.importorskip("spacy")
+
+from corpus_tools.corpus.annotated_trees import annotated_trees
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from eval.parsing.sdc_trials import seen_scenarios
+from eval.table_3.held_out import extractor_without
+from g3.language.parsing.parser import parse
+
+
+def part(*names):
+    whole = open_corpus("warehouse")
+    annotations = [a for a in whole.annotations if a.command.scenario in names]
+    return make_corpus(
+        "part",
+        contexts=[whole.contexts[name] for name in names],
+        commands=list({a.command.id: a.command for a in annotations}.values()),
+        annotations=annotations,
+    )
+
+
+@pytest.mark.slow
+def test_the_scenario_that_is_left_out_teaches_nothing():
+    one, other, third = "dock_pick_up_tires", "hall_pick_up_boxes", "hall_put_tires_in_storage"
+    tested = annotated_trees(part(one, other, third))
+    # Of the first corpus nothing is left.
+    without = extractor_without([part(one), part(other, third)])
+    extractor = without(one)
+    assert seen_scenarios(extractor, tested) == [other, third]
+    assert parse("Pick up the boxes", extractor=extractor).sdcs
+    assert without(one) is extractor

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eval.statistics.power import (
+    design_effect,
+    judgments_for_difference,
+    plan_interval,
+    power_of_difference,
+    simulated_half_width,
+)
+from eval.table_2.power_plans import CORRELATION, SHARE, assumptions, plans
+from g3.annotation import Judgment
+
+
+def test_what_r_documents():
+    """``power.prop.test``: a power of 0.740 with n = 50, and n = 76.7 for 0.90."""
+    assert power_of_difference(50, 0.50, 0.75) == pytest.approx(0.740, abs=5e-4)
+    assert judgments_for_difference(0.50, 0.75, power=0.90) == pytest.approx(76.7, abs=0.05)
+    with pytest.raises(ValueError, match="same"):
+        judgments_for_difference(0.5, 0.5)
+
+
+def test_a_survey_by_hand():
+    # The textbook's 385 people for ±5 % at worst, 1.96² · 0.25 / 0.05² = 384.1.
+    alone = plan_interval(0.05, share=0.5, judges=1, correlation=0.0)
+    assert (alone.pairs, alone.judgments, alone.design_effect) == (385, 385, 1.0)
+    # Five judgments with a correlation of 0.5 are worth 5 / 3.
+    five = plan_interval(0.05, share=0.5, judges=5, correlation=0.5)
+    assert five.design_effect == design_effect(5, 0.5) == 3.0
+    assert (five.pairs, five.judgments) == (231, 1155)
+    assert five.half_width <= 0.05
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.1, 0.5])
+def test_simulated_studies_are_as_planned(correlation):
+    plan = plan_interval(0.04, share=0.8, judges=5, correlation=correlation)
+    rng = np.random.default_rng(0)
+    found = simulated_half_width(plan, share=0.8, correlation=correlation, rng=rng, studies=8000)
+    assert found == pytest.approx(0.04, rel=0.05)
+
+
+def test_plans_grow_with_judges():
+    rows = plans(0.03, 0.9, 0.4, seed=0)
+    pairs = [row.plan.pairs for row in rows]
+    judgments = [row.plan.judgments for row in rows]
+    assert pairs == sorted(pairs, reverse=True)
+    assert judgments == sorted(judgments)
+
+
+def test_what_is_assumed():
+    assert assumptions(()) == (SHARE, CORRELATION)
+    # Pairs of two judgments each that agree, disagree, and differ.
+    ratings = (("a", "SA"), ("a", "A"), ("b", "D"), ("b", "N"), ("c", "A"), ("c", "SD"))
+    judgments = [
+        Judgment(f"{i}", command, "v", "v", rating, f"{i}", "s")  # type: ignore[arg-type]
+        for i, (command, rating) in enumerate(ratings)
+    ]
+    assert assumptions(judgments) == pytest.approx((0.5, 0.5))

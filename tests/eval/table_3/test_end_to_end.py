@@ -1,0 +1,143 @@
+"""``ct eval --table 3`` on a few commands of two bundled scenarios."""
+
+import json
+from contextlib import nullcontext
+
+import pytest
+from click.testing import CliRunner
+
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from eval.cli.eval_commands import evaluate
+from eval.table_3 import end_to_end
+from eval.table_3.end_to_end import run, table
+from eval.table_3.kept_outcomes import kept_beside
+from eval.table_3.outcomes import Outcome
+from eval.table_3.plan_report import render
+from g3.errors import ModelError
+
+SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory):
+    whole = open_corpus("warehouse")
+    ids = {f"{name}-01" for name in SCENARIOS}
+    annotations = [a for a in whole.annotations if a.command.id in ids]
+    corpus = make_corpus(
+        name="few",
+        contexts=list({a.context.id: a.context for a in annotations}.values()),
+        commands=list({a.command.id: a.command for a in annotations}.values()),
+        annotations=annotations,
+        judgments=[],
+        source=whole.source,
+        licence=whole.licence,
+    )
+    path = tmp_path_factory.mktemp("corpora") / "few"
+    write_corpus(corpus, path)
+    return str(path)
+
+
+@pytest.mark.slow
+def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
+    out = tmp_path / "table-3.json"
+    arguments = ["--table", "3", "--judge", "automatic", "--train", few, "--test", few]
+    arguments += ["--format", "json", "--out", str(out), "--jobs", "2"]
+    done = CliRunner().invoke(evaluate, arguments)
+    assert done.exit_code == 0, done.output
+    found = json.loads(out.read_text())
+    serial = json.loads(render(run(few, few), "json"))
+    assert (found["rows"], found["commands"]) == (serial["rows"], serial["commands"])
+    assert list(tmp_path.iterdir()) == [out]
+    assert found["judge"] == "automatic"
+    assert sorted(found["test_scenarios"]) == sorted(SCENARIOS)
+    rows = {row["configuration"]: row for row in found["rows"]}
+    assert set(rows) >= {"random", "gold-top30", "auto-top30", "gold-all"}
+    for row in rows.values():
+        assert row["n"] == 2
+        if row["low"] is None:
+            assert row["precision"] in (0, 1)
+        else:
+            assert 0 <= row["low"] <= row["precision"] <= row["high"] <= 1
+    assert 0 <= found["object_grounding_top1"] <= 1
+    assert {(c["one"], c["other"]) for c in found["comparisons"]} == {
+        ("random", "gold"), ("random", "auto"), ("gold", "auto"),
+    }  # fmt: skip
+
+
+def test_who_does_not_see_the_examples_makes_them(few, tmp_path, monkeypatch):
+    seen = run(few, few, configurations=("gold",)).outcomes
+    elsewhere = nullcontext(tmp_path / "elsewhere.npz")
+    monkeypatch.setattr(end_to_end, "written", lambda _: elsewhere)
+    assert run(few, few, configurations=("gold",)).outcomes == seen
+
+
+def test_table_3_leaves_out_what_is_ablated(few):
+    def evidence(*ablated):
+        result = run(few, few, configurations=("gold",), ablate=ablated)
+        assert result.metadata["ablated"] == sorted(ablated)
+        return [outcome.evidence for outcome in result.outcomes["gold"]]
+
+    whole = evidence()
+    assert evidence("labels") != whole
+    assert evidence("verb-take", "singular") != whole
+    # Nothing in these commands is said to stand alone.
+    assert evidence("alone") == whole
+
+
+def test_an_unknown_name_is_told_with_those_that_there_are(few):
+    asked = ["--table", "3", "--judge", "automatic", "--train", few, "--test", few]
+    done = CliRunner().invoke(evaluate, [*asked, "--ablate", "smell"])
+    assert isinstance(done.exception, ModelError)
+    assert "no feature set or potential 'smell'" in str(done.exception)
+    assert "labels" in done.exception.fix
+    assert "verb-take" in done.exception.fix
+
+
+def test_table_3_needs_to_know_who_judges(few):
+    done = CliRunner().invoke(evaluate, ["--table", "3", "--train", few, "--test", few])
+    assert done.exit_code == 2
+    assert "Missing option '--judge'. Choose from:\n\tautomatic" in done.stderr
+
+
+def outcome_of(scenario, correct):
+    return Outcome(f"{scenario}-01", scenario, "Go.", 0.5, correct, "" if correct else "it stands")
+
+
+def test_what_is_done_is_kept_beside_the_table(tmp_path):
+    out, settings = tmp_path / "table-3.json", {"corpora": ["x"], "seed": 0}
+    kept = kept_beside(out, settings)
+    assert kept.scenarios == {}
+    for name in ("one", "two"):
+        kept.keep(name, {"gold": [outcome_of(name, correct=True)]})
+    again = kept_beside(out, settings)
+    assert again.scenarios == {
+        name: {"gold": [outcome_of(name, correct=True)]} for name in ("one", "two")
+    }
+    assert kept_beside(out, {**settings, "seed": 1}).scenarios == {}
+    whole = kept.path.read_text()
+    for damaged in ("half a f", whole.replace('"two"', '"six"'), whole.replace("0.5", "0.6")):
+        assert damaged != whole
+        kept.path.write_text(damaged)
+        assert kept_beside(out, settings).scenarios == {}
+
+
+def test_scenarios_that_are_done_are_not_done_again(few):
+    done = {
+        name: {which: [outcome_of(name, correct=which == "gold")] for which in ("gold", "auto")}
+        for name in SCENARIOS
+    }
+    result = run(few, few, configurations=("gold", "auto"), done=done)
+    assert [o.command for o in result.outcomes["gold"]] == [f"{name}-01" for name in SCENARIOS]
+    rows = {row["configuration"]: row for row in table(result, draws=20)}
+    assert (rows["gold-all"]["precision"], rows["auto-all"]["precision"]) == (1.0, 0.0)
+    words = [line.split() for line in render(result, "text", draws=20).splitlines()]
+    # Precision, its interval, how many, and the paper's figure where it has one.
+    # Both scenarios say the same, so that resampling them says nothing.
+    assert ["gold-all", "1.00", "-", "2", "0.47"] in words
+    assert ["auto-all", "0.00", "-", "2"] in words
+    found = json.loads(render(result, "json", draws=20))
+    (compared,) = found["comparisons"]
+    assert (compared["difference"], compared["n"]) == (1.0, 2)
+    assert compared["low"] is None

@@ -1,0 +1,35 @@
+"""Tables in LaTeX."""
+
+from eval.tables.latex import RULE, estimate, tabular, text
+
+
+def test_estimates():
+    assert estimate(0.5, 0.25, 0.75) == r"0.50 {\scriptsize [0.25, 0.75]}"
+    assert estimate(-0.5, -0.75, 0.1, "${:+.1f}$") == r"$-0.5$ {\scriptsize [$-0.8$, $+0.1$]}"
+    assert estimate(0.5, None, None) == estimate(0.5, float("nan"), float("nan")) == "0.50"
+    assert estimate(float("nan"), float("nan"), float("nan")) == "--"
+
+
+def test_a_table():
+    made = tabular(("Name", "$n$"), [("a", "1"), RULE, ("b", "")], comments=["who", "why"])
+    assert made.splitlines() == [
+        r"% Needs \usepackage{booktabs}.",
+        "% who",
+        "% why",
+        r"\begin{tabular}{lr}",
+        r"\toprule",
+        r"Name & $n$ \\",
+        r"\midrule",
+        r"a & 1 \\",
+        r"\midrule",
+        r"b & \\",
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
+
+
+def test_words_are_no_commands():
+    assert text("gold-top30") == "gold-top30"
+    assert text(r"5% of {a_b} & c#d ~ x^2 \ $") == (
+        r"5\% of \{a\_b\} \& c\#d \textasciitilde{} x\textasciicircum{}2 \textbackslash{} \$"
+    )
