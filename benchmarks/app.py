@@ -27,15 +27,15 @@ from flask.sessions import SecureCookieSessionInterface
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from annotation_app.config import Config, open_instance
-from annotation_app.database import open_database, reading, transaction
-from annotation_app.factory import create_app
-from annotation_app.models import Answer, Event, Item, Person, Slot, Study
-from annotation_app.people import hashed, keep_consent
-from annotation_app.random_ids import new_id
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study
-from annotation_app.study import StudyConfig, TaskConfig
+from annotation_app.core.config import Config, open_instance
+from annotation_app.core.random_ids import new_id
+from annotation_app.people.participants import hashed, keep_consent
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.models import Answer, Event, Item, Person, Slot, Study
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.study_setup.rendered_study import put_study
 from benchmarks.app_client import LOST, Client
 from benchmarks.app_servers import PATIENCE_S, Server, servers
 
@@ -76,7 +76,7 @@ class Tally:
 
 def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[str]:
     """Fill a new database; return the workers' ids."""
-    from annotation_app.setup import rendered_videos  # noqa: PLC0415
+    from annotation_app.study_setup.rendered_study import rendered_videos  # noqa: PLC0415
 
     engine = open_database(config.database)
     migrate(engine)

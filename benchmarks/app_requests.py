@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from flask import Flask
 
-from annotation_app.config import open_instance
-from annotation_app.factory import create_app
+from annotation_app.core.config import open_instance
+from annotation_app.serving.factory import create_app
 from benchmarks.app import STUDY, VIDEOS, add_study, cookies
 
 PEOPLE = 60

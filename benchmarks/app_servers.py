@@ -12,7 +12,7 @@ import time
 import urllib.request
 from collections.abc import Iterator
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 
 PATIENCE_S = 60.0
 

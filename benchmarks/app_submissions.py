@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from annotation_app.config import Config, open_instance
-from annotation_app.database import opened, transaction
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study, rendered_videos
-from annotation_app.study import RatedPair, StudyConfig, TaskConfig
+from annotation_app.core.config import Config, open_instance
+from annotation_app.store.database import opened, transaction
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import RatedPair, StudyConfig, TaskConfig
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from benchmarks.app import STUDY, add_workers, cookies
 from benchmarks.app_client import Client
 from benchmarks.app_servers import PATIENCE_S, servers

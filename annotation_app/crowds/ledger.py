@@ -17,12 +17,12 @@ from sqlalchemy import Engine, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from annotation_app.audit import COMMAND_LINE, note
 from annotation_app.crowds.platform import LostReplyError, PlatformError
-from annotation_app.database import reading, transaction
-from annotation_app.export import subject_of
-from annotation_app.installation import now
-from annotation_app.models import LedgerEntry, Participation, Person, Study
+from annotation_app.export.corpus_export import subject_of
+from annotation_app.store.audit import COMMAND_LINE, note
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import now
+from annotation_app.store.models import LedgerEntry, Participation, Person, Study
 
 What: TypeAlias = Literal["publish", "approve", "reject", "bonus", "partial payment"]
 State: TypeAlias = Literal["attempted", "in doubt", "done", "refused"]

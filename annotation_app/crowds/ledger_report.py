@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 from decimal import Decimal
 
 from annotation_app.crowds.ledger import OPEN, PAYMENTS, Entry
-from annotation_app.models import Record
+from annotation_app.store.models import Record
 
 
 def entry_records(entries: Sequence[Entry]) -> list[Record]:

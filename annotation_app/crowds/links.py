@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway
-from annotation_app.models import Participation
-from annotation_app.people import INVITED, OPEN, read_invitation
-from annotation_app.problems import Refusal
+from annotation_app.people.participants import INVITED, OPEN, read_invitation
+from annotation_app.store.models import Participation
 
 INVITATION = "invitation"
 """The argument of a link that holds an invitation."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
-from annotation_app.models import Participation
-from annotation_app.problems import Refusal
+from annotation_app.store.models import Participation
 
 NAME = "mturk"
 NOT_AVAILABLE = "ASSIGNMENT_ID_NOT_AVAILABLE"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from annotation_app.crowds.ledger import OPEN, Call, Entry, Ledger
 from annotation_app.crowds.platform import LostReplyError, PlatformError
-from annotation_app.installation import now
+from annotation_app.store.installation import now
 from g3.errors import FormatError
 
 AGAIN = "--publish-again"

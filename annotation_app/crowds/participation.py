@@ -13,9 +13,9 @@ from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from annotation_app.assignment import lock_person
-from annotation_app.models import TASKS, Answer, Item, Participation, Person, Study, Task
-from annotation_app.problems import Refusal
+from annotation_app.core.problems import Refusal
+from annotation_app.store.models import TASKS, Answer, Item, Participation, Person, Study, Task
+from annotation_app.tasks.assignment import lock_person
 
 CODE_CHARACTERS = 10
 

@@ -13,7 +13,7 @@ from annotation_app.crowds.platform import (
     PlatformError,
     Submission,
 )
-from annotation_app.installation import now
+from annotation_app.store.installation import now
 
 
 def pay(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Literal, Protocol, TypeAlias
 
-from annotation_app.models import Participation, Task
+from annotation_app.store.models import Participation, Task
 from g3.errors import CorpusError
 
 Standing: TypeAlias = Literal["working", "submitted", "approved", "rejected", "returned"]
@@ -229,7 +229,7 @@ class Ending:
 
 Entrance: TypeAlias = Callable[[Mapping[str, str], str], Arrival]
 """Reads who comes in, from an address's arguments and the study's id. Raises
-:class:`annotation_app.problems.Refusal`."""
+:class:`annotation_app.core.problems.Refusal`."""
 
 Exit: TypeAlias = Callable[[Participation, str], Ending]
 """Where a worker goes whose work was received, with a completion code."""

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from urllib.parse import urlencode
 
+from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
-from annotation_app.models import Participation
-from annotation_app.problems import Refusal
+from annotation_app.store.models import Participation
 
 NAME = "prolific"
 COMPLETE = "https://app.prolific.com/submissions/complete"

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from decimal import Decimal
 from urllib.parse import urlencode, urlsplit
 
+from annotation_app.crowds.crowd_session import CrowdSession
 from annotation_app.crowds.links import INVITATION
 from annotation_app.crowds.offering import Offers, offer_again
 from annotation_app.crowds.one_at_a_time import one_at_a_time
 from annotation_app.crowds.participation import Offer, completion_code, sign_offer
 from annotation_app.crowds.platform import Posted, Posting
-from annotation_app.crowds.session import CrowdSession
-from annotation_app.models import Task
-from annotation_app.people import invitation
-from annotation_app.study import StudyConfig, restored
+from annotation_app.people.participants import invitation
+from annotation_app.store.models import Task
+from annotation_app.studies.study_file import StudyConfig, restored
 from g3.errors import FormatError
 
 DESCRIPTIONS: dict[Task, str] = {

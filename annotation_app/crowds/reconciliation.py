@@ -16,11 +16,11 @@ from sqlalchemy.orm import Session
 
 from annotation_app.crowds.participation import done, receive
 from annotation_app.crowds.platform import Submission
-from annotation_app.database import reading, transaction
-from annotation_app.erasure import ERASED
-from annotation_app.models import LedgerEntry, Participation, Person, Study
-from annotation_app.people import hashed
-from annotation_app.study import restored
+from annotation_app.people.participants import hashed
+from annotation_app.privacy.erasure import ERASED
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.models import LedgerEntry, Participation, Person, Study
+from annotation_app.studies.study_file import restored
 
 State: TypeAlias = Literal[
     "settled",

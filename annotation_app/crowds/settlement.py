@@ -21,7 +21,7 @@ from annotation_app.crowds.platform import (
     Submission,
 )
 from annotation_app.crowds.reconciliation import Finding, known_platform_ids, unpaid_part
-from annotation_app.installation import now
+from annotation_app.store.installation import now
 
 PART = "For the part of the work that we have received"
 HOUR_S = 3600

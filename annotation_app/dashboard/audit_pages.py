@@ -7,12 +7,12 @@ import datetime
 import flask
 from flask import Blueprint
 
-from annotation_app.audit import actions, trail
-from annotation_app.browser_sessions import required_person
-from annotation_app.database import reading
-from annotation_app.installation import installation
-from annotation_app.pages.needs_login import refused
-from annotation_app.problems import Refusal
+from annotation_app.core.problems import Refusal
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.audit import actions, trail
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.web.needs_login import refused
 
 PAGE = 50
 

@@ -10,8 +10,8 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.agreement import Measure, mean_pairwise
-from annotation_app.models import Answer, Event, Item, Record, Task
+from annotation_app.store.models import Answer, Event, Item, Record, Task
+from annotation_app.tasks.agreement import Measure, mean_pairwise
 from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.sdc_notation import from_json
 

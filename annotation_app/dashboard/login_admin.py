@@ -10,14 +10,14 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
-from annotation_app import account_links, accounts
-from annotation_app.audit import name_of
-from annotation_app.browser_sessions import required_person
-from annotation_app.database import reading, transaction
-from annotation_app.installation import installation
-from annotation_app.models import Person, Role
-from annotation_app.pages.needs_login import refused
-from annotation_app.problems import Refusal
+from annotation_app.core.problems import Refusal
+from annotation_app.people import account_links, accounts
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.audit import name_of
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Person, Role
+from annotation_app.web.needs_login import refused
 
 blueprint = Blueprint("login_admin", __name__, url_prefix="/admin")
 blueprint.register_error_handler(Refusal, refused)

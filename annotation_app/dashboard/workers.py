@@ -10,8 +10,8 @@ from typing import TypeAlias
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.export import subject_of
-from annotation_app.models import Answer, Item, Person, Record, Task
+from annotation_app.export.corpus_export import subject_of
+from annotation_app.store.models import Answer, Item, Person, Record, Task
 
 FEWEST = 5
 """Answers of a task by which a person can be told from others."""

@@ -1,10 +1,11 @@
-"""The pages that people see; what they do there goes through :mod:`annotation_app.api`."""
+"""The pages that people see; what they do there goes through :mod:`annotation_app.web.api`."""
 
 from __future__ import annotations
 
 from flask import Blueprint
 
-from annotation_app.pages import account, entrance, practice, tasks
+from annotation_app.pages import account, entrance, practice
+from annotation_app.pages import task_pages as tasks
 
 BLUEPRINTS: tuple[Blueprint, ...] = (
     account.blueprint,
@@ -12,4 +13,4 @@ BLUEPRINTS: tuple[Blueprint, ...] = (
     tasks.blueprint,
     practice.blueprint,
 )
-"""All of them; :mod:`annotation_app.factory` puts them into the app."""
+"""All of them; :mod:`annotation_app.serving.factory` puts them into the app."""

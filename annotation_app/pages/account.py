@@ -9,10 +9,10 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
-from annotation_app import accounts, failed_sign_ins
-from annotation_app.account_links import read_link, use_link
-from annotation_app.audit import name_of, note
-from annotation_app.browser_sessions import (
+from annotation_app.core.problems import Refusal
+from annotation_app.people import accounts, failed_sign_ins
+from annotation_app.people.account_links import read_link, use_link
+from annotation_app.people.browser_sessions import (
     current_person,
     end_sessions,
     had_login,
@@ -20,12 +20,12 @@ from annotation_app.browser_sessions import (
     sign_in,
     sign_out,
 )
-from annotation_app.database import reading, transaction
-from annotation_app.installation import installation, now
-from annotation_app.limits import limited, sign_ins
-from annotation_app.models import Person
-from annotation_app.pages.needs_login import refused
-from annotation_app.problems import Refusal
+from annotation_app.store.audit import name_of, note
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import Person
+from annotation_app.web.limits import limited, sign_ins
+from annotation_app.web.needs_login import refused
 
 blueprint = Blueprint("account", __name__)
 blueprint.register_error_handler(Refusal, refused)

@@ -7,14 +7,10 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 
-from annotation_app.browser_sessions import current_person, had_login, is_signed_in, sign_in
-from annotation_app.database import reading, transaction
-from annotation_app.installation import installation
-from annotation_app.limits import arrivals, limited
-from annotation_app.models import Person, Record, Study
-from annotation_app.pages.needs_login import sign_in_page
-from annotation_app.pages.progress import progress
-from annotation_app.people import (
+from annotation_app.core.problems import Refusal
+from annotation_app.pages.study_progress import progress
+from annotation_app.people.browser_sessions import current_person, had_login, is_signed_in, sign_in
+from annotation_app.people.participants import (
     OPEN,
     RANKS,
     accept_invitation,
@@ -22,9 +18,13 @@ from annotation_app.people import (
     has_consented,
     keep_consent,
 )
-from annotation_app.problems import Refusal
-from annotation_app.study import StudyConfig, restored
-from annotation_app.work import EXPLANATIONS, find_study
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Person, Record, Study
+from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.tasks.work import EXPLANATIONS, find_study
+from annotation_app.web.limits import arrivals, limited
+from annotation_app.web.needs_login import sign_in_page
 
 LONGEST_ANSWER = 500
 

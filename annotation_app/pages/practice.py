@@ -11,12 +11,12 @@ import msgspec
 from flask import Blueprint
 from sqlalchemy import select
 
-from annotation_app.api import read_task
-from annotation_app.browser_sessions import current_person
-from annotation_app.database import reading
-from annotation_app.installation import installation
-from annotation_app.models import Study
-from annotation_app.pages.words import KEYS, LIKERT, TASK_WORDS
+from annotation_app.people.browser_sessions import current_person
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Study
+from annotation_app.tasks.task_words import KEYS, LIKERT, TASK_WORDS
+from annotation_app.web.api import read_task
 
 STATEMENT = "The boat in the video is executing the above spoken command"
 

@@ -139,7 +139,7 @@ def _examples() -> dict[str, Any]:
 
 
 def _words(text: str) -> list[dict[str, Any]]:
-    from annotation_app.payloads import words_of  # noqa: PLC0415 - needs a database's libraries
+    from annotation_app.tasks.payloads import words_of  # noqa: PLC0415 - needs a database's libraries
 
     return list(words_of(text))
 

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotation_app.config import DATABASE_FILE, Config, open_instance
+from annotation_app.core.config import DATABASE_FILE, Config, open_instance
+from annotation_app.crowds.crowd_registry import find_provider, providers
+from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.publishing import publish_links, publish_posting
-from annotation_app.crowds.registry import find_provider, providers
-from annotation_app.crowds.session import open_session
-from annotation_app.database import opened, reading, transaction
-from annotation_app.export import export_judgments, find_only_study
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study, rendered_videos
-from annotation_app.study import read_study
+from annotation_app.export.corpus_export import export_judgments, find_only_study
+from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import read_study
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from eval.plan_study.study_pairs import ANSWERS, INSTANCE
 from g3.annotation import Judgment
 from g3.errors import FormatError

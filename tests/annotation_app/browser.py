@@ -8,12 +8,12 @@ from typing import Any
 from flask import Flask
 from sqlalchemy import Engine
 
-from annotation_app.database import transaction
-from annotation_app.installation import Installation
-from annotation_app.models import Person, Role
-from annotation_app.people import add_person, keep_consent
-from annotation_app.random_ids import new_id
-from annotation_app.work import find_study
+from annotation_app.core.random_ids import new_id
+from annotation_app.people.participants import add_person, keep_consent
+from annotation_app.store.database import transaction
+from annotation_app.store.installation import Installation
+from annotation_app.store.models import Person, Role
+from annotation_app.tasks.work import find_study
 
 COMMAND = "Pick up the tires by the truck."
 

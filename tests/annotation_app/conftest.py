@@ -12,12 +12,12 @@ from flask import Flask
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import make_url
 
-from annotation_app.config import DATABASE_FILE, Config, open_instance
-from annotation_app.database import opened, transaction
-from annotation_app.factory import create_app
-from annotation_app.schema import migrate
-from annotation_app.setup import put_study, rendered_videos
-from annotation_app.study import KnownCommand, StudyConfig, TaskConfig
+from annotation_app.core.config import DATABASE_FILE, Config, open_instance
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import opened, transaction
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import KnownCommand, StudyConfig, TaskConfig
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.postgres import cluster
 from tests.annotation_app.rendered import VIDEOS, render
 

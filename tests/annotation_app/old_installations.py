@@ -14,12 +14,12 @@ from typing import Any
 
 from sqlalchemy import MetaData, insert, select
 
-from annotation_app.config import DATABASE_FILE, Config, open_instance
-from annotation_app.database import opened, reading
-from annotation_app.key_file import Keys, write_keys
-from annotation_app.migrating import changing_tables, upgrade
-from annotation_app.models import Base
-from annotation_app.schema import tables_at
+from annotation_app.core.config import DATABASE_FILE, Config, open_instance
+from annotation_app.core.key_file import Keys, write_keys
+from annotation_app.store.database import opened, reading
+from annotation_app.store.migrating import changing_tables, upgrade
+from annotation_app.store.models import Base
+from annotation_app.store.schema import tables_at
 
 SALT = bytes(range(100, 132))
 KEY = "5a" * 32

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 from tests.annotation_app.browser import Browser
 
 PATIENCE_S = 60.0

@@ -8,9 +8,9 @@ from typing import Any
 from flask import Flask
 from flask.testing import FlaskClient
 
-from annotation_app.accounts import add_login
-from annotation_app.database import transaction
-from annotation_app.models import Person, Role
+from annotation_app.people.accounts import add_login
+from annotation_app.store.database import transaction
+from annotation_app.store.models import Person, Role
 from tests.annotation_app.browser import engine_of
 
 PASSWORD = "correct horse battery"

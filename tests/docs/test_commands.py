@@ -28,23 +28,26 @@ ELSEWHERE = {
         "minutes",
     ),
     r"ct annotate( serve)?( [\w/-]+\.yaml.*)?$": (
-        "tests/annotation_app/test_commands.py",
+        "tests/annotation_app/cli/test_annotate_commands.py",
         "serves",
     ),
     r"ct annotate (backup|verify|restore|export|import)": (
-        "tests/annotation_app/test_commands.py",
+        "tests/annotation_app/cli/test_annotate_commands.py",
         "needs a study with answers",
     ),
-    r"ct annotate people erase": ("tests/annotation_app/test_erasure.py", "needs a study"),
+    r"ct annotate people erase": ("tests/annotation_app/privacy/test_erasure.py", "needs a study"),
     r"ct (publish|collect)|ct annotate reconcile": (
         "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",
     ),
     r"ct annotate (people|audit|check)": (
-        "tests/annotation_app/test_people_commands.py",
+        "tests/annotation_app/cli/test_people_commands.py",
         "changes an installation",
     ),
-    r"ct annotate copy-media": ("tests/annotation_app/test_media_copies.py", "needs a study"),
+    r"ct annotate copy-media": (
+        "tests/annotation_app/copies/test_media_copies.py",
+        "needs a study",
+    ),
     r"ct shards|ct train g3 --shards": (
         "tests/corpus_tools/shards/test_shards.py",
         "a large corpus",

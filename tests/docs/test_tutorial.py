@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from annotation_app.config import open_instance
-from annotation_app.database import open_database, reading
-from annotation_app.factory import create_app
-from annotation_app.models import Item
+from annotation_app.core.config import open_instance
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database, reading
+from annotation_app.store.models import Item
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.importers.authored.bundled import open_corpus

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 
-from annotation_app.study import Payment, StudyConfig, TaskConfig
+from annotation_app.studies.study_file import Payment, StudyConfig, TaskConfig
 from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk, serving

@@ -9,13 +9,13 @@ from urllib.parse import urlsplit
 from click.testing import CliRunner, Result
 from flask import Flask
 
-from annotation_app.commands import annotate
-from annotation_app.config import Config
-from annotation_app.crowd_commands import collect, publish
-from annotation_app.database import transaction
-from annotation_app.models import Participation, Person
-from annotation_app.people import keep_consent
-from annotation_app.work import find_study
+from annotation_app.cli.annotate_commands import annotate
+from annotation_app.cli.crowd_commands import collect, publish
+from annotation_app.core.config import Config
+from annotation_app.people.participants import keep_consent
+from annotation_app.store.database import transaction
+from annotation_app.store.models import Participation, Person
+from annotation_app.tasks.work import find_study
 from tests.annotation_app.browser import Browser, engine_of
 
 LAB = "https://lab.example.org"

@@ -15,11 +15,11 @@ from typing import Any, Literal
 import pytest
 from flask import Flask
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 from annotation_app.crowds import one_at_a_time
+from annotation_app.crowds.crowd_registry import find_provider
+from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.platform import Bonus
-from annotation_app.crowds.registry import find_provider
-from annotation_app.crowds.session import open_session
 from annotation_app.crowds.settlement import Deed, Wishes
 from g3.errors import CorpusError
 from tests.annotation_app.browser import described

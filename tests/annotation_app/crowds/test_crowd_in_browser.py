@@ -11,10 +11,10 @@ import pytest
 from flask import Flask
 from playwright.sync_api import BrowserContext
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 from annotation_app.crowds.mturk import NOT_AVAILABLE, SITES
-from annotation_app.database import open_database
-from annotation_app.factory import create_app
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database
 from tests.annotation_app.browser import described
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk

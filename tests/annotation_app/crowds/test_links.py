@@ -11,11 +11,11 @@ import pytest
 from click.testing import CliRunner
 from flask import Flask
 
-from annotation_app.config import Config
-from annotation_app.crowd_commands import publish
-from annotation_app.crowds.registry import Provider, find_provider, providers, register
-from annotation_app.database import transaction
-from annotation_app.setup import put_study, rendered_videos
+from annotation_app.cli.crowd_commands import publish
+from annotation_app.core.config import Config
+from annotation_app.crowds.crowd_registry import Provider, find_provider, providers, register
+from annotation_app.store.database import transaction
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker
@@ -69,7 +69,7 @@ def test_providers_are_registered() -> None:
 
 def test_other_distributions_add_providers(tmp_path: Path) -> None:
     (tmp_path / "my_crowd.py").write_text(
-        "from annotation_app.crowds.registry import Provider, register\n"
+        "from annotation_app.crowds.crowd_registry import Provider, register\n"
         "register(Provider('friends', 'Friends', 'Ask your friends.', '', 'my_crowd:FRIENDS'))\n"
     )
     info = tmp_path / "my_crowd-1.0.dist-info"

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from annotation_app.core.problems import Refusal
 from annotation_app.crowds.participation import (
     Offer,
     completion_code,
@@ -11,8 +12,7 @@ from annotation_app.crowds.participation import (
     read_offer,
     sign_offer,
 )
-from annotation_app.models import Participation
-from annotation_app.problems import Refusal
+from annotation_app.store.models import Participation
 
 KEY = b"k" * 32
 OFFER = Offer("study", "rate", 5)

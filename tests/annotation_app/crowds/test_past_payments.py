@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from sqlalchemy import Engine, select, text
 
-from annotation_app.config import Config
-from annotation_app.database import opened, reading
-from annotation_app.models import LedgerEntry, Participation
-from annotation_app.schema import migrate
+from annotation_app.core.config import Config
+from annotation_app.store.database import opened, reading
+from annotation_app.store.models import LedgerEntry, Participation
+from annotation_app.store.schema import migrate
 
 OUTCOMES: dict[str, dict[str, Any]] = {
     "A1": {

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from annotation_app.config import open_instance
+from annotation_app.core.config import open_instance
 from annotation_app.crowds.publishing import DESCRIPTIONS
-from annotation_app.factory import create_app
-from annotation_app.study import read_study
+from annotation_app.serving.factory import create_app
+from annotation_app.studies.study_file import read_study
 from eval.plan_study.study_pairs import INSTANCE, Pair, write_study
 from eval.plan_study.study_rating import Crowd, offer, received
 from g3.errors import FormatError

@@ -3,7 +3,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from annotation_app.study import StudyConfig, TaskConfig
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from tests.annotation_app.conftest import STUDY
 
 SHARED = msgspec.structs.replace(

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from flask import Flask
 
-from annotation_app.audit import note
-from annotation_app.database import transaction
-from annotation_app.models import Role
+from annotation_app.store.audit import note
+from annotation_app.store.database import transaction
+from annotation_app.store.models import Role
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.signing_in import PASSWORD, Member, link_in, signed_in
 

@@ -10,9 +10,9 @@ import pytest
 from flask import Flask
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from annotation_app.account_links import first_admin_link, path_of
-from annotation_app.audit import note
-from annotation_app.database import transaction
+from annotation_app.people.account_links import first_admin_link, path_of
+from annotation_app.store.audit import note
+from annotation_app.store.database import transaction
 from tests.annotation_app.browser import engine_of
 from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
 from tests.annotation_app.signing_in import PASSWORD, Member

@@ -13,8 +13,8 @@ from jsonschema import Draft202012Validator
 from sqlalchemy import select, update
 
 from annotation_app.dashboard.workers import passes
-from annotation_app.database import reading, transaction
-from annotation_app.models import Answer, Event, Item
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.models import Answer, Event, Item
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of

@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import BrowserContext, expect
 from sqlalchemy import update
 
-from annotation_app.database import transaction
-from annotation_app.models import Slot
+from annotation_app.store.database import transaction
+from annotation_app.store.models import Slot
 from tests.annotation_app.in_browser import violations, width_of
 from tests.annotation_app.pages.conftest import Site
 

@@ -9,8 +9,8 @@ from playwright.sync_api import BrowserContext, Page, expect
 from playwright.sync_api import Error as PlaywrightError
 from sqlalchemy import select
 
-from annotation_app.database import transaction
-from annotation_app.models import Draft, Event
+from annotation_app.store.database import transaction
+from annotation_app.store.models import Draft, Event
 from tests.annotation_app.pages.conftest import Site
 from tests.annotation_app.pages.test_tasks import start_from_nothing, watch
 

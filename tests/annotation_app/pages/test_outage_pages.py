@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, Route, expect
 from sqlalchemy import select
 
-from annotation_app.database import reading
-from annotation_app.models import Draft, Event
+from annotation_app.store.database import reading
+from annotation_app.store.models import Draft, Event
 from tests.annotation_app.in_browser import violations, width_of
 from tests.annotation_app.pages.conftest import Site
 from tests.annotation_app.pages.test_network import judge, saved

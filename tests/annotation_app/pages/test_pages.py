@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Response, expect
 from sqlalchemy import text
 
-from annotation_app.account_links import first_admin_link
-from annotation_app.database import transaction
+from annotation_app.people.account_links import first_admin_link
+from annotation_app.store.database import transaction
 from corpus_tools.world.state.thing_kinds import KINDS
 from tests.annotation_app.in_browser import errors_of, violations, width_of
 from tests.annotation_app.pages.conftest import TASKS, Site

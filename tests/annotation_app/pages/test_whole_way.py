@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from annotation_app.config import DATABASE_FILE, open_instance
-from annotation_app.study import StudyConfig, TaskConfig
+from annotation_app.core.config import DATABASE_FILE, open_instance
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import to_json

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from flask import Flask
 
-from annotation_app.factory import create_app
-from annotation_app.trying import queue
+from annotation_app.serving.factory import create_app
+from annotation_app.trying import attempt_queue as queue
 from annotation_app.trying.attempt import Asked, Shown, write_state
-from annotation_app.trying.queue import FOLDER, Attempts
+from annotation_app.trying.attempt_queue import FOLDER, Attempts
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 
 SCENARIO = "dock_pick_up_tires"

@@ -10,7 +10,8 @@ import pytest
 from flask import Flask
 from playwright.sync_api import BrowserContext, expect
 
-from annotation_app.factory import create_app
+from annotation_app.serving.factory import create_app
+from annotation_app.trying.attempt_queue import attempts
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.features.feature_registry import select
 from g3.inference.training.search_training import TOLERANCE, training_data
@@ -40,7 +41,8 @@ def address(app: Flask, model: Path) -> Iterator[str]:
     open_app = create_app(config, engine_of(app))
     with serving(open_app) as found:
         yield found
-    installation_of(open_app).attempts.close()
+    with open_app.app_context():
+        attempts().close()
 
 
 def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext) -> None:

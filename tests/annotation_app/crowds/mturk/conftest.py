@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from flask import Flask
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 from tests.annotation_app.crowds.crowd_worker import Lab, external_url
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
 

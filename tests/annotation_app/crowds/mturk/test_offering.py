@@ -7,10 +7,10 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
-from annotation_app.config import Config
+from annotation_app.core.config import Config
 from annotation_app.crowds.mturk import NOT_AVAILABLE
-from annotation_app.database import reading
-from annotation_app.models import Person
+from annotation_app.store.database import reading
+from annotation_app.store.models import Person
 from tests.annotation_app.browser import engine_of
 from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker, Lab
 from tests.annotation_app.crowds.mturk.turkers import participations, worker

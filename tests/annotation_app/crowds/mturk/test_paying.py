@@ -9,12 +9,12 @@ import pytest
 from flask import Flask
 from sqlalchemy import update
 
-from annotation_app.config import Config
-from annotation_app.database import open_database, transaction
-from annotation_app.factory import create_app
-from annotation_app.models import LedgerEntry
-from annotation_app.setup import put_study, rendered_videos
-from annotation_app.study import Payment
+from annotation_app.core.config import Config
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database, transaction
+from annotation_app.store.models import LedgerEntry
+from annotation_app.studies.study_file import Payment
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url

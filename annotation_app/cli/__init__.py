@@ -1,0 +1,1 @@
+"""The commands ``ct annotate``, ``ct publish`` and ``ct collect``."""

@@ -1,0 +1,381 @@
+"""``ct annotate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from annotation_app.cli.audit_commands import audit
+from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
+from annotation_app.cli.crowd_commands import reconcile
+from annotation_app.cli.people_commands import people
+from annotation_app.cli.study_commands import check, init, slug
+from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.runtime.terminal import note, say
+
+if TYPE_CHECKING:
+    from annotation_app.core.config import Config
+    from annotation_app.studies.study_file import StudyConfig
+    from annotation_app.study_setup.rendered_study import Rendered
+
+STUDY_NAME = click.option(
+    "--study", "study_name", metavar="NAME", help="Which study, if there are several."
+)
+
+
+class _Annotate(click.Group):
+    """A group that serves, unless its first argument is a command."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+            args = ["serve", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("annotate", cls=_Annotate)
+def annotate() -> None:
+    """Run studies: people type, annotate and rate commands.
+
+    They also ground the clauses of commands and check groundings.
+
+    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml", and "ct annotate"
+    alone serves what is in this folder, else a demo on the bundled scenarios.
+
+    \b
+    Examples:
+      ct annotate
+      ct annotate init my-study.yaml
+      ct annotate my-study.yaml --port 8080
+      ct annotate export my-corpus --study my-study
+    """
+
+
+@annotate.command()
+@click.argument(
+    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
+)
+@click.option(
+    "--demo", is_flag=True, help="A study on the bundled scenarios, in a folder of its own."
+)
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="Folder that `ct render-videos` has filled, instead of the study's.",
+)
+@INSTANCE
+@DATABASE
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8765,
+    show_default=True,
+    help="Port to listen at; 0 for any that is free.",
+)
+@click.option(
+    "--threads",
+    type=click.IntRange(1, 256),
+    default=8,
+    show_default=True,
+    help="How many requests are answered at the same time.",
+)
+@click.option("--https", is_flag=True, help="People reach it by HTTPS only, through a proxy.")
+@click.option(
+    "--proxies",
+    type=click.IntRange(0, 5),
+    default=0,
+    show_default=True,
+    help="How many reverse proxies stand before it.",
+)
+@click.option(
+    "--frame-ancestor",
+    "frame_ancestors",
+    multiple=True,
+    metavar="ORIGIN",
+    help="A site that may show it in a frame and gets its forms, such as https://www.mturk.com.",
+)
+@click.option(
+    "--idle-hours",
+    type=click.FloatRange(0.1, 24 * 60),
+    default=12.0,
+    show_default=True,
+    help="After how long people with a login who do nothing must sign in again.",
+)
+@click.option(
+    "--limits-storage",
+    default="process://",
+    show_default=True,
+    metavar="URL",
+    help="Where several processes count requests together.",
+)
+@click.option(
+    "--media-url",
+    default="",
+    metavar="URL",
+    help="Where the copies are that `ct annotate copy-media` has made, for browsers.",
+)
+@click.option(
+    "--open-trying",
+    is_flag=True,
+    help="Let anybody try commands, as in the demo, not only people with a login.",
+)
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="The model that follows them; left out, one trained on the bundled corpus.",
+)
+def serve(
+    *,
+    study_files: tuple[Path, ...],
+    demo: bool,
+    videos: Path | None,
+    instance: Path,
+    database: str | None,
+    host: str,
+    port: int,
+    threads: int,
+    https: bool,
+    proxies: int,
+    frame_ancestors: tuple[str, ...],
+    idle_hours: float,
+    limits_storage: str,
+    media_url: str,
+    open_trying: bool,
+    model: Path | None,
+) -> None:
+    """Serve studies. New ones are set up first, known ones brought up to date.
+
+    Without STUDY.yaml it serves what is in the database, and the demo where there is none.
+    Several processes may serve the same database at different ports. Ctrl-C or SIGTERM ends it
+    when the requests that were begun are finished, within 10 seconds; a second one at once. What
+    people have sent is safe at any time, and the next start goes on from there.
+
+    \b
+    Examples:
+      ct annotate serve --demo
+      ct annotate serve my-study.yaml --host 0.0.0.0 --https --proxies 1
+      ct annotate serve my-study.yaml --database postgresql://me@localhost/annotation
+    """
+    from dataclasses import replace
+
+    from annotation_app.core.config import open_instance
+    from annotation_app.serving import server as serving
+
+    is_elsewhere = instance != Path("annotation")
+    demo = demo or not (study_files or is_elsewhere or database or instance.exists())
+    folder = _demo_instance() if demo and not is_elsewhere else instance
+    config = replace(
+        open_instance(folder, database),
+        https=https,
+        proxies=proxies,
+        frame_ancestors=frame_ancestors,
+        form_targets=frame_ancestors,
+        idle_hours=idle_hours,
+        limits_storage=limits_storage,
+        media_url=media_url,
+        open_trying=open_trying or demo,
+        model=model,
+    )
+    coming = 0
+
+    def tell_addresses() -> None:
+        name = "localhost" if host in ("127.0.0.1", "::1") else host
+        at = "" if https else f":{serving.port_of(bound)}"
+        base = f"{'https' if https else 'http'}://{name}{at}"
+        for what, address in serving.addresses(config, base):
+            say(f"{what}: {address}")
+        for obstacle in serving.obstacles(config):
+            note(f"note: {obstacle}")
+        if coming:
+            say(f"{coming} more videos are made meanwhile, and come to the demo one by one")
+        say("Open an address in a browser. Ctrl-C ends it; nothing that was sent is lost.")
+        if host not in serving.LOOPBACK and not https:
+            note("note: without --https passwords and answers can be read on the way")
+
+    # Who finds the port taken has set nothing up, and made no link that replaces another.
+    with serving.bound(host, port) as bound:
+        serving.prepare(config)
+        serving.make_first_admin(config)
+        if demo:
+            coming = _demo(config, videos)
+        for file in study_files:
+            _put(config, *_read(file, videos))
+        serving.serve(config, bound, threads=threads, listening=tell_addresses)
+
+
+@annotate.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@STUDY_NAME
+@INSTANCE
+@DATABASE
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["corpus", "slu-core", "conllu", "csv", "jsonl", "parquet"]),
+    default="corpus",
+    show_default=True,
+    help="A corpus to train on, also in the layout of the AAAI-11 corpus; words with their "
+    "clauses; or all answers as they are.",
+)
+@click.option("--licence", default="", help="On what terms the corpus may be used.")
+@click.option("--force", is_flag=True, help="Replace what is there.")
+@JSON
+def export(
+    *,
+    out: Path,
+    study_name: str | None,
+    instance: Path,
+    database: str | None,
+    form: str,
+    licence: str,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write what people have answered.
+
+    \b
+    Examples:
+      ct annotate export my-corpus
+      ct eval --table 1 --corpus my-corpus
+      ct annotate export answers.csv --format csv
+      ct annotate export for-slu-core --format slu-core
+    """
+    from annotation_app.core.config import open_instance
+    from annotation_app.export import answer_tables
+    from annotation_app.export import corpus_export as exports
+    from annotation_app.serving import server as serving
+    from annotation_app.store.database import opened, reading
+    from annotation_app.store.schema import is_current
+    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from corpus_tools.runtime.atomic_folder import write_folder
+    from g3.errors import FormatError
+    from g3.storage.atomic_file import write_bytes
+
+    told = "json" if as_json else PLAIN
+    if form == "corpus":
+        check_writable(out, force=force)
+    config = open_instance(instance, database)
+    with (
+        opened(config.database) as engine,
+        reading(engine, one_state=True) as session,
+    ):
+        if not is_current(engine):
+            raise FormatError(
+                "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
+            )
+        study = exports.find_only_study(session, study_name)
+        if form in answer_tables.TABLES:
+            write_bytes(out, answer_tables.TABLES[form](session, study))
+            serving.note_on_this_machine(config, "exported", study.name, format=form)
+            tell(told, {"files": [out]}, f"wrote {out}")
+            return
+        corpus = exports.export_corpus(session, study, licence=licence)
+    if form == "corpus":
+        write_corpus(corpus, out, force=force)
+    else:
+        write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    serving.note_on_this_machine(config, "exported", study.name, format=form)
+    counts = {
+        "commands": len(corpus.commands),
+        "annotations": len(corpus.annotations),
+        "judgments": len(corpus.judgments),
+    }
+    summary = ", ".join(f"{count} {what}" for what, count in counts.items())
+    tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
+
+
+@annotate.command("import")
+@click.argument("corpus", metavar="CORPUS")
+@click.option(
+    "--videos",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
+)
+@STUDY_NAME
+@INSTANCE
+@DATABASE
+@FORMAT
+def import_(
+    *,
+    corpus: str,
+    videos: Path,
+    study_name: str | None,
+    instance: Path,
+    database: str | None,
+    form: str,
+) -> None:
+    """Make a study of a corpus, to look at it and go on with it.
+
+    \b
+    Examples:
+      ct render-videos --corpus aaai11 --out replays
+      ct annotate import aaai11 --videos replays
+      ct annotate
+    """
+    from annotation_app.core.config import open_instance
+    from annotation_app.serving import server as serving
+    from annotation_app.store.database import opened, transaction
+    from annotation_app.store.salt import installation_salt
+    from annotation_app.study_setup.corpus_study import import_corpus
+    from annotation_app.study_setup.rendered_study import rendered_videos
+    from corpus_tools.importers.authored.bundled import open_corpus, resolve
+
+    config = open_instance(instance, database)
+    serving.prepare(config)
+    found = open_corpus(corpus)
+    name = study_name or slug(found.name)
+    folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
+    with opened(config.database) as engine:
+        salt = installation_salt(engine, config)
+        with transaction(engine) as session:
+            counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
+    summary = ", ".join(f"{n} {what}" for what, n in counts.items())
+    tell(form, {"study": name, **counts}, f"study {name}: {summary}")
+
+
+for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
+    annotate.add_command(_command)
+
+
+def _demo_instance() -> Path:
+    from corpus_tools.importers.authored.bundled import cache_folder
+
+    return cache_folder() / "annotate-demo"
+
+
+def _demo(config: Config, videos: Path | None) -> int:
+    """Set the demo up, or bring it up to date; how many of its videos come later."""
+    from annotation_app.study_setup.demo_study import demo_study, ready, render_first, render_rest
+    from annotation_app.study_setup.rendered_study import rendered_videos
+
+    def put(found: list[Rendered]) -> None:
+        _put(config, demo_study(found), found)
+
+    if videos is not None:
+        put(rendered_videos(videos))
+        return 0
+    folder = config.instance / "videos"
+    render_first(folder)
+    put(ready(folder))
+    return render_rest(folder, put)
+
+
+def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
+    from annotation_app.studies.study_file import read_study
+    from annotation_app.study_setup.rendered_study import rendered_videos
+
+    study = read_study(file)
+    return study, rendered_videos(videos or file.parent / study.videos, study.only)
+
+
+def _put(config: Config, study: StudyConfig, videos: list[Rendered]) -> None:
+    from annotation_app.store.database import opened, transaction
+    from annotation_app.study_setup.rendered_study import put_study
+
+    with opened(config.database) as engine, transaction(engine) as session:
+        put_study(session, study, videos)

@@ -1,0 +1,64 @@
+"""``ct annotate audit``: who did what."""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.study_commands import existing
+from corpus_tools.options.format_option import FORMAT, tell
+
+if TYPE_CHECKING:
+    from annotation_app.store.models import AuditEntry
+
+NOTHING = "nothing like this was noted"
+
+
+@click.command()
+@click.option("--person", default="", metavar="NAME", help="Only of this login, study or subject.")
+@click.option("--action", default="", help='Only this, such as "signed in" or "exported".')
+@click.option(
+    "--most", type=click.IntRange(1), default=100, show_default=True, help="How many entries."
+)
+@INSTANCE
+@DATABASE
+@FORMAT
+def audit(
+    *, person: str, action: str, most: int, instance: Path, database: str | None, form: str
+) -> None:
+    """List who did what that matters, and when, newest first.
+
+    Signing in, exporting, paying, blocking and erasing are among it.
+
+    \b
+    Examples:
+      ct annotate audit
+      ct annotate audit --person maria --action "signed in" --json
+    """
+    from annotation_app.store.audit import trail
+    from g3.errors import FormatError
+
+    with existing(instance, database) as session:
+        if session is None:
+            raise FormatError(
+                "there is no installation here",
+                where=str(instance),
+                fix="name it with --instance, or serve it once with `ct annotate`",
+            )
+        entries = trail(session, person=person, action=action, most=most)
+    records = [
+        {name: getattr(entry, name) for name in ("id", "at", "actor", "action", "about", "details")}
+        for entry in entries
+    ]
+    tell(form, {"entries": records}, *(map(_line, entries) if entries else [NOTHING]))
+
+
+def _line(entry: AuditEntry) -> str:
+    at = datetime.datetime.fromtimestamp(entry.at, datetime.timezone.utc)
+    details = "; ".join(f"{name}: {value}" for name, value in entry.details.items())
+    told = " ".join(filter(None, (entry.actor, entry.action, entry.about)))
+    return f"{at:%Y-%m-%d %H:%M:%S UTC} {told}{f' ({details})' if details else ''}"

@@ -1,0 +1,368 @@
+"""``ct publish``, ``ct collect`` and ``ct annotate reconcile``: studies at crowd platforms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.crowds.crowd_registry import Provider, providers
+from corpus_tools.options.format_option import FORMAT, tell
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from annotation_app.crowds.ledger import Entry
+    from annotation_app.crowds.reconciliation import Finding
+    from annotation_app.crowds.settlement import Deed
+
+TASK_NAMES = ("describe", "segment", "ground", "check", "rate")
+SANDBOX = click.option(
+    "--sandbox", is_flag=True, help="Use the platform's test mode, in which no money is paid."
+)
+ABOUT_WORKERS = (
+    click.option(
+        "--min-approved",
+        type=click.IntRange(0, 100_000),
+        default=0,
+        metavar="N",
+        help="Only for workers of whose work that much was approved before.",
+    ),
+    click.option(
+        "--min-approval",
+        type=click.IntRange(0, 100),
+        default=0,
+        metavar="PERCENT",
+        help="Only for workers of whose work so much was approved.",
+    ),
+    click.option(
+        "--minutes",
+        type=click.IntRange(1, 600),
+        default=15,
+        show_default=True,
+        help="How long an assignment takes.",
+    ),
+)
+PUBLISH_AGAIN = click.option(
+    "--publish-again",
+    type=int,
+    multiple=True,
+    metavar="ID",
+    help="Offer again what is in doubt: you have seen that it is not at the platform.",
+)
+ENDPOINT = click.option(
+    "--endpoint",
+    metavar="URL",
+    envvar="CT_CROWD_ENDPOINT",
+    help="Another address of the platform's interface, such as a stand-in for tests.",
+)
+
+
+@click.group()
+def publish() -> None:
+    """Offer a study's work at a crowd platform.
+
+    \b
+    Examples:
+      ct publish links my-study --url https://lab.example.org --people 20
+      ct publish mturk my-study --sandbox --url https://lab.example.org --task rate --people 30
+    """
+
+
+@click.group()
+def collect() -> None:
+    """Fetch what workers sent in at a crowd platform, and pay.
+
+    Work is approved or rejected first.
+
+    \b
+    Example:
+      ct collect mturk my-study --sandbox --dry-run
+    """
+
+
+@click.command()
+@click.argument("provider_name", metavar="PROVIDER")
+@click.argument("study_name", metavar="STUDY")
+@SANDBOX
+@ENDPOINT
+@INSTANCE
+@DATABASE
+@FORMAT
+def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
+    """Hold what was received here against what a crowd platform has. Nothing is paid.
+
+    It also shows what was approved and paid in all, and which calls are in doubt: they were sent
+    and no answer came. --json lists every call.
+
+    \b
+    Examples:
+      ct annotate reconcile mturk my-study --sandbox
+      ct annotate reconcile prolific my-study --json
+    """
+    from g3.errors import FormatError
+
+    known = {provider.name: provider for provider in providers() if provider.pays}
+    if provider_name not in known:
+        raise FormatError(
+            "there is no such platform", where=provider_name, fix=f"use one of {', '.join(known)}"
+        )
+    from annotation_app.crowds.crowd_session import open_session
+    from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
+
+    with open_session(known[provider_name], study_name, **options) as session:
+        findings, entries = session.findings(), session.ledger.entries()
+    record = {"assignments": _records(findings), "ledger": entry_records(entries)}
+    tell(form, record, *_lines(findings), *total_lines(entries), *doubt_lines(entries))
+
+
+def _publish_command(provider: Provider) -> click.Command:
+    again = "Doing it again offers nothing twice: --people is how many there are to be in all."
+    help_text = f"""{provider.summary}
+
+    {provider.description} {again if provider.pays else "Doing it again makes other invitations."}
+
+    \b
+    Example:
+      ct publish {provider.name} my-study --url https://lab.example.org --people 10
+    """
+
+    @click.command(provider.name, help=help_text, short_help=provider.summary)
+    @click.argument("study_name", metavar="STUDY")
+    @click.option("--url", required=True, help="Address at which people reach the app.")
+    @click.option(
+        "--people",
+        type=click.IntRange(1, 10_000),
+        default=1,
+        show_default=True,
+        help="How many people are to take part in all.",
+    )
+    @click.option(
+        "--task", type=click.Choice(TASK_NAMES), help="Which task [default: the study's first]."
+    )
+    @click.option(
+        "--items",
+        type=click.IntRange(1, 1000),
+        default=5,
+        show_default=True,
+        help="How many items an assignment asks for.",
+    )
+    @INSTANCE
+    @DATABASE
+    @FORMAT
+    def command(
+        *, study_name: str, instance: Path, database: str | None, form: str, **options: Any
+    ) -> None:
+        from annotation_app.crowds.crowd_session import open_session
+        from annotation_app.crowds.publishing import publish_links, publish_posting
+
+        sandbox, endpoint = options.pop("sandbox", False), options.pop("endpoint", None)
+        with open_session(
+            provider,
+            study_name,
+            instance=instance,
+            database=database,
+            sandbox=sandbox,
+            endpoint=endpoint,
+        ) as session:
+            if not provider.pays:
+                links = list(publish_links(session, **options))
+                tell(form, {"links": links}, *links)
+                return
+            posted = publish_posting(session, **options)
+        added = f"{posted.added} assignments added, {posted.people} in all"
+        tell(form, posted, added, posted.address)
+
+    if provider.pays:
+        for option in (*ABOUT_WORKERS, PUBLISH_AGAIN):
+            command = option(command)
+    return _for_platforms(provider, command)
+
+
+def _collect_command(provider: Provider) -> click.Command:
+    help_text = f"""Approve, reject and pay what workers sent in at {provider.title}.
+
+    What was received here and sent in there is approved. Everything else is listed, and
+    waits for you. Doing it again does nothing twice.
+
+    A payment that was sent and not answered is in doubt: it may have been made. It is shown with
+    its ID and never repeated by itself. Look at {provider.title}, then confirm it or pay it again.
+
+    \b
+    Examples:
+      ct collect {provider.name} my-study --dry-run
+      ct collect {provider.name} my-study --confirm-paid 12 --pay-again 15
+      ct collect {provider.name} my-study --hold-flagged --pay-partial
+      ct collect {provider.name} my-study --bonus ASSIGNMENT 0.50 "For the careful comments"
+    """
+
+    @click.command(
+        provider.name, help=help_text, short_help=f"What workers sent in at {provider.title}."
+    )
+    @click.argument("study_name", metavar="STUDY")
+    @click.option("--dry-run", is_flag=True, help="Only show how things stand.")
+    @click.option("--no-approve", is_flag=True, help="Approve nothing but what --approve names.")
+    @click.option(
+        "--approve",
+        "approve",
+        multiple=True,
+        metavar="ASSIGNMENT",
+        help="Approve this one, though not all of it was received or its worker is flagged.",
+    )
+    @click.option(
+        "--reject", nargs=2, multiple=True, metavar="ASSIGNMENT REASON", help="Reject this one."
+    )
+    @click.option(
+        "--bonus",
+        nargs=3,
+        multiple=True,
+        type=(str, str, str),
+        metavar="ASSIGNMENT AMOUNT REASON",
+        help="Pay something on top.",
+    )
+    @click.option(
+        "--hold-flagged", is_flag=True, help="Leave flagged workers' assignments for you to decide."
+    )
+    @click.option(
+        "--pay-bonus",
+        is_flag=True,
+        help="Pay the study's bonus for approved assignments of workers who aren't flagged.",
+    )
+    @click.option(
+        "--pay-partial",
+        is_flag=True,
+        help="Pay for what was received of assignments that were given up a day ago.",
+    )
+    @click.option(
+        "--confirm-paid",
+        type=int,
+        multiple=True,
+        metavar="ID",
+        help="What is in doubt under this ID was done, as you have seen at the platform.",
+    )
+    @click.option(
+        "--pay-again",
+        type=int,
+        multiple=True,
+        metavar="ID",
+        help="What is in doubt under this ID was not done, as you have seen: do it now.",
+    )
+    @INSTANCE
+    @DATABASE
+    @FORMAT
+    def command(
+        *,
+        study_name: str,
+        instance: Path,
+        database: str | None,
+        sandbox: bool,
+        endpoint: str | None,
+        dry_run: bool,
+        confirm_paid: tuple[int, ...],
+        pay_again: tuple[int, ...],
+        form: str,
+        **options: Any,
+    ) -> None:
+        from annotation_app.crowds.crowd_session import open_session, read_wishes
+        from annotation_app.crowds.ledger import OPEN
+        from annotation_app.crowds.ledger_report import doubt_lines, entry_records
+
+        if dry_run and (confirm_paid or pay_again):
+            raise click.UsageError("--dry-run decides nothing: leave it out.")
+        with open_session(
+            provider,
+            study_name,
+            instance=instance,
+            database=database,
+            sandbox=sandbox,
+            endpoint=endpoint,
+        ) as session:
+            wishes = read_wishes(session, **options)
+            deeds = [] if dry_run else session.settle(wishes, confirm_paid, pay_again)
+            findings, doubts = session.findings(), session.ledger.entries(*OPEN)
+        record = {
+            "deeds": deeds,
+            "assignments": _records(findings),
+            "in_doubt": entry_records(doubts),
+        }
+        tell(form, record, *map(_deed_line, deeds), *_lines(findings), *doubt_lines(doubts))
+        _check(provider, deeds, doubts)
+
+    return _for_platforms(provider, command)
+
+
+def _for_platforms(provider: Provider, command: Callable[..., Any]) -> click.Command:
+    assert isinstance(command, click.Command)  # noqa: S101 - it was made by click
+    if provider.pays:
+        for option in (SANDBOX, ENDPOINT):
+            command = option(command)
+    return command
+
+
+def _check(provider: Provider, deeds: Sequence[Deed], doubts: Sequence[Entry]) -> None:
+    """Raise an error if something failed, or is in doubt."""
+    from g3.errors import CorpusError
+
+    failed = [deed for deed in deeds if deed.problem and not deed.in_doubt]
+    what, fix = [], []
+    if failed:
+        what.append(f"{len(failed)} of {len(deeds)} could not be done")
+        fix.append("the others are done; do it again for these, or look at them there")
+    if any(entry.call.what == "publish" for entry in doubts):
+        what.append("whether some work was offered is in doubt")
+        fix.append("publish it again: that looks first, and offers nothing twice")
+    count = sum(entry.call.what != "publish" for entry in doubts)
+    if count:
+        what.append(f"{count} {'call is' if count == 1 else 'calls are'} in doubt")
+        fix.append(
+            f"look at {provider.title} in some minutes; then --confirm-paid ID if it was done, "
+            "--pay-again ID if not"
+        )
+    if what:
+        raise CorpusError("; ".join(what), where=provider.title, fix="; ".join(fix))
+
+
+def _deed_line(deed: Deed) -> str:
+    amount = f" {deed.amount}" if deed.amount else ""
+    return f"{deed.what}{amount}: {deed.assignment} {deed.problem or deed.note}".rstrip()
+
+
+def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
+    """What programs are told; platforms' ids of workers aren't among it."""
+    return [
+        {
+            "assignment": finding.assignment,
+            "state": finding.state,
+            "done": finding.done,
+            "items": finding.items,
+            "due": finding.due,
+            "was_paid": finding.part == "paid",
+        }
+        for finding in findings
+    ]
+
+
+def _lines(findings: Sequence[Finding]) -> Iterator[str]:
+    from collections import Counter
+
+    from annotation_app.crowds.reconciliation import EXPLANATIONS
+
+    for finding in findings:
+        if finding.state in ("settled", "working") and not finding.due:
+            continue
+        due = f", {finding.due} due" if finding.due and finding.part == "unpaid" else ""
+        count = f" ({finding.done} of {finding.items}{due})" if finding.items else ""
+        yield f"{finding.assignment}: {finding.state}{count}"
+    for state, number in sorted(Counter(finding.state for finding in findings).items()):
+        yield f"{number:6} {state}: {EXPLANATIONS[state]}"
+    if not findings:
+        yield "there are no assignments"
+
+
+for _provider in providers():
+    publish.add_command(_publish_command(_provider))
+    if _provider.pays:
+        collect.add_command(_collect_command(_provider))

@@ -1,0 +1,144 @@
+"""``ct annotate init`` and ``check``: a study's file, and what would stop people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from annotation_app.cli.command_options import DATABASE, INSTANCE
+from corpus_tools.options.format_option import FORMAT, tell
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+
+@click.command()
+@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
+@FORMAT
+def init(*, study_file: Path, form: str) -> None:
+    """Write a study's file to start from.
+
+    \b
+    Example:
+      ct annotate init my-study.yaml
+    """
+    from annotation_app.studies.study_template import TEMPLATE
+    from g3.errors import FormatError
+    from g3.storage.atomic_file import write_bytes
+
+    if study_file.exists():
+        raise FormatError("the file is there already", where=str(study_file), fix="name another")
+    write_bytes(study_file, TEMPLATE.format(name=slug(study_file.stem)).encode())
+    tell(form, {"files": [study_file]}, f"wrote {study_file}")
+
+
+@click.command()
+@click.argument(
+    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
+)
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="Folder that `ct render-videos` has filled, instead of the study's.",
+)
+@INSTANCE
+@DATABASE
+@FORMAT
+@click.pass_context
+def check(
+    ctx: click.Context,
+    *,
+    study_files: tuple[Path, ...],
+    videos: Path | None,
+    instance: Path,
+    database: str | None,
+    form: str,
+) -> None:
+    """Say what would stop people in a study.
+
+    Such as tasks that nobody may do, missing videos, or no admin.
+
+    With STUDY.yaml it checks these files, for the people with a login in the instance; without,
+    what the instance serves. It changes nothing. The exit status is 2 if something would stop
+    people.
+
+    \b
+    Examples:
+      ct annotate check my-study.yaml
+      ct annotate check --instance /srv/g3/annotation
+    """
+    from annotation_app.studies.study_file import read_study
+    from annotation_app.study_setup.readiness import (
+        NOBODY,
+        Obstacle,
+        obstacles,
+        people_by_role,
+        study_obstacles,
+    )
+    from annotation_app.study_setup.rendered_study import check_videos, rendered_videos
+    from g3.errors import CorpusError, FormatError
+
+    found: list[Obstacle] = []
+    with existing(instance, database) as session:
+        if session is None and not study_files:
+            raise FormatError(
+                "there is no installation here", where=str(instance), fix="name it, or STUDY.yaml"
+            )
+        logins = NOBODY if session is None else people_by_role(session)
+        for file in study_files:
+            study = read_study(file)
+            try:
+                folder = videos or file.parent / study.videos
+                check_videos(study, rendered_videos(folder, study.only))
+            except CorpusError as error:
+                where = f"{error.where}: " if error.where else ""
+                found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
+            found += study_obstacles(study, logins, {})
+        if session is not None and not study_files:
+            found += obstacles(session)
+    what = ", ".join(map(str, study_files)) or str(instance)
+    record = {"obstacles": found}
+    tell(form, record, *(map(str, found) if found else [f"{what}: nothing would stop people"]))
+    ctx.exit(2 if found else 0)
+
+
+def slug(text: str) -> str:
+    """A name for addresses, made of what a file or a corpus is called."""
+    import re
+
+    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
+
+
+@contextmanager
+def existing(instance: Path, database: str | None) -> Iterator[Session | None]:
+    """An installation's database, only read; None if there is none yet.
+
+    Nothing is made: not the folder, nor the key.
+
+    Raises
+    ------
+    FormatError
+        If an older or a newer program has made it.
+    """
+    from annotation_app.core.config import DATABASE_FILE
+    from annotation_app.store.database import opened, reading
+    from annotation_app.store.schema import is_current
+    from g3.errors import FormatError
+
+    file = instance / DATABASE_FILE
+    if database is None and not file.is_file():
+        yield None
+        return
+    with opened(database or file) as engine:
+        if not is_current(engine):
+            raise FormatError(
+                "the database is not set up, or is an older program's",
+                where=engine.url.render_as_string(hide_password=True),
+                fix="run `ct annotate`, which brings it up to date",
+            )
+        with reading(engine, one_state=True) as session:
+            yield session

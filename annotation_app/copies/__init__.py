@@ -1,0 +1,1 @@
+"""Copies of all rows and of media: written, checked and restored."""

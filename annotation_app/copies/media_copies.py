@@ -1,0 +1,102 @@
+"""Copies of what people see, in a folder or an object store, for others to give out."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path, PurePosixPath
+from urllib.parse import urlsplit
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.store.models import Media
+from annotation_app.tasks.media import TYPES, public_name
+from corpus_tools.runtime.progress import OnProgress
+from g3.errors import CorpusError
+
+STORE = "s3"
+CACHED = "public, max-age=31536000, immutable"
+"""A changed file has another name."""
+
+Put = Callable[[Path, str, str], bool]
+"""Copies a file to a name, with its type; whether it wasn't there already."""
+
+
+def copy_media(session: Session, target: str, on_progress: OnProgress | None = None) -> int:
+    """Copy all videos and pictures that aren't there yet, under names that tell nothing.
+
+    Parameters
+    ----------
+    target
+        A folder, or ``s3://bucket/prefix``.
+
+    Returns
+    -------
+    int
+        How many were copied.
+
+    Raises
+    ------
+    CorpusError
+        If the object store refuses.
+    """
+    put = _store(target) if urlsplit(target).scheme == STORE else _folder(Path(target))
+    files = list(_files(session))
+    copied = 0
+    for number, (path, media) in enumerate(files, start=1):
+        copied += put(path, public_name(media), TYPES[media.role])
+        if on_progress:
+            on_progress("copying videos and pictures", number, len(files))
+    return copied
+
+
+def _files(session: Session) -> Iterator[tuple[Path, Media]]:
+    known = select(Media).where(Media.role.in_(TYPES)).order_by(Media.id)
+    for media in session.scalars(known):
+        if (path := Path(media.path)).is_file():
+            yield path, media
+
+
+def _folder(folder: Path) -> Put:
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def put(path: Path, name: str, _kind: str) -> bool:
+        target = folder / name
+        if target.exists():
+            return False
+        part = target.with_name(f".{name}.part")
+        shutil.copyfile(path, part)
+        part.replace(target)
+        return True
+
+    return put
+
+
+def _store(target: str) -> Put:
+    import boto3  # noqa: PLC0415 - heavy
+    from botocore.exceptions import BotoCoreError, ClientError  # noqa: PLC0415
+
+    parts = urlsplit(target)
+    client = boto3.client("s3")
+
+    def put(path: Path, name: str, kind: str) -> bool:
+        key = str(PurePosixPath(parts.path.strip("/")) / name)
+        try:
+            with suppress(ClientError):
+                client.head_object(Bucket=parts.netloc, Key=key)
+                return False
+            with path.open("rb") as file:
+                client.put_object(
+                    Bucket=parts.netloc, Key=key, Body=file, ContentType=kind, CacheControl=CACHED
+                )
+        except (BotoCoreError, ClientError) as error:
+            raise CorpusError(
+                f"the object store refuses: {error}",
+                where=target,
+                fix="check the credentials, the bucket and AWS_ENDPOINT_URL_S3",
+            ) from error
+        return True
+
+    return put

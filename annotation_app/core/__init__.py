@@ -1,0 +1,1 @@
+"""What everything else needs: configuration, keys, ids, refusals."""

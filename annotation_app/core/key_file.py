@@ -1,0 +1,119 @@
+"""The key file of an instance: what signs cookies and links, and the salt that hides people's ids.
+
+Two lines in hexadecimal digits, the key and the salt. Files of older programs have the key alone:
+their salt lies in the database until :func:`annotation_app.store.salt.installation_salt` moves it
+here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+
+from g3.errors import FormatError
+from g3.storage.atomic_file import flush_folder, write_bytes
+
+KEY_FILE = "secret-key"
+KEY_BYTES = 32
+SALT_BYTES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """What a key file holds. It isn't shown when this is printed.
+
+    Parameters
+    ----------
+    secret
+        What cookies and links are signed with.
+    salt
+        What people's ids are hashed with; None as long as it lies in the database.
+    """
+
+    secret: bytes
+    salt: bytes | None
+
+    def __repr__(self) -> str:
+        return "Keys(...)"
+
+
+def new_keys() -> Keys:
+    """Keys that nobody else has."""
+    return Keys(secrets.token_hex(KEY_BYTES).encode(), secrets.token_bytes(SALT_BYTES))
+
+
+def read_keys(file: Path) -> Keys:
+    """What a key file holds.
+
+    Raises
+    ------
+    FormatError
+        If it isn't a key file, or a part of one.
+    """
+    try:
+        return keys_from(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise FormatError(
+            f"the key file can't be used: {getattr(error, 'strerror', None) or error}",
+            where=str(file),
+            fix="put it back from a copy of your own or from a backup",
+        ) from error
+
+
+def keys_from(content: bytes) -> Keys:
+    """Keys as :func:`written` has them.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    secret, *others = content.split() or [b""]
+    if len(secret) < KEY_BYTES:
+        raise ValueError("the secret key is too short")
+    if len(others) > 1:
+        raise ValueError("it has more than a key and a salt")
+    salt = bytes.fromhex(others[0].decode("ascii", "replace")) if others else None
+    if salt is not None and len(salt) < SALT_BYTES:
+        raise ValueError("the salt is too short")
+    return Keys(secret, salt)
+
+
+def written(keys: Keys) -> bytes:
+    """What a key file holds, as it is written."""
+    lines = [keys.secret, *([] if keys.salt is None else [keys.salt.hex().encode()])]
+    return b"".join(line + b"\n" for line in lines)
+
+
+def write_keys(file: Path, keys: Keys) -> None:
+    """Write a key file in place of the one that there is: all of it or nothing."""
+    write_bytes(file, written(keys), private=True)
+
+
+def make_keys(file: Path) -> None:
+    """Write a key file with new keys, unless there is one.
+
+    Of several processes that do so at once one wins, and none ever sees a part of the file.
+    """
+    if file.exists():
+        return
+    mine = file.with_name(f".{file.name}.new-{secrets.token_hex(4)}")
+    write_keys(mine, new_keys())
+    try:
+        os.link(mine, file)  # unlike renaming, this fails if there is one
+        flush_folder(file.parent)
+    except FileExistsError:
+        pass
+    except OSError:  # not all file systems have links
+        mine.replace(file)
+    finally:
+        mine.unlink(missing_ok=True)
+
+
+def check_value(salt: bytes) -> bytes:
+    """What the database keeps, to tell whether a key file is its own; the salt can't be told."""
+    return hmac.new(salt, b"salt check", hashlib.sha256).digest()

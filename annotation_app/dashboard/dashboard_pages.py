@@ -1,0 +1,243 @@
+"""The dashboard's pages, for people with a login."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from uuid import uuid4
+
+import flask
+import msgspec
+from flask import Blueprint, Response
+from flask.typing import ResponseReturnValue
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.dashboard import adjudication_queue as queue
+from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.study_statistics import (
+    collected,
+    durations,
+    progress_by_task,
+    progress_by_video,
+)
+from annotation_app.dashboard.workers import workers
+from annotation_app.export import answer_tables
+from annotation_app.export.corpus_export import export_corpus
+from annotation_app.people import accounts
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.people.participants import RANKS
+from annotation_app.store.audit import name_of, note
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import Item, Person, Record, Role, Study
+from annotation_app.tasks.work import find_study
+from annotation_app.web.api import UUID
+from annotation_app.web.needs_login import refused
+from corpus_tools.corpus.corpus_writing import corpus_files
+from corpus_tools.exporters.slu_core import slu_core_files
+from g3.errors import CorpusError
+
+blueprint = Blueprint(
+    "dashboard",
+    __name__,
+    url_prefix="/dashboard",
+    template_folder="templates",
+    static_folder="static",
+)
+blueprint.register_error_handler(Refusal, refused)
+FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
+TYPES = {**answer_tables.TYPES, "corpus": "application/zip", "slu-core": "application/zip"}
+
+
+@blueprint.get("/")
+def studies() -> str:
+    """All studies."""
+    with reading(installation().engine) as session:
+        person = required_person(session, "annotator")
+        found = session.scalars(select(Study).order_by(Study.name)).all()
+        return _page("studies.html", person, studies=found)
+
+
+@blueprint.get("/<study_name>")
+def overview(study_name: str) -> str:
+    """How a study is going. Names of videos and people's work are for adjudicators."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name, "annotator")
+        by_video = progress_by_video(session, study.id, now=now())
+        sees_all = RANKS[person.role] >= RANKS["adjudicator"]
+        people = workers(session, study.id) if sees_all else []
+        return _page(
+            "overview.html",
+            person,
+            study=study,
+            by_task=progress_by_task(by_video),
+            by_video=by_video if sees_all else [],
+            durations=durations(session, study.id),
+            collected=collected(session, study.id),
+            agreement=agreement(session, study.id) if sees_all else [],
+            flagged=[worker for worker in people if worker.reasons],
+            disputes=queue.disputes(session, study.id) if sees_all else [],
+            sees_all=sees_all,
+        )
+
+
+@blueprint.get("/<study_name>/people")
+def people(study_name: str) -> str:
+    """Everybody who has answered."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name, "adjudicator")
+        return _page("people.html", person, study=study, workers=workers(session, study.id))
+
+
+@blueprint.post("/<study_name>/people/<person_id>")
+def block(study_name: str, person_id: str) -> ResponseReturnValue:
+    """Give somebody no more items, or items again."""
+    with transaction(installation().engine) as session:
+        admin, _ = _opened(session, study_name, "admin")
+        person = session.get(Person, person_id)
+        if person is None:
+            raise Refusal(404, "There is no such person.")
+        wanted = flask.request.form.get("block") == "yes"
+        change = accounts.block if wanted else accounts.unblock
+        change(session, person, actor=name_of(admin))
+    return flask.redirect(flask.url_for("dashboard.people", study_name=study_name), 303)
+
+
+@blueprint.get("/<study_name>/queue")
+def disputes(study_name: str) -> str:
+    """What people disagree about."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name, "adjudicator")
+        found = queue.disputes(session, study.id)
+        return _page("queue.html", person, study=study, disputes=found)
+
+
+@blueprint.get("/<study_name>/queue/<item_id>")
+def dispute(study_name: str, item_id: str) -> str:
+    """The answers to an item, side by side."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name, "adjudicator")
+        return _comparison(session, person, study, _item(session, study, item_id))
+
+
+@blueprint.post("/<study_name>/queue/<item_id>")
+def decide(study_name: str, item_id: str) -> ResponseReturnValue:
+    """Adopt one of the answers, or one made of them."""
+    form = flask.request.form
+    with transaction(installation().engine) as session:
+        person, study = _opened(session, study_name, "adjudicator")
+        item = _item(session, study, item_id)
+        uuid = _uuid(form.get("uuid", ""))
+        try:
+            if form.get("choice", "").isdecimal():
+                queue.choose(
+                    session, study, item, person, int(form["choice"][:18]), uuid=uuid, now=now()
+                )
+            else:
+                body = _edited(session, item)
+                queue.edit(session, study, item, person, body, uuid=uuid, now=now())
+        except Refusal as refusal:
+            page = _comparison(
+                session, person, study, item, refusal=refusal, notation=form.get("notation")
+            )
+            return page, refusal.status
+        following = queue.disputes(session, study.id)
+    if following:
+        next_item = following[0].item
+        return flask.redirect(
+            flask.url_for("dashboard.dispute", study_name=study_name, item_id=next_item), 303
+        )
+    return flask.redirect(flask.url_for("dashboard.disputes", study_name=study_name), 303)
+
+
+@blueprint.get("/<study_name>/export/<form>")
+def export(study_name: str, form: str) -> Response:
+    """All answers as they are, or the corpus that they make."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name, "adjudicator")
+        try:
+            content, name = _exported(session, study, form)
+        except CorpusError as error:  # something isn't installed
+            raise Refusal(501, str(error)) from error
+    with transaction(installation().engine) as session:
+        note(session, name_of(person), "exported", study.name, format=form)
+    response = Response(content, mimetype=TYPES[form])
+    response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
+    return response
+
+
+def _edited(session: Session, item: Item) -> Record:
+    form = flask.request.form
+    if item.task == "segment":
+        return queue.edited_trees(item, form.get("notation", ""))
+    choices = {
+        name.removeprefix("node-"): int(value[:18])
+        for name, value in form.items()
+        if name.startswith("node-") and value.isdecimal()
+    }
+    return queue.mixed_groundings(session, item, choices)
+
+
+def _comparison(
+    session: Session,
+    person: Person,
+    study: Study,
+    item: Item,
+    *,
+    refusal: Refusal | None = None,
+    notation: str | None = None,
+) -> str:
+    found = queue.compare(session, item)
+    first = found.sides[0].notation if found.sides else ""
+    return _page(
+        "compare.html",
+        person,
+        study=study,
+        found=found,
+        refusal=refusal,
+        notation=first if notation is None else notation,
+        uuid=str(uuid4()),
+    )
+
+
+def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
+    person = required_person(session, role)
+    return person, find_study(session, study_name)
+
+
+def _item(session: Session, study: Study, item_id: str) -> Item:
+    item = session.get(Item, item_id)
+    if item is None or item.study_id != study.id or item.task not in queue.ADJUDICATED:
+        raise Refusal(404, "There is no such item.")
+    return item
+
+
+def _uuid(value: str) -> str:
+    try:
+        return msgspec.convert(value, UUID)
+    except msgspec.ValidationError:
+        raise Refusal(400, "The request can't be read. Load the page again.") from None
+
+
+def _page(template: str, person: Person, **values: object) -> str:
+    return flask.render_template(f"dashboard/{template}", person=person, **values)
+
+
+def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str]:
+    if form in answer_tables.TABLES:
+        return answer_tables.TABLES[form](session, study), f"{study.name}.{form}"
+    if form in FOLDERS:
+        files = FOLDERS[form](export_corpus(session, study))
+        return _zipped(study.name, files), f"{study.name}.zip"
+    raise Refusal(404, "There is no such export.")
+
+
+def _zipped(folder: str, files: Mapping[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(f"{folder}/{name}", content)
+    return buffer.getvalue()

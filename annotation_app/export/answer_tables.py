@@ -1,0 +1,143 @@
+"""All answers of a study as tables, for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterator
+
+import msgspec
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.export.corpus_export import subject_of
+from annotation_app.store.models import Answer, Item, Person, Record, Study
+from g3.errors import FormatError
+from g3.sdc.sdc_notation import from_json
+
+FIELDS = (
+    "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
+    "at", "seconds", "body",
+)  # fmt: skip
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+
+def to_jsonl(session: Session, study: Study) -> bytes:
+    """A line of JSON for each answer."""
+    return msgspec.json.Encoder().encode_lines(list(rows(session, study)))
+
+
+def to_csv(session: Session, study: Study) -> bytes:
+    """A row for each answer, its body as JSON; no cell is taken for a formula."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(FIELDS)
+    for row in rows(session, study):
+        body = msgspec.json.encode(row["body"]).decode()
+        writer.writerow([safe_cell({**row, "body": body}[name]) for name in FIELDS])
+    return text.getvalue().encode()
+
+
+def to_parquet(session: Session, study: Study) -> bytes:
+    """A table with a row for each answer, its body as JSON.
+
+    Raises
+    ------
+    FormatError
+        If pyarrow isn't installed.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - large, and not always installed
+        import pyarrow.parquet as pq  # noqa: PLC0415 - as above
+    except ImportError as error:
+        raise FormatError(
+            "Parquet files are written with pyarrow, which isn't installed",
+            fix="pip install 'corpus-tools-g3[parquet]'",
+        ) from error
+    types = {"answer": pa.int64(), "at": pa.float64(), "seconds": pa.float64()}
+    types |= dict.fromkeys(("surplus", "adopted", "attention"), pa.bool_())
+    schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
+    listed = [
+        {**row, "body": msgspec.json.encode(row["body"]).decode()} for row in rows(session, study)
+    ]
+    content = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist(listed, schema=schema), content)
+    return content.getvalue()
+
+
+def to_conllu(session: Session, study: Study) -> bytes:
+    """The words of commands with the clauses that they are in, as far as those are adopted.
+
+    Raises
+    ------
+    FormatError
+        If the parser of English isn't installed.
+    """
+    from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
+
+    found = session.execute(
+        select(Answer, Item)
+        .join(Item, Item.id == Answer.item_id)
+        .where(Item.study_id == study.id, Item.task == "segment", Answer.adopted)
+        .order_by(Answer.id)
+    ).all()
+    analyses = analyse(item.payload["text"] for _, item in found)
+    sentences = (
+        f"# sent_id = {study.name}-{answer.id}\n"
+        + sentence(analysis, from_json(answer.body["sdcs"]))
+        for (answer, _), analysis in zip(found, analyses, strict=True)
+    )
+    return "".join(f"{text}\n" for text in sentences).encode()
+
+
+TABLES: dict[str, Callable[[Session, Study], bytes]] = {
+    "csv": to_csv,
+    "jsonl": to_jsonl,
+    "parquet": to_parquet,
+    "conllu": to_conllu,
+}
+"""What can be written to one file, by its format."""
+TYPES = {
+    "csv": "text/csv",
+    "jsonl": "application/x-ndjson",
+    "parquet": "application/vnd.apache.parquet",
+    "conllu": "text/plain; charset=utf-8",
+}
+"""Media types of `TABLES`."""
+
+
+def safe_cell(value: object) -> object:
+    """A value that spreadsheets take for text if it is text.
+
+    A quotation mark before it keeps them from running what looks like a formula.
+    """
+    if not isinstance(value, str):
+        return value
+    return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
+
+
+def rows(session: Session, study: Study) -> Iterator[Record]:
+    """The answers in the order in which they came, with fields `FIELDS`."""
+    found = session.execute(
+        select(Answer, Item, Person)
+        .join(Item, Item.id == Answer.item_id)
+        .join(Person, Person.id == Answer.person_id)
+        .where(Item.study_id == study.id)
+        .order_by(Answer.id)
+    )
+    for answer, item, person in found:
+        yield {
+            "answer": answer.id,
+            "task": item.task,
+            "item": item.id,
+            "video": item.payload["video"],
+            "command": item.payload.get("text", ""),
+            "subject": subject_of(person),
+            "surplus": answer.surplus,
+            "adopted": answer.adopted,
+            "attention": item.attention,
+            "at": answer.at,
+            "seconds": answer.seconds,
+            "body": answer.body,
+        }

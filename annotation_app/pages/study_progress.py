@@ -1,0 +1,98 @@
+"""How far somebody is with a study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.people.participants import RANKS, has_practised
+from annotation_app.store.models import TASKS, Answer, Draft, Item, Person, Study, Task
+from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.tasks.task_words import TASK_WORDS, TaskWords
+
+
+@dataclass(frozen=True, slots=True)
+class TaskProgress:
+    """A task of a study, as somebody sees it.
+
+    Parameters
+    ----------
+    done
+        How many items the person has answered.
+    items
+        How many there are; more may come as others answer.
+    is_begun
+        Whether there is a draft to go on with.
+    wants_login, wants_practice
+        What must come first.
+    """
+
+    task: Task
+    words: TaskWords
+    done: int
+    items: int
+    is_begun: bool
+    wants_login: bool
+    wants_practice: bool
+
+
+def progress(session: Session, study: Study, person: Person) -> list[TaskProgress]:
+    """A study's tasks in their order."""
+    config = restored(study.config)
+    done = _answered(session, study, person)
+    total = _items(session, study)
+    begun = _begun(session, study, person)
+    return [
+        TaskProgress(
+            task,
+            TASK_WORDS[task],
+            done.get(task, 0),
+            max(total.get(task, 0), done.get(task, 0)),
+            task in begun,
+            RANKS[person.role] < RANKS[config.tasks[task].role],
+            config.tasks[task].practice and not has_practised(person, task),
+        )
+        for task in TASKS
+        if task in config.tasks
+    ]
+
+
+def wants_consent(config: StudyConfig) -> bool:
+    """Whether there is anything to read, answer or confirm before a study begins."""
+    return bool(config.consent.strip() or config.questions or config.qualification)
+
+
+def _answered(session: Session, study: Study, person: Person) -> Mapping[Task, int]:
+    rows = session.execute(
+        select(Item.task, func.count())
+        .join(Answer, Answer.item_id == Item.id)
+        .where(Item.study_id == study.id, Answer.person_id == person.id)
+        .group_by(Item.task)
+    )
+    return dict(rows.all())
+
+
+def _items(session: Session, study: Study) -> Mapping[Task, int]:
+    rows = session.execute(
+        select(Item.task, func.count())
+        .where(Item.study_id == study.id, Item.attention.is_(False))
+        .group_by(Item.task)
+    )
+    return dict(rows.all())
+
+
+def _begun(session: Session, study: Study, person: Person) -> set[Task]:
+    answered = select(Answer.item_id).where(Answer.person_id == person.id)
+    rows = session.scalars(
+        select(Item.task)
+        .join(Draft, Draft.item_id == Item.id)
+        .where(
+            Item.study_id == study.id,
+            Draft.person_id == person.id,
+            Item.id.not_in(answered),
+        )
+    )
+    return set(rows)

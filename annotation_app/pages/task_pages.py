@@ -1,0 +1,85 @@
+"""One page for each task: it takes an item, or tells why there is none."""
+
+from __future__ import annotations
+
+import flask
+from flask import Blueprint
+from flask.typing import ResponseReturnValue
+
+from annotation_app.pages.entrance import wants_welcome
+from annotation_app.pages.study_progress import TaskProgress, progress
+from annotation_app.people.browser_sessions import had_login
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import Person, Study, Task
+from annotation_app.studies.study_file import restored
+from annotation_app.tasks.assignment import Lease
+from annotation_app.tasks.payloads import page_data
+from annotation_app.tasks.task_words import KEYS, LIKERT, STATEMENT, TASK_WORDS
+from annotation_app.tasks.work import EXPLANATIONS, Reason, take_work, visit
+from annotation_app.web.api import read_task
+from annotation_app.web.needs_login import sign_in_page
+
+blueprint = Blueprint("tasks", __name__)
+
+WHO_CHARACTERS = 8
+
+
+@blueprint.get("/s/<study_name>/<task_name>")
+def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
+    """An item to work on."""
+    task = read_task(task_name)
+    # What only reads is done beside whoever writes; a suggestion may take seconds.
+    engine = installation().engine
+    with reading(engine) as session:
+        person, study = visit(session, study_name)
+    if person is None and had_login():
+        return sign_in_page()
+    if person is None or wants_welcome(study, person):
+        return flask.redirect(f"/s/{study.name}/welcome?task={task}")
+    with transaction(engine) as session:
+        taken = take_work(session, study, task, person, now=now())
+    with reading(engine) as session:
+        tasks = progress(session, study, person)
+        if not isinstance(taken, Lease):
+            return _why(study, task, person, taken, tasks)
+        data = page_data(session, taken.item_id, person.id, installation().salt)
+    data["who"] = person.id[:WHO_CHARACTERS]
+    data["next"] = f"/s/{study.name}/{task}"
+    mine = next((entry for entry in tasks if entry.task == task), None)
+    return flask.render_template(
+        "task.html",
+        study=study,
+        # The title may name what is in the videos.
+        title=None if task == "describe" else restored(study.config).title,
+        task=task,
+        words=TASK_WORDS[task],
+        keys=KEYS[task],
+        statement=STATEMENT,
+        likert=LIKERT,
+        progress=mine,
+        person=person,
+        data=data,
+        is_practice=False,
+    )
+
+
+def _why(
+    study: Study, task: Task, person: Person, reason: Reason, tasks: list[TaskProgress]
+) -> ResponseReturnValue:
+    if reason == "no practice":
+        return flask.redirect(f"/practice/{task}?study={study.name}")
+    if reason == "role":
+        return sign_in_page()
+    others = [entry for entry in tasks if entry.task != task and entry.done < entry.items]
+    return flask.render_template(
+        "stopped.html",
+        study=study,
+        config=restored(study.config),
+        task=task,
+        words=TASK_WORDS[task],
+        reason=reason,
+        message=EXPLANATIONS[reason],
+        tasks=others,
+        person=person,
+    )

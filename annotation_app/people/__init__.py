@@ -1,0 +1,1 @@
+"""Who somebody is: people, logins, sign-in, sessions."""

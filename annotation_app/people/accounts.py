@@ -1,0 +1,298 @@
+"""Logins: who may sign in with which password, and as what."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+from werkzeug.security import check_password_hash, generate_password_hash
+
+from annotation_app.core.problems import Refusal
+from annotation_app.people import failed_sign_ins
+from annotation_app.people.browser_sessions import end_sessions
+from annotation_app.people.participants import LOGIN, add_person
+from annotation_app.store.audit import COMMAND_LINE, name_of, note
+from annotation_app.store.database import lock_set_up
+from annotation_app.store.installation import now
+from annotation_app.store.models import AccountLink, AuditEntry, Person, Role
+from g3.errors import FormatError
+
+State: TypeAlias = Literal["active", "blocked", "no password yet"]
+
+ROLES: tuple[Role, ...] = ("annotator", "adjudicator", "admin")
+"""What somebody with a login may be, each more than those before."""
+SHORTEST_PASSWORD, LONGEST_PASSWORD = 10, 200
+LONGEST_LOGIN = 100
+ADMIN_PASSWORD, ADMIN_LOGIN = "ANNOTATE_ADMIN_PASSWORD", "ANNOTATE_ADMIN_LOGIN"
+"""Environment variables of the first admin, who is made without a link."""
+
+_METHOD = "scrypt:32768:8:1"
+_NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
+"""Checked where there is no such login, so that time doesn't tell which logins there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Account:
+    """Somebody with a login.
+
+    Parameters
+    ----------
+    last_signed_in
+        When, in seconds since 1970; None if they never have.
+    """
+
+    person_id: str
+    login: str
+    role: Role
+    state: State
+    added_at: float
+    last_signed_in: float | None
+
+
+def clean_login(login: str) -> str:
+    """A login as it is kept: capitals and spaces around it don't matter."""
+    return login.strip().casefold()
+
+
+def add_login(
+    session: Session, login: str, role: Role, password: str | None = None, *, actor: str
+) -> Person:
+    """Add somebody who signs in, with a password or until they set one by a link.
+
+    Raises
+    ------
+    Refusal
+        If the login is taken or can't be one, or the password can't be one.
+    """
+    name = clean_login(login)
+    if not 1 <= len(name) <= LONGEST_LOGIN or not name.isprintable():
+        raise Refusal(422, f"A login has 1 to {LONGEST_LOGIN} characters. Choose another one.")
+    if password is not None:
+        check_password(password, name)
+    taken = Refusal(422, "This login is taken. Choose another one.")
+    if find(session, name) is not None:
+        raise taken
+    kept = None if password is None else _hashed(password)
+    # Nobody is looked for by this hash. It is random, so that a login that was removed can be
+    # given to somebody else, who is another person.
+    random = secrets.token_hex(32)
+    try:
+        with session.begin_nested():
+            person = add_person(session, LOGIN, random, role, login=name, password_hash=kept)
+    except IntegrityError:  # it was taken by another request at the same time
+        raise taken from None
+    note(session, actor, "added", name, role=role)
+    return person
+
+
+def check_password(password: str, login: str) -> None:
+    """Refuse passwords that are too short or too long, or are the login.
+
+    Raises
+    ------
+    Refusal
+        If it is one of these.
+    """
+    if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
+        raise Refusal(
+            422,
+            f"A password has {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters. "
+            "Choose another one.",
+        )
+    if clean_login(password) == clean_login(login):
+        raise Refusal(422, "The password is the login. Choose another password.")
+
+
+def find(session: Session, login: str) -> Person | None:
+    """Who has a login."""
+    return session.scalars(select(Person).where(Person.login == clean_login(login))).first()
+
+
+def required_login(session: Session, login: str) -> Person:
+    """Who has a login.
+
+    Raises
+    ------
+    Refusal
+        If nobody has.
+    """
+    person = find(session, login)
+    if person is None:
+        raise Refusal(404, "Nobody has this login. List all with: ct annotate people list.")
+    return person
+
+
+def matching(session: Session, login: str, password: str) -> Person | None:
+    """Who has this login and this password, even if blocked. It takes as long if nobody has."""
+    person = find(session, login)
+    known = person.password_hash if person is not None and person.password_hash else _NOBODY
+    return person if check_password_hash(known, password[:LONGEST_PASSWORD]) else None
+
+
+def set_password(session: Session, person: Person, password: str, *, actor: str) -> None:
+    """Give somebody a new password. Their sessions end, and so does any wait.
+
+    Raises
+    ------
+    Refusal
+        If it can't be one.
+    """
+    check_password(password, person.login or "")
+    person.password_hash = _hashed(password)
+    _forget_access(session, person)
+    note(session, actor, "password changed", person.login or "")
+
+
+def change_role(session: Session, person: Person, role: Role, *, actor: str) -> None:
+    """Let somebody do what a role may; they must sign in again.
+
+    Raises
+    ------
+    Refusal
+        If they are the last admin.
+    """
+    if role == person.role:
+        return
+    if role != "admin":
+        _keep_an_admin(session, person)
+    before, person.role = person.role, role
+    end_sessions(session, person)
+    note(session, actor, "role changed", name_of(person), role=role, before=before)
+
+
+def block(session: Session, person: Person, *, actor: str) -> None:
+    """Let somebody do no more. Workers may still send what they have.
+
+    Raises
+    ------
+    Refusal
+        If they are the last admin.
+    """
+    _keep_an_admin(session, person)
+    person.blocked_at = now()
+    if person.login is not None:
+        _forget_access(session, person)
+    note(session, actor, "blocked", name_of(person))
+
+
+def unblock(session: Session, person: Person, *, actor: str) -> None:
+    """Let somebody go on, without a wait if they tried wrong passwords."""
+    person.blocked_at = None
+    if person.login is not None:
+        failed_sign_ins.forget(session, person.login)
+    note(session, actor, "unblocked", name_of(person))
+
+
+def reset(session: Session, person: Person, *, actor: str) -> None:
+    """Take somebody's password away; a link lets them set a new one."""
+    person.password_hash = None
+    _forget_access(session, person)
+    note(session, actor, "reset", name_of(person))
+
+
+def remove(session: Session, person: Person, *, actor: str) -> None:
+    """Take somebody's login away. What they have answered stays.
+
+    Raises
+    ------
+    Refusal
+        If they are the last admin.
+    """
+    _keep_an_admin(session, person)
+    _forget_access(session, person)
+    note(session, actor, "removed", name_of(person))
+    person.login, person.password_hash, person.role = None, None, "worker"
+    session.flush()
+
+
+def has_admin(session: Session) -> bool:
+    """Whether there is an admin who can sign in."""
+    return session.scalar(select(func.count()).where(*_ACTIVE_ADMIN)) != 0
+
+
+def admin_from_environment(session: Session, environment: Mapping[str, str]) -> Person | None:
+    """Make the first admin as the environment says; None if it doesn't, or there is an admin.
+
+    Raises
+    ------
+    FormatError
+        If the login or the password can't be one.
+    """
+    password = environment.get(ADMIN_PASSWORD)
+    if not password:
+        return None
+    lock_set_up(session.connection())
+    if has_admin(session):
+        return None
+    login = environment.get(ADMIN_LOGIN) or "admin"
+    try:
+        return add_login(session, login, "admin", password, actor=COMMAND_LINE)
+    except Refusal as refusal:
+        what, _, fix = refusal.message.rstrip(".").partition(". ")
+        where = f"{ADMIN_PASSWORD} and {ADMIN_LOGIN}"
+        raise FormatError(what[:1].lower() + what[1:], where=where, fix=fix.lower()) from None
+
+
+def accounts(session: Session) -> list[Account]:
+    """Everybody with a login."""
+    signed_in = (
+        select(AuditEntry.actor, func.max(AuditEntry.at).label("at"))
+        .where(AuditEntry.action == "signed in")
+        .group_by(AuditEntry.actor)
+        .subquery()
+    )
+    rows = session.execute(
+        select(Person, signed_in.c.at)
+        .outerjoin(
+            signed_in,
+            (signed_in.c.actor == Person.login) & (signed_in.c.at >= Person.created_at),
+        )
+        .where(Person.login.is_not(None))
+        .order_by(Person.login)
+    )
+    return [
+        Account(person.id, str(person.login), person.role, _state(person), person.created_at, at)
+        for person, at in rows
+    ]
+
+
+def _state(person: Person) -> State:
+    if person.blocked_at is not None:
+        return "blocked"
+    return "active" if person.password_hash else "no password yet"
+
+
+_ACTIVE_ADMIN = (
+    Person.role == "admin",
+    Person.password_hash.is_not(None),
+    Person.blocked_at.is_(None),
+)
+
+
+def _keep_an_admin(session: Session, person: Person) -> None:
+    if person.role != "admin" or not person.password_hash or person.blocked_at is not None:
+        return
+    lock_set_up(session.connection())  # two admins could block each other
+    others = select(func.count()).where(*_ACTIVE_ADMIN, Person.id != person.id)
+    if not session.scalar(others):
+        raise Refusal(
+            422,
+            "This is the last admin. Make another admin first, with: "
+            "ct annotate people invite --role admin.",
+        )
+
+
+def _forget_access(session: Session, person: Person) -> None:
+    """End somebody's sessions, links and waits."""
+    session.execute(delete(AccountLink).where(AccountLink.person_id == person.id))
+    failed_sign_ins.forget(session, person.login or "")
+    end_sessions(session, person)
+
+
+def _hashed(password: str) -> str:
+    return generate_password_hash(password, method=_METHOD)

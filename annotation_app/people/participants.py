@@ -1,0 +1,145 @@
+"""People: who they are, roles, invitations, consent. Ids from elsewhere are kept as hashes."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+from typing import Any
+
+from itsdangerous import BadSignature, URLSafeSerializer
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from annotation_app.core.person_codes import new_code
+from annotation_app.core.problems import Refusal
+from annotation_app.core.random_ids import new_id
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import Person, Record, Role
+
+OPEN = "open"
+INVITED = "invited"
+LOGIN = "login"
+
+RANKS: dict[Role, int] = {"worker": 0, "annotator": 1, "adjudicator": 2, "admin": 3}
+"""Who may do what others may: each what those before may."""
+
+
+def hashed(salt: bytes, provider: str, external: str) -> str:
+    """What is kept of somebody's id at a provider."""
+    return hmac.new(salt, f"{provider}\0{external}".encode(), hashlib.sha256).hexdigest()
+
+
+def find_or_add(session: Session, provider: str, external: str, role: Role = "worker") -> Person:
+    """The person with an id at a provider."""
+    digest = hashed(installation().salt, provider, external)
+    known = select(Person).where(Person.provider == provider, Person.external_hash == digest)
+    found = session.scalars(known).first()
+    if found is not None:
+        return found
+    try:
+        with session.begin_nested():
+            return add_person(session, provider, digest, role)
+    except IntegrityError:  # the same person has come by another request at the same time
+        return session.scalars(known).one()
+
+
+def add_person(
+    session: Session,
+    provider: str,
+    external_hash: str,
+    role: Role = "worker",
+    *,
+    login: str | None = None,
+    password_hash: str | None = None,
+) -> Person:
+    """A new person."""
+    person = Person(
+        id=new_id(),
+        role=role,
+        provider=provider,
+        external_hash=external_hash,
+        login=login,
+        password_hash=password_hash,
+        profile={},
+        created_at=now(),
+        code=new_code(),
+    )
+    session.add(person)
+    session.flush()
+    return person
+
+
+def add_anonymous(session: Session) -> Person:
+    """A new person who came by an open link."""
+    return find_or_add(session, OPEN, secrets.token_hex(16))
+
+
+# Invitations
+
+
+def invitation(secret_key: bytes, study_id: str, name: str) -> str:
+    """The token of a link that makes whoever opens it the invited person.
+
+    Parameters
+    ----------
+    name
+        Tells people apart; not readable in the token nor kept.
+    """
+    digest = hashed(secret_key, INVITED, name)
+    return str(_invitations(secret_key).dumps([study_id, digest]))
+
+
+def read_invitation(token: str) -> tuple[str, str]:
+    """The study's id and the hash of the person that a link invites.
+
+    Raises
+    ------
+    Refusal
+        If nobody here has made it.
+    """
+    try:
+        value: Any = _invitations(installation().config.secret_key).loads(token[:1000])
+    except BadSignature:
+        raise Refusal(404, "This link is not complete. Copy all of it.") from None
+    return str(value[0]), str(value[1])
+
+
+def accept_invitation(session: Session, token: str) -> tuple[str, Person]:
+    """The study's id and the person that a link invites, who is added if new."""
+    study_id, digest = read_invitation(token)
+    return study_id, find_or_add(session, INVITED, f"{study_id} {digest}")
+
+
+def _invitations(secret_key: bytes) -> URLSafeSerializer:
+    return URLSafeSerializer(
+        secret_key, salt="invitation", signer_kwargs={"digest_method": hashlib.sha256}
+    )
+
+
+# What people have told of themselves
+
+
+def has_consented(person: Person, study_id: str) -> bool:
+    """Whether somebody has agreed to take part in a study."""
+    return study_id in person.profile.get("consent", {})
+
+
+def keep_consent(person: Person, study_id: str, answers: Record) -> None:
+    """Keep that somebody agrees to take part, and what they tell of themselves."""
+    profile = dict(person.profile)
+    profile["consent"] = {**profile.get("consent", {}), study_id: now()}
+    profile["answers"] = {**profile.get("answers", {}), study_id: answers}
+    person.profile = profile
+
+
+def has_practised(person: Person, task: str) -> bool:
+    """Whether somebody has done a task's practice example."""
+    return task in person.profile.get("practice", [])
+
+
+def keep_practice(person: Person, task: str) -> None:
+    """Keep that somebody has done a task's practice example."""
+    if not has_practised(person, task):
+        person.profile = {**person.profile, "practice": [*person.profile.get("practice", []), task]}

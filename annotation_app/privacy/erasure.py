@@ -1,0 +1,263 @@
+"""Erasing a person's data, with everything that was made of their words."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import TypeVar
+
+from sqlalchemy import ColumnElement, delete, func, or_, select, update
+from sqlalchemy.orm import Session
+
+from annotation_app.store.audit import COMMAND_LINE, forget, note
+from annotation_app.store.compaction import ask
+from annotation_app.store.models import (
+    AccountLink,
+    Answer,
+    Draft,
+    Erasure,
+    Event,
+    Handout,
+    Item,
+    LedgerEntry,
+    Participation,
+    Person,
+    Record,
+    Slot,
+)
+from annotation_app.store.tombstones import Tombstone, joined
+from annotation_app.tasks.assignment import lock_person
+from annotation_app.tasks.pipeline import REPLACED
+
+ERASED = "erased"
+"""The provider of people whose data were erased."""
+_BATCH = 500
+T = TypeVar("T")
+
+
+@dataclass(slots=True)
+class Traces:
+    """What there is of a person, and what was made of it.
+
+    Parameters
+    ----------
+    answers
+        Ids of their own answers.
+    items
+        Ids of items that show their words or what they marked, in the order they were found.
+    others
+        Ids of other people's answers to those items.
+    drafts, events
+        How many of their own.
+    participations
+        Ids of their assignments at platforms that no payment refers to.
+    paid
+        Ids of those that the books refer to: they stay.
+    unpaid
+        How many assignments were sent in for which there is no payment in the books.
+    has_profile
+        Whether they have told something of themselves.
+    """
+
+    person_id: str
+    answers: list[int] = field(default_factory=list)
+    items: list[str] = field(default_factory=list)
+    others: list[int] = field(default_factory=list)
+    drafts: int = 0
+    events: int = 0
+    participations: list[int] = field(default_factory=list)
+    paid: list[int] = field(default_factory=list)
+    unpaid: int = 0
+    has_profile: bool = False
+
+    def counts(self) -> Record:
+        """What is erased, for people to see before and for the audit trail after."""
+        return {
+            "answers": len(self.answers),
+            "drafts": self.drafts,
+            "events": self.events,
+            "items_made_of_them": len(self.items),
+            "answers_of_others_to_these": len(self.others),
+            "assignments": len(self.participations),
+            "payments_kept": len(self.paid),
+        }
+
+
+def traces_of(session: Session, person: Person) -> Traces:
+    """What there is of a person. Nobody else changes it until the transaction ends.
+
+    An item that shows their command, their clauses or their groundings is found by its payload
+    and its subject (see `annotation_app.tasks.pipeline`), and so is what was made of other people's
+    answers to it.
+    """
+    lock_person(session, person.id)
+    traces = Traces(person.id)
+    own = session.scalars(select(Answer).where(Answer.person_id == person.id).order_by(Answer.id))
+    found = list(own)
+    traces.answers = [answer.id for answer in found]
+    known: set[str] = set()
+    while found:
+        new = [item for item in dict.fromkeys(_made_of(session, found)) if item not in known]
+        known.update(new)
+        traces.items += new
+        found = list(_answers_to(session, new))
+        traces.others += [answer.id for answer in found if answer.person_id != person.id]
+    traces.drafts = _count(session, Draft, person)
+    traces.events = _count(session, Event, person)
+    rows = session.scalars(select(Participation).where(Participation.person_id == person.id))
+    for one in rows:
+        (traces.paid if is_booked(session, one) else traces.participations).append(one.id)
+        traces.unpaid += one.received_at is not None and one.id not in traces.paid
+    traces.has_profile = bool(person.profile)
+    return traces
+
+
+def erase(session: Session, person: Person, *, now: float) -> Traces:
+    """Erase a person's data, and everything that was made of their words.
+
+    Their places become free for others. What was paid stays in the books. Nothing tells who they
+    were any more, and they are signed out.
+    """
+    traces = traces_of(session, person)
+    _delete_items(session, traces.items)
+    own = person.id
+    session.execute(delete(Answer).where(Answer.person_id == own))
+    for table in (Event, Draft, Handout):
+        session.execute(delete(table).where(table.person_id == own))
+    of_attention = select(Item.id).where(Item.attention)
+    session.execute(delete(Slot).where(Slot.person_id == own, Slot.item_id.in_(of_attention)))
+    session.execute(
+        update(Slot)
+        .where(Slot.person_id == own)
+        .values(person_id=None, expires_at=None, answered=False)
+    )
+    session.execute(update(Item).where(Item.author_id == own).values(author_id=None))
+    session.execute(delete(AccountLink).where(AccountLink.person_id == own))
+    for ids in _batches(traces.participations):
+        session.execute(delete(Participation).where(Participation.id.in_(ids)))
+    forget(session, person)
+    unlink(person)
+    person.profile, person.role, person.blocked_at = {}, "worker", None
+    session.merge(Erasure(person_id=own, at=now))
+    ask(session)
+    session.flush()
+    return traces
+
+
+def unlink(person: Person) -> None:
+    """Let nothing tell who a person is: no id of a platform, no login, no code, no session."""
+    person.provider, person.external_hash = ERASED, secrets.token_hex(32)
+    person.login = person.password_hash = person.code = None
+    person.session_number += 1
+
+
+def erase_again(session: Session, tombstones: Collection[Tombstone]) -> int:
+    """Erase those whose data were erased after a backup was made, which has just been restored.
+
+    Returns
+    -------
+    int
+        How many of them it had data of.
+    """
+    before = {row.person_id for row in session.scalars(select(Erasure))}
+    wanted = joined(tombstones)
+    count = 0
+    for tombstone in wanted.values():
+        if tombstone.person in before:
+            continue
+        person = session.get(Person, tombstone.person)
+        if person is None:
+            session.merge(Erasure(person_id=tombstone.person, at=tombstone.at))
+            continue
+        counts = erase(session, person, now=tombstone.at).counts()
+        note(session, COMMAND_LINE, "erased a person's data again", person.id, **counts)
+        count += 1
+    session.flush()
+    return count
+
+
+def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
+    """The ids of items that were made of answers, locked."""
+    answers = list(answers)
+    typed = [answer.id for answer in answers if answer.task == "describe"]
+    marked = [f"answer {a.id}" for a in answers if a.task in ("segment", "ground")]
+    command = Item.payload["command"].as_integer()
+    for ids in _batches(typed):
+        yield from _locked(session, command.in_(ids))
+    for subjects in _batches(marked):
+        yield from _locked(session, Item.subject.in_(subjects), Item.task.in_(("ground", "check")))
+    for answer in answers:
+        if answer.task in ("segment", "ground"):
+            yield from _withdrawn(session, answer)
+
+
+def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
+    """Items that were made of an answer before it was replaced: their subject tells it no more.
+
+    They show its command, and clauses or groundings that nobody else's answer accounts for.
+    """
+    item = session.get_one(Item, answer.item_id)
+    number = item.payload.get("command")
+    if number is None:
+        return
+    others = session.scalars(
+        select(Answer).where(Answer.item_id == item.id, Answer.person_id != answer.person_id)
+    ).all()
+    kept_ids = {other.id for other in others}
+    kept = [other.body.get("sdcs") for other in others]
+    rows = session.scalars(
+        select(Item).where(
+            Item.payload["command"].as_integer() == number,
+            Item.task == ("ground" if answer.task == "segment" else "check"),
+            Item.subject.startswith(REPLACED),
+        )
+    ).all()
+    for row in rows:
+        by_others = (
+            row.payload["sdcs"] in kept
+            if answer.task == "segment"
+            else row.payload["grounding"] in kept_ids
+        )
+        if not by_others:
+            yield from _locked(session, Item.id == row.id)
+
+
+def _locked(session: Session, *where: ColumnElement[bool]) -> list[str]:
+    # Nobody answers them meanwhile.
+    return list(session.scalars(select(Item.id).where(*where).order_by(Item.id).with_for_update()))
+
+
+def _answers_to(session: Session, items: Iterable[str]) -> Iterator[Answer]:
+    for ids in _batches(items):
+        yield from session.scalars(
+            select(Answer).where(Answer.item_id.in_(ids)).order_by(Answer.id)
+        )
+
+
+def _delete_items(session: Session, items: Iterable[str]) -> None:
+    for ids in _batches(items):
+        for table in (Answer, Event, Draft, Handout, Slot):
+            session.execute(delete(table).where(table.item_id.in_(ids)))
+        session.execute(delete(Item).where(Item.id.in_(ids)))
+
+
+def is_booked(session: Session, one: Participation) -> bool:
+    """Whether the books refer to an assignment: then it stays."""
+    refers = or_(
+        LedgerEntry.participation_id == one.id,
+        (LedgerEntry.provider == one.provider) & (LedgerEntry.assignment == one.assignment),
+    )
+    return session.scalar(select(LedgerEntry.id).where(refers).limit(1)) is not None
+
+
+def _count(session: Session, table: type[Draft | Event], person: Person) -> int:
+    counted = select(func.count()).select_from(table).where(table.person_id == person.id)
+    return session.scalar(counted) or 0
+
+
+def _batches(values: Iterable[T]) -> Iterator[list[T]]:
+    left = iter(values)
+    while batch := list(islice(left, _BATCH)):
+        yield batch

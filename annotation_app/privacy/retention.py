@@ -1,0 +1,153 @@
+"""When a study has been closed for long enough: its answers stay, and nobody's they are.
+
+``retention_days`` in the study's file says how long. Then what people told of themselves, drafts,
+and what leads from answers to people are erased: hashes of platforms' ids, codes, assignments.
+Payments stay in the books, where nothing tells any more which answers they were for.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence, Set
+from dataclasses import dataclass
+
+from sqlalchemy import Engine, delete, select, union
+from sqlalchemy.orm import Session
+
+from annotation_app.core.random_ids import new_id
+from annotation_app.privacy.erasure import ERASED, is_booked, unlink
+from annotation_app.store.audit import COMMAND_LINE, note
+from annotation_app.store.compaction import ask, compact_if_asked
+from annotation_app.store.database import lock_set_up, transaction
+from annotation_app.store.models import Draft, Handout, Item, Participation, Person, Study
+from annotation_app.studies.study_file import restored
+
+DAY_S = 86_400.0
+
+
+@dataclass(slots=True)
+class Expired:
+    """What was erased of a study, or would be.
+
+    Parameters
+    ----------
+    people
+        From whom all that leads to them was taken.
+    profiles
+        Whose answers about themselves were erased.
+    drafts, assignments
+        How many were erased.
+    payments
+        From how many the way to the answers was taken.
+    """
+
+    study: str
+    people: int = 0
+    profiles: int = 0
+    drafts: int = 0
+    assignments: int = 0
+    payments: int = 0
+
+    def __bool__(self) -> bool:
+        return any((self.people, self.profiles, self.drafts, self.assignments, self.payments))
+
+
+def expire(
+    engine: Engine, *, now: float, study: str | None = None, dry_run: bool = False
+) -> list[Expired]:
+    """Do what is due by now in all studies, or in one. Doing it again does nothing.
+
+    Returns
+    -------
+    list of Expired
+        Of the studies in which there was something to do.
+    """
+    with transaction(engine) as session:
+        lock_set_up(session.connection())
+        studies = session.scalars(select(Study).order_by(Study.name)).all()
+        over = {one.id for one in studies if _is_over(one, now)}
+        due = [one for one in studies if one.id in over and study in (None, one.name)]
+        done = [found for one in due if (found := _expire(session, one, over))]
+        if dry_run:
+            session.rollback()
+            return done
+        for found in done:
+            counts = {"people": found.people, "drafts": found.drafts}
+            note(session, COMMAND_LINE, "unlinked from people", found.study, **counts)
+        if done:
+            ask(session)
+    compact_if_asked(engine)
+    return done
+
+
+def _is_over(study: Study, now: float) -> bool:
+    days = restored(study.config).retention_days
+    return days is not None and study.closed_at is not None and study.closed_at + days * DAY_S < now
+
+
+def _expire(session: Session, study: Study, over: Set[str]) -> Expired:
+    found = Expired(study.name)
+    items = select(Item.id).where(Item.study_id == study.id)
+    drafts = delete(Draft).where(Draft.item_id.in_(items)).returning(Draft.item_id)
+    found.drafts = len(session.execute(drafts).all())
+    _unlink_payments(session, study, found)
+    for person in _people(session, study):
+        told = person.profile.get("answers", {})
+        if study.id in told:
+            rest = {key: value for key, value in told.items() if key != study.id}
+            person.profile = {**person.profile, "answers": rest}
+            found.profiles += bool(told[study.id])
+        is_staff = person.login is not None
+        if person.provider != ERASED and not is_staff and _studies_of(session, person) <= over:
+            unlink(person)
+            found.people += 1
+    session.flush()
+    return found
+
+
+def _unlink_payments(session: Session, study: Study, found: Expired) -> None:
+    rows = session.execute(
+        select(Participation, Person)
+        .join(Person, Person.id == Participation.person_id)
+        .where(Participation.study_id == study.id, Person.provider != ERASED)
+    ).all()
+    for participation, person in rows:
+        if not is_booked(session, participation):
+            session.delete(participation)
+            found.assignments += 1
+            continue
+        nobody = Person(
+            id=new_id(),
+            role="worker",
+            provider=ERASED,
+            external_hash=secrets.token_hex(32),
+            profile={},
+            created_at=person.created_at,
+        )
+        session.add(nobody)
+        session.flush()
+        participation.person_id = nobody.id
+        found.payments += 1
+    session.flush()
+
+
+def _people(session: Session, study: Study) -> Sequence[Person]:
+    """Who was given something in a study, came for it, or agreed to take part in it."""
+    came = union(
+        select(Handout.person_id)
+        .join(Item, Item.id == Handout.item_id)
+        .where(Item.study_id == study.id),
+        select(Person.id).where(Person.profile["consent"][study.id].as_string().is_not(None)),
+    )
+    return session.scalars(select(Person).where(Person.id.in_(came))).all()
+
+
+def _studies_of(session: Session, person: Person) -> set[str]:
+    """The ids of studies in which a person takes or has taken part."""
+    given = (
+        select(Item.study_id)
+        .join(Handout, Handout.item_id == Item.id)
+        .where(Handout.person_id == person.id)
+    )
+    came = select(Participation.study_id).where(Participation.person_id == person.id)
+    return {*session.scalars(union(given, came)), *person.profile.get("consent", {})}

@@ -1,0 +1,192 @@
+"""Making the Flask app."""
+
+from __future__ import annotations
+
+import logging
+from urllib.parse import urlsplit
+
+import flask
+from flask import Flask, Response
+from flask_wtf.csrf import CSRFProtect
+from sqlalchemy import Engine
+from werkzeug.exceptions import HTTPException
+from werkzeug.middleware.proxy_fix import ProxyFix
+
+from annotation_app.core.config import Config
+from annotation_app.core.problems import Refusal
+from annotation_app.crowds import crowd_pages as crowds
+from annotation_app.dashboard import audit_pages, login_admin
+from annotation_app.dashboard import dashboard_api as interface
+from annotation_app.dashboard import dashboard_pages as dashboard
+from annotation_app.pages import BLUEPRINTS
+from annotation_app.people.session_cookies import LONGEST, SessionCookies, wants_json
+from annotation_app.serving import openapi
+from annotation_app.serving.record_types import learn_types
+from annotation_app.store.database import open_database
+from annotation_app.store.installation import Installation, install, installation
+from annotation_app.store.outages import ADVICE, AGAIN_S, TITLE, Outage, outage_of
+from annotation_app.store.salt import installation_salt
+from annotation_app.tasks import media
+from annotation_app.trying import try_pages as trying
+from annotation_app.trying.attempt_queue import Attempts
+from annotation_app.web import api
+from annotation_app.web.limits import limiter
+
+log = logging.getLogger(__name__)
+
+
+def create_app(config: Config, engine: Engine | None = None) -> Flask:
+    """The app, for any WSGI server.
+
+    Parameters
+    ----------
+    engine
+        The database, if it is open already; its tables must be there
+        (:func:`annotation_app.store.schema.migrate`).
+    """
+    learn_types()
+    app = Flask("annotation_app")
+    app.session_interface = SessionCookies(config.idle_hours * 3600)
+    app.config.update(
+        SECRET_KEY=config.secret_key,
+        MAX_CONTENT_LENGTH=config.max_body_bytes,
+        MAX_FORM_MEMORY_SIZE=config.max_body_bytes,
+        PERMANENT_SESSION_LIFETIME=LONGEST,
+        SESSION_COOKIE_HTTPONLY=True,
+        SESSION_COOKIE_SECURE=config.https,
+        SESSION_COOKIE_SAMESITE="None" if _is_framed(config) else "Lax",
+        SESSION_COOKIE_PARTITIONED=_is_framed(config),
+        # A page may stay open for days. The token is bound to the session all the same.
+        WTF_CSRF_TIME_LIMIT=None,
+        # There is no Referer to look at: pages are sent with "no-referrer".
+        WTF_CSRF_SSL_STRICT=False,
+    )
+    engine = engine or open_database(config.database)
+    counter = limiter(config.limits_storage) if config.rate_limits else None
+    install(app, Installation(config, engine, installation_salt(engine, config), counter))
+    Attempts(config.instance, config.model).install(app)
+    CSRFProtect(app)
+    modules = (api, openapi, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
+    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS):
+        app.register_blueprint(blueprint)
+    app.register_error_handler(Refusal, _refused)
+    app.register_error_handler(HTTPException, _http_error)
+    app.register_error_handler(Exception, _failed)
+    policy = _content_security_policy(config)
+
+    @app.before_request
+    def refuse_nul() -> None:
+        # No database keeps it, so that nothing here has such a name.
+        if "\0" in flask.request.path:
+            flask.abort(404)
+
+    @app.after_request
+    def secure(response: Response) -> Response:
+        if flask.request.method != "GET" and response.status_code < 400:
+            installation().outages.worked()
+        response.headers["Content-Security-Policy"] = policy
+        response.headers["X-Content-Type-Options"] = "nosniff"
+        response.headers["Referrer-Policy"] = "no-referrer"
+        response.headers["Cross-Origin-Opener-Policy"] = "same-origin"
+        response.headers.setdefault("Cache-Control", "no-store")
+        if config.https:
+            response.headers["Strict-Transport-Security"] = "max-age=31536000"
+        return response
+
+    if config.proxies:
+        n = config.proxies
+        app.wsgi_app = ProxyFix(app.wsgi_app, x_for=n, x_proto=n, x_host=n)  # type: ignore[method-assign]
+    return app
+
+
+def _is_framed(config: Config) -> bool:
+    # Browsers keep such cookies only over HTTPS.
+    return bool(config.frame_ancestors) and config.https
+
+
+def _content_security_policy(config: Config) -> str:
+    elsewhere = urlsplit(config.media_url)
+    media = f"'self' {elsewhere.scheme}://{elsewhere.netloc}" if elsewhere.netloc else "'self'"
+    parts = {
+        "default-src": "'none'",
+        "script-src": "'self'",
+        "style-src": "'self'",
+        "img-src": media,
+        "media-src": media,
+        "font-src": "'self'",
+        "connect-src": "'self'",
+        "manifest-src": "'self'",
+        "base-uri": "'none'",
+        "form-action": " ".join(("'self'", *config.form_targets)),
+        "frame-ancestors": " ".join(config.frame_ancestors) or "'none'",
+    }
+    return "; ".join(f"{name} {value}" for name, value in parts.items())
+
+
+def _refused(refusal: Refusal) -> Response:
+    if not wants_json():
+        return _page(refusal.status, refusal.message)
+    reply = {"error": refusal.message}
+    problems = [{"field": p.field, "message": p.message} for p in refusal.problems]
+    response = flask.jsonify({**reply, "problems": problems} if problems else reply)
+    response.status_code = refusal.status
+    return response
+
+
+def _http_error(error: HTTPException) -> Response:
+    status = error.code or 500
+    if error.response is not None:
+        return flask.make_response(error.response)
+    message = _MESSAGES.get(status, error.description or error.name)
+    if wants_json():
+        response = flask.jsonify({"error": message})
+        response.status_code = status
+    else:
+        response = _page(status, message)
+    response.headers.extend(
+        (name, value)
+        for name, value in error.get_headers()
+        if name not in ("Content-Type", "Content-Length")
+    )
+    return response
+
+
+def _failed(error: Exception) -> Response:
+    outage = outage_of(error)
+    if outage is not None:
+        return _unavailable(outage)
+    # What people sent is in no message: the traceback tells lines of the program only.
+    log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
+    return _failure(500, "Something went wrong here.", _TYPED)
+
+
+def _unavailable(outage: Outage) -> Response:
+    installation().outages.failed(outage)
+    response = _failure(503, TITLE, ADVICE)
+    response.headers["Retry-After"] = str(AGAIN_S)
+    return response
+
+
+def _failure(status: int, title: str, advice: str) -> Response:
+    if not wants_json():
+        return _page(status, title, advice)
+    response = flask.jsonify({"error": f"{title} {advice}"})
+    response.status_code = status
+    return response
+
+
+def _page(status: int, message: str, advice: str = "") -> Response:
+    page = flask.render_template("error.html", status=status, message=message, advice=advice)
+    return flask.make_response(page, status)
+
+
+_TYPED = "Nothing that you typed is lost: try again in a minute."
+
+
+_MESSAGES = {
+    400: "The request can't be read. Load the page again; what you typed is kept.",
+    404: "There is no such page.",
+    405: "This can't be done here.",
+    413: "This is too large to be sent.",
+    429: "That was a bit fast. Wait a minute and try again; what you typed is kept.",
+}

@@ -1,0 +1,218 @@
+"""Serving the app with waitress."""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from urllib.parse import quote
+
+import waitress
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
+
+from annotation_app.core.config import Config
+from annotation_app.people.account_links import first_admin_link, path_of
+from annotation_app.people.accounts import admin_from_environment
+from annotation_app.privacy.retention import expire
+from annotation_app.serving.connection_room import CONNECTIONS, Room
+from annotation_app.serving.connections import Connections
+from annotation_app.serving.ending import asked_to_end
+from annotation_app.serving.factory import create_app
+from annotation_app.store import tombstones
+from annotation_app.store.audit import COMMAND_LINE, note
+from annotation_app.store.database import OnlyReadError, opened, reading, transaction
+from annotation_app.store.installation import now
+from annotation_app.store.models import Study
+from annotation_app.store.salt import installation_salt
+from annotation_app.store.schema import migrate
+from annotation_app.studies.suggestions import warm_up
+from annotation_app.study_setup.readiness import Obstacle
+from annotation_app.study_setup.readiness import obstacles as found_obstacles
+from annotation_app.trying.attempt_queue import attempts
+from g3.errors import FormatError
+
+try:
+    import resource
+except ImportError:  # there is none on Windows
+    resource = None  # type: ignore[assignment]
+
+log = logging.getLogger(__name__)
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+WAIT_S = 1.0
+"""How long to wait for something to come before the connections are looked after."""
+FINISH_S = 7.0
+"""How long requests may take to be finished at the end."""
+STOP_S = 1.0
+"""How long threads may take to stop then, of which none has anything to do, or one too much."""
+FILES = 4096
+"""How many files may be open, if the system lets it: connections, databases, videos."""
+MARGIN = 100
+"""How many more connections than there is room for are let in while all are being answered."""
+NEVER_S = 10**9
+"""Waitress closes silent connections by the clock, which may jump; `Room` does it instead."""
+
+
+def addresses(config: Config, base: str) -> list[tuple[str, str]]:
+    """What there is to open, and where: each study, and once the making of the first admin."""
+    with opened(config.database) as engine:
+        with reading(engine) as session:
+            studies = session.scalars(select(Study).order_by(Study.created_at)).all()
+        with transaction(engine) as session:
+            token = first_admin_link(session)
+    found = [(f"study {study.name}", f"{base}/s/{quote(study.name)}") for study in studies]
+    if token is not None:
+        found.append(("make the first admin, once, within a day", f"{base}{path_of(token)}"))
+    else:
+        found.append(("sign in", f"{base}/login"))
+    return found
+
+
+def _segments(config: Config) -> bool:
+    """Whether people segment commands in some study."""
+    with opened(config.database) as engine, reading(engine) as session:
+        studies = session.scalars(select(Study).where(Study.closed_at.is_(None)))
+        return any("segment" in study.config["tasks"] for study in studies)
+
+
+def prepare(config: Config) -> None:
+    """Bring the database and the key file up to date, and erase what is due to be."""
+    with opened(config.database) as engine:
+        migrate(engine)
+        installation_salt(engine, config)
+        expire(engine, now=now())
+        tombstones.keep(engine, config.instance)
+
+
+def make_first_admin(config: Config) -> None:
+    """Make the first admin, if the environment names one and there is none."""
+    with opened(config.database) as engine, transaction(engine) as session:
+        admin_from_environment(session, os.environ)
+
+
+def obstacles(config: Config) -> list[Obstacle]:
+    """What would stop people in the studies; :func:`addresses` tells how to make an admin."""
+    with opened(config.database) as engine, reading(engine) as session:
+        return found_obstacles(session, of_installation=False)
+
+
+def note_on_this_machine(config: Config, action: str, about: str, **details: str) -> None:
+    """Note in the audit trail what was done by a command that only reads the database."""
+    try:
+        with opened(config.database) as engine, transaction(engine) as session:
+            note(session, COMMAND_LINE, action, about, **details)
+    except (OSError, SQLAlchemyError, OnlyReadError):
+        log.warning("the database can't be written to: the audit trail doesn't tell of this")
+
+
+@contextmanager
+def bound(host: str, port: int) -> Iterator[list[socket.socket]]:
+    """Take an address, or several that a name stands for; nobody can connect yet.
+
+    Parameters
+    ----------
+    port
+        0 for any that is free.
+
+    Raises
+    ------
+    FormatError
+        If the address can't be had.
+    """
+    flags, stream = socket.AI_PASSIVE, socket.SOCK_STREAM
+    with ExitStack() as opened:
+        made = []
+        with _named(host, port):
+            for found in dict.fromkeys(socket.getaddrinfo(host, port, type=stream, flags=flags)):
+                family, kind, protocol, _, address = found
+                made.append(opened.enter_context(socket.socket(family, kind, protocol)))
+                made[-1].setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                if family == socket.AF_INET6:
+                    made[-1].setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+                made[-1].bind((address[0], port, *address[2:]))
+                port = port_of(made)
+        yield made
+
+
+def port_of(bound: Sequence[socket.socket]) -> int:
+    """The port that was taken."""
+    return int(bound[0].getsockname()[1])
+
+
+@contextmanager
+def _named(host: str, port: int) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FormatError(
+            f"nobody can be served there: {error.strerror}",
+            where=f"{host}:{port}",
+            fix="name another --port or --host, or end the program that uses it",
+        ) from error
+
+
+def serve(
+    config: Config,
+    bound: Sequence[socket.socket],
+    *,
+    threads: int,
+    listening: Callable[[], None] = lambda: None,
+) -> None:
+    """Answer requests until Ctrl-C is pressed or the process is asked to end, then finish.
+
+    A second signal ends it at once.
+
+    Parameters
+    ----------
+    bound
+        Where to listen; see :func:`bound`.
+    listening
+        Called when people can connect.
+
+    Raises
+    ------
+    FormatError
+        If somebody else listens there.
+    """
+    if _segments(config):
+        warm_up()
+    logging.basicConfig()
+    logging.getLogger("waitress.queue").setLevel(logging.ERROR)
+    room = Room(_most_connections())
+    connections = Connections(room)
+    with opened(config.database) as engine, asked_to_end(connections.ring) as end:
+        app = create_app(config, engine)
+        with _named(str(bound[0].getsockname()[0]), port_of(bound)):
+            server = waitress.create_server(
+                app,
+                map=connections,
+                sockets=list(bound),
+                threads=threads,
+                ident=None,
+                clear_untrusted_proxy_headers=not config.proxies,
+                connection_limit=room.most + MARGIN,
+                channel_timeout=NEVER_S,
+                max_request_body_size=2 * config.max_body_bytes,
+            )
+        listening()
+        while not end.is_set():
+            connections.wait(WAIT_S)
+        if not connections.finish(FINISH_S):
+            log.warning("requests that took longer than %.0f s were cut off", FINISH_S)
+        server.task_dispatcher.shutdown(timeout=STOP_S)
+        with app.app_context():
+            attempts().stop()
+
+
+def _most_connections() -> int:
+    """How many connections there is room for, after asking the system for as many files."""
+    if resource is None:
+        return CONNECTIONS
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft < FILES and soft != resource.RLIM_INFINITY:
+        soft = FILES if hard == resource.RLIM_INFINITY else min(hard, FILES)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    return CONNECTIONS if soft >= FILES else max(1, min(CONNECTIONS, soft // 2))

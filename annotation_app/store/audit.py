@@ -1,0 +1,81 @@
+"""The audit trail: who signed in, exported, paid, blocked or erased, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import or_, select, update
+from sqlalchemy.orm import Session
+
+from annotation_app.store.installation import now
+from annotation_app.store.models import AuditEntry, Person, Record
+
+COMMAND_LINE = "command line"
+"""Who acts where something is done on the machine."""
+SUBJECT_CHARACTERS = 12
+
+
+def name_of(person: Person) -> str:
+    """What the audit trail calls somebody: their login, else their subject as exports tell it."""
+    return person.login or person.external_hash[:SUBJECT_CHARACTERS]
+
+
+def note(
+    session: Session, actor: str, action: str, about: str = "", **details: Record | str | float
+) -> None:
+    """Note that somebody did something, in the transaction that does it.
+
+    Parameters
+    ----------
+    actor
+        A login, or :data:`COMMAND_LINE`.
+    action
+        A verb in the past, such as ``signed in`` or ``exported``.
+    about
+        A study, a login or a subject.
+    details
+        What else is worth knowing; never a password, a link or what somebody typed.
+    """
+    entry = AuditEntry(at=now(), actor=actor, action=action, about=about[:200], details=details)
+    session.add(entry)
+
+
+def forget(session: Session, person: Person) -> None:
+    """Name somebody whose data are erased by their random id wherever they are named."""
+    names = [name for name in (person.login, person.external_hash[:SUBJECT_CHARACTERS]) if name]
+    for column in (AuditEntry.actor, AuditEntry.about):
+        session.execute(update(AuditEntry).where(column.in_(names)).values({column: person.id}))
+
+
+def trail(
+    session: Session,
+    *,
+    person: str = "",
+    action: str = "",
+    before: int | None = None,
+    most: int = 100,
+) -> Sequence[AuditEntry]:
+    """What was noted, newest first.
+
+    Parameters
+    ----------
+    person
+        Only what this login, or other name, did or what was done to it; all if empty.
+    action
+        Only this; all if empty.
+    before
+        Only entries that were noted before the one with this id.
+    """
+    wanted = select(AuditEntry).order_by(AuditEntry.id.desc()).limit(most)
+    if person:
+        wanted = wanted.where(or_(AuditEntry.actor == person, AuditEntry.about == person))
+    if action:
+        wanted = wanted.where(AuditEntry.action == action)
+    if before is not None:
+        wanted = wanted.where(AuditEntry.id < before)
+    return session.scalars(wanted).all()
+
+
+def actions(session: Session) -> Sequence[str]:
+    """Every action that was noted, in alphabetical order."""
+    return session.scalars(select(AuditEntry.action).distinct().order_by(AuditEntry.action)).all()

@@ -1,0 +1,43 @@
+"""Seeing to it that what was deleted is in no file of the database any more.
+
+That it is to be done is noted where something is deleted, in the same transaction. So it is done
+at the next start at the latest, whatever stops it now: a crash, a full disk, somebody who reads.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import Engine, delete
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session
+
+from annotation_app.store.database import compact, reading, transaction
+from annotation_app.store.models import Base, Secret
+
+DUE = "files hold what was deleted"
+"""Under which name it is noted."""
+
+
+def ask(session: Session) -> None:
+    """Note that something was deleted that no file must hold."""
+    session.merge(Secret(name=DUE, value=b""))
+
+
+def compact_if_asked(engine: Engine) -> bool:
+    """Write the tables anew if something was deleted that no file must hold.
+
+    Returns
+    -------
+    bool
+        Whether no file holds it any more.
+    """
+    with reading(engine) as session:
+        if session.get(Secret, DUE) is None:
+            return True
+    try:
+        done = compact(engine, *(str(table.name) for table in Base.metadata.sorted_tables))
+    except OperationalError:  # locked for too long, or the disk is full
+        return False
+    if done:
+        with transaction(engine) as session:
+            session.execute(delete(Secret).where(Secret.name == DUE))
+    return done

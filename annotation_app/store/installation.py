@@ -1,0 +1,52 @@
+"""What a running app works with: its configuration, its database, and the time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import cast
+
+from flask import Flask, current_app
+from limits.strategies import MovingWindowRateLimiter
+from sqlalchemy import Engine
+
+from annotation_app.core.config import Config
+from annotation_app.store.outages import Outages
+
+_NAME = "annotation"
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """What a running app works with.
+
+    Parameters
+    ----------
+    salt
+        What hides people's ids.
+    limiter
+        Counts how often people do things; None if they may do so as often as they like.
+    outages
+        Tells the log what goes wrong outside of the program.
+    """
+
+    config: Config
+    engine: Engine
+    salt: bytes
+    limiter: MovingWindowRateLimiter | None
+    outages: Outages = field(default_factory=Outages)
+
+
+def install(app: Flask, installation: Installation) -> None:
+    """Give an app what it works with."""
+    app.extensions[_NAME] = installation
+
+
+def installation() -> Installation:
+    """What the app that handles this request works with."""
+    return cast("Installation", current_app.extensions[_NAME])
+
+
+def now() -> float:
+    """Seconds since 1970."""
+    return time.time()

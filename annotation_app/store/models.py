@@ -1,0 +1,327 @@
+"""The database: studies, items, who works on them, and everything that people sent.
+
+:class:`Event` is the truth, as it came; :class:`Answer` is derived from it. An item
+has as many :class:`Slot` rows as it wants answers, so that a quota can't be exceeded: a
+slot is leased to somebody, and then filled by an answer or taken by somebody else.
+Times are seconds since 1970 in UTC.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal, TypeAlias
+
+from sqlalchemy import (
+    JSON,
+    CheckConstraint,
+    ForeignKey,
+    Index,
+    LargeBinary,
+    String,
+    UniqueConstraint,
+    text,
+)
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
+
+Task: TypeAlias = Literal["describe", "segment", "ground", "check", "rate"]
+TASKS: tuple[Task, ...] = ("describe", "segment", "ground", "check", "rate")
+
+Role: TypeAlias = Literal["worker", "annotator", "adjudicator", "admin"]
+
+Record: TypeAlias = dict[str, Any]
+"""What JSON can say of something."""
+
+
+class Base(DeclarativeBase):
+    """What all tables have in common."""
+
+    type_annotation_map: ClassVar[dict[Any, Any]] = {Record: JSON, str: String(200)}
+
+
+class Study(Base):
+    """What is asked of whom; ``config`` is the study file."""
+
+    __tablename__ = "study"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(unique=True)
+    config: Mapped[Record]
+    created_at: Mapped[float]
+    closed_at: Mapped[float | None]
+
+
+class Media(Base):
+    """A file that people may see, under a name that says nothing about what it shows."""
+
+    __tablename__ = "media"
+    __table_args__ = (UniqueConstraint("study_id", "video", "role"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
+    video: Mapped[str]
+    role: Mapped[str]
+    path: Mapped[str] = mapped_column(String(4000))
+    sha256: Mapped[str]
+
+
+class Item(Base):
+    """Something to be done by some people: a video to describe, a command to segment.
+
+    ``subject`` is what it is about: nobody answers a task about a subject twice.
+    """
+
+    __tablename__ = "item"
+    __table_args__ = (UniqueConstraint("study_id", "task", "subject"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
+    task: Mapped[Task] = mapped_column(String(20))
+    subject: Mapped[str] = mapped_column(String(500))
+    payload: Mapped[Record]
+    """What the server knows of it; :mod:`annotation_app.tasks.payloads` tells people their part."""
+    rank: Mapped[float] = mapped_column(index=True)
+    """Items with a lower rank are given out first, ratings in random order."""
+    author_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
+    """Who must not get it: nobody rates their own command."""
+    attention: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+    """Whether the right answer is known. Such items are given to everybody, without quota."""
+
+    slots: Mapped[list[Slot]] = relationship(back_populates="item")
+
+
+class Person(Base):
+    """Somebody who works on items. Ids at a crowd platform are stored as salted hashes."""
+
+    __tablename__ = "person"
+    __table_args__ = (UniqueConstraint("provider", "external_hash"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    role: Mapped[Role] = mapped_column(String(20))
+    provider: Mapped[str]
+    external_hash: Mapped[str]
+    login: Mapped[str | None] = mapped_column(unique=True)
+    password_hash: Mapped[str | None]
+    profile: Mapped[Record]
+    """Consent, demographics, which practice examples are done."""
+    created_at: Mapped[float]
+    blocked_at: Mapped[float | None]
+    session_number: Mapped[int] = mapped_column(default=1, server_default=text("1"))
+    """Cookies with another number sign nobody in: raising it ends all sessions of a person."""
+    code: Mapped[str | None] = mapped_column(unique=True)
+    """What the person can show to have their data erased, without telling who they are."""
+
+
+class Slot(Base):
+    """Room for one answer to an item."""
+
+    __tablename__ = "slot"
+    __table_args__ = (
+        UniqueConstraint("item_id", "person_id"),
+        Index("ix_slot_free", "item_id", "answered", "expires_at"),
+        CheckConstraint("(person_id IS NULL) = (expires_at IS NULL)", name="leased_until"),
+    )
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
+    person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"), index=True)
+    expires_at: Mapped[float | None]
+    answered: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+
+    item: Mapped[Item] = relationship(back_populates="slots")
+
+
+class Handout(Base):
+    """That an item was given to somebody, who may answer it ever after."""
+
+    __tablename__ = "handout"
+
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), primary_key=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"), primary_key=True)
+    at: Mapped[float]
+    skipped_at: Mapped[float | None]
+    boot: Mapped[str | None]
+    """Which run of which machine the time since its boot was read on."""
+    since_boot_s: Mapped[float | None]
+    """Monotonic, so that a change of the machine's clock doesn't change how long an answer took."""
+
+
+class Event(Base):
+    """Something that somebody sent, as it came.
+
+    Rows are never changed, and deleted only when a person's data are erased.
+
+    ``uuid`` is made by the sender's browser: the same event sent twice is kept once.
+    """
+
+    __tablename__ = "event"
+    __table_args__ = (UniqueConstraint("person_id", "uuid"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    uuid: Mapped[str]
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), index=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
+    name: Mapped[Literal["submit", "skip", "flag", "adjudicate"]] = mapped_column(String(20))
+    body: Mapped[Record]
+    at: Mapped[float]
+
+
+class Answer(Base):
+    """What somebody answered to an item.
+
+    Surplus answers came after the lease had run out and its slot had gone to somebody
+    else; they are kept and don't count for the quota.
+    """
+
+    __tablename__ = "answer"
+    __table_args__ = (
+        UniqueConstraint("item_id", "person_id"),
+        UniqueConstraint("person_id", "task", "subject"),
+    )
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
+    task: Mapped[Task] = mapped_column(String(20))
+    subject: Mapped[str] = mapped_column(String(500))
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), unique=True)
+    body: Mapped[Record]
+    surplus: Mapped[bool]
+    adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+    """Whether the next task's items, and exports, are made of it."""
+    seconds: Mapped[float | None]
+    """How long the item was with the person; None where the clocks don't tell."""
+    at: Mapped[float]
+
+
+class Draft(Base):
+    """What somebody has not yet submitted; it is deleted when their answer comes."""
+
+    __tablename__ = "draft"
+
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), primary_key=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"), primary_key=True)
+    revision: Mapped[int]
+    body: Mapped[Record]
+    at: Mapped[float]
+
+
+class Participation(Base):
+    """A person's assignment at a crowd platform: received here, and confirmed there."""
+
+    __tablename__ = "participation"
+    __table_args__ = (UniqueConstraint("provider", "assignment"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
+    provider: Mapped[str]
+    assignment: Mapped[str]
+    """The platform's id of the assignment, which says nothing about the person."""
+    task: Mapped[Task] = mapped_column(String(20))
+    items: Mapped[int]
+    """How many items of the task the assignment asks for."""
+    code: Mapped[str | None]
+    begun_at: Mapped[float]
+    received_at: Mapped[float | None]
+    confirmed_at: Mapped[float | None]
+    outcome: Mapped[Record]
+    """What is known besides: where to send the worker back to, whether nothing was left."""
+
+
+class LedgerEntry(Base):
+    """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
+
+    Rows are never deleted, also not when a person's data are erased: books must be kept.
+    """
+
+    __tablename__ = "ledger"
+    __table_args__ = (UniqueConstraint("provider", "what", "key"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
+    participation_id: Mapped[int | None] = mapped_column(ForeignKey("participation.id"))
+    provider: Mapped[str]
+    what: Mapped[Literal["publish", "approve", "reject", "bonus", "partial payment"]] = (
+        mapped_column(String(20))
+    )
+    key: Mapped[str] = mapped_column(String(500))
+    """Tells calls of a kind apart: the same thing is done once."""
+    assignment: Mapped[str]
+    """The platform's id of what is approved or paid by; empty for offers of work."""
+    amount: Mapped[str]
+    """A decimal number in the platform's currency; empty where nothing is paid by the call."""
+    listed_before: Mapped[int | None]
+    """How many bonuses of this amount the platform listed for the assignment before the call."""
+    reason: Mapped[str] = mapped_column(String(2000))
+    reference: Mapped[str | None]
+    """What the platform knows the call by: its id of the payment, or an idempotency key."""
+    state: Mapped[Literal["attempted", "in doubt", "done", "refused"]] = mapped_column(String(20))
+    attempted_at: Mapped[float]
+    ended_at: Mapped[float | None]
+    problem: Mapped[str] = mapped_column(String(2000))
+    """What the platform or the network said; empty if nothing went wrong."""
+
+
+class AccountLink(Base):
+    """A link that can be used once: makes the first admin, makes a login, sets a new password.
+
+    Only its digest is kept, so that a copy of the database opens nothing.
+    """
+
+    __tablename__ = "account_link"
+
+    digest: Mapped[str] = mapped_column(primary_key=True)
+    purpose: Mapped[Literal["first admin", "invite", "reset"]] = mapped_column(String(20))
+    role: Mapped[Role | None] = mapped_column(String(20))
+    person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
+    """Whose password is set."""
+    made_by: Mapped[str]
+    made_at: Mapped[float]
+    expires_at: Mapped[float]
+
+
+class FailedSignIn(Base):
+    """How often somebody tried wrong passwords in a row: for a login, or from an address."""
+
+    __tablename__ = "failed_sign_in"
+
+    whose: Mapped[str] = mapped_column(primary_key=True)
+    """A hash of the login or of the address."""
+    count: Mapped[int]
+    last_at: Mapped[float]
+
+
+class AuditEntry(Base):
+    """Who did what that others may have to account for.
+
+    Rows are never deleted, and changed only when a person's data are erased: it names them by
+    their random id then.
+    """
+
+    __tablename__ = "audit"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    at: Mapped[float] = mapped_column(index=True)
+    actor: Mapped[str]
+    """A login; "command line" where it was done on the machine."""
+    action: Mapped[str] = mapped_column(String(40))
+    about: Mapped[str]
+    """A study, a login, a subject."""
+    details: Mapped[Record]
+
+
+class Erasure(Base):
+    """That a person's data were erased, so that they can be erased from a restored backup too."""
+
+    __tablename__ = "erasure"
+
+    person_id: Mapped[str] = mapped_column(primary_key=True)
+    at: Mapped[float]
+
+
+class Secret(Base):
+    """What this installation keeps by name. The salt of people's ids is in the key file."""
+
+    __tablename__ = "secret"
+
+    name: Mapped[str] = mapped_column(primary_key=True)
+    value: Mapped[bytes] = mapped_column(LargeBinary)

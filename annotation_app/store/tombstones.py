@@ -1,0 +1,83 @@
+"""Whose data were erased, beside the database: what backups that are restored must not bring back.
+
+``erased.jsonl`` in the instance's folder has a line for each person, with their id, which is
+random and tells nothing of them. It holds what the table ``erasure`` does, and is meant to be kept
+where the database's end doesn't reach it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+
+import msgspec
+from sqlalchemy import Engine, select
+
+from annotation_app.store.database import reading
+from annotation_app.store.models import Erasure
+from g3.errors import FormatError
+from g3.storage.atomic_file import write_bytes
+
+ERASED_FILE = "erased.jsonl"
+
+
+class Tombstone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """That a person's data were erased."""
+
+    person: str
+    at: float
+
+
+def read_tombstones(file: Path) -> list[Tombstone]:
+    """What such a file holds.
+
+    Raises
+    ------
+    FormatError
+        If it isn't one.
+    """
+    where = str(file)
+    found = []
+    try:
+        for number, line in enumerate(file.read_bytes().splitlines(), start=1):
+            where = f"{file}, line {number}"
+            if line.strip():
+                found.append(msgspec.json.decode(line, type=Tombstone))
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise FormatError(
+            f"this can't be read: {getattr(error, 'strerror', None) or error}",
+            where=where,
+            fix='each line is such as {"person": "…", "at": 1.0}; use another copy of the file',
+        ) from error
+    return found
+
+
+def find_tombstones(archive: Path, instance: Path) -> list[Path]:
+    """Such files where they usually are: beside a backup, and in or beside an instance."""
+    folders = dict.fromkeys((archive.absolute().parent, instance, instance.absolute().parent))
+    return [file for folder in folders if (file := folder / ERASED_FILE).is_file()]
+
+
+def keep(engine: Engine, instance: Path) -> None:
+    """Bring an instance's file up to date with its database; lines are never taken away."""
+    with reading(engine) as session:
+        rows = session.scalars(select(Erasure).order_by(Erasure.at)).all()
+    known = [Tombstone(row.person_id, row.at) for row in rows]
+    file = instance / ERASED_FILE
+    before = read_tombstones(file) if file.exists() else []
+    after = joined(before, known)
+    if len(after) > len(before):
+        lines = [msgspec.json.encode(tombstone) + b"\n" for tombstone in after.values()]
+        write_bytes(file, b"".join(lines), private=True)
+
+
+def joined(*groups: Collection[Tombstone]) -> Mapping[str, Tombstone]:
+    """Tombstones by whose they are, the first of each."""
+    found: dict[str, Tombstone] = {}
+    for tombstone in _all(groups):
+        found.setdefault(tombstone.person, tombstone)
+    return found
+
+
+def _all(groups: Iterable[Collection[Tombstone]]) -> Iterable[Tombstone]:
+    return (tombstone for group in groups for tombstone in group)

@@ -1,0 +1,1 @@
+"""A study's file: what is asked of whom."""

@@ -1,0 +1,206 @@
+"""A study's file: what is asked of whom (``docs/annotation.md`` tells the form)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+import msgspec
+
+from annotation_app.store.models import TASKS, Task
+from corpus_tools.world.scenarios.documents import Problem, convert, read_document
+from g3.errors import FormatError
+
+MANUAL = "docs/annotation.md"
+
+Name: TypeAlias = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
+Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=10_000)]
+Line: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=1000)]
+Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
+
+CONSENT = """You will watch short videos of a robot forklift, or read what others wrote about
+them. What you type and choose is kept without your name and may be published for research.
+You may stop at any time by closing the page."""
+
+
+class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What is asked of a task's items.
+
+    Parameters
+    ----------
+    answers
+        How many people answer each item.
+    lease_minutes
+        How long somebody has an item before somebody else may get it.
+    role
+        Who may do it: everybody, or annotators, who have a login.
+    practice
+        Whether the practice example comes first.
+    """
+
+    answers: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
+    lease_minutes: Annotated[float, msgspec.Meta(gt=0, le=10_080)] = 30.0
+    role: Literal["worker", "annotator"] = "worker"
+    practice: bool = False
+
+
+class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Something that people are asked about themselves; free text without choices."""
+
+    id: Name
+    text: Line
+    choices: tuple[Line, ...] = ()
+    required: bool = False
+
+
+class Payment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What people are told they get, and providers are told to pay, for an item."""
+
+    amount: Annotated[float, msgspec.Meta(ge=0, le=1000)]
+    currency: Annotated[str, msgspec.Meta(pattern="^[A-Z]{3}$")] = "USD"
+    bonus: Annotated[float, msgspec.Meta(ge=0, le=1000)] = 0.0
+
+
+class KnownCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A command that is right for one video and plainly wrong for another."""
+
+    text: Line
+    video: str
+    wrong_video: str
+
+
+class RatedPair(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A command to be rated with a video, and the video that it was typed for."""
+
+    text: Line
+    video: str
+    own_video: str
+
+
+class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A study as it is written.
+
+    Parameters
+    ----------
+    name
+        Of the study, in addresses.
+    title
+        What people read.
+    videos
+        Folder that ``ct render-videos`` has filled, from the study's file.
+    only
+        Names of the videos to use; all if empty.
+    tasks
+        Those that are done.
+    access
+        Whether anybody with the address may take part, or only who is invited.
+    qualification
+        What people must confirm of themselves, each with a box to tick.
+    attention_checks
+        Part of a rater's items that has a known answer.
+    known_commands
+        What attention checks are made of.
+    pairs
+        Commands with videos to be rated, besides those that people type.
+    seed
+        What random videos and negatives are drawn with.
+    retention_days
+        How many days after the study was closed what leads from answers to people is erased; it
+        is kept if there is none.
+    """
+
+    name: Name
+    title: Line
+    videos: Line = "videos"
+    only: tuple[str, ...] = ()
+    tasks: dict[Task, TaskConfig]
+    access: Literal["open", "invited"] = "open"
+    consent: Text = CONSENT
+    questions: tuple[Question, ...] = ()
+    qualification: tuple[Line, ...] = ()
+    payment: Payment | None = None
+    attention_checks: Share = 0.0
+    known_commands: tuple[KnownCommand, ...] = ()
+    pairs: tuple[RatedPair, ...] = ()
+    seed: int = 0
+    retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
+
+
+def read_study(path: Path) -> StudyConfig:
+    """Read a study's file.
+
+    Raises
+    ------
+    FormatError
+        If something in it is wrong, with its line.
+    """
+    document = read_document(path)
+    for task, value in _tasks(document.value):
+        wrong = convert(value, TaskConfig, ("tasks", task), MANUAL)
+        if task not in TASKS:
+            wrong = Problem(("tasks", task), "there is no such task", f"use {', '.join(TASKS)}")
+        if isinstance(wrong, Problem):
+            raise document.error(wrong)
+    found = convert(document.value, StudyConfig, (), MANUAL)
+    problem = found if isinstance(found, Problem) else _problem(found)
+    if problem is not None:
+        raise document.error(problem)
+    assert isinstance(found, StudyConfig)  # noqa: S101 - else there is a problem
+    return found
+
+
+def study_from_form(value: dict[str, Any]) -> StudyConfig:
+    """A study from what a form's fields hold.
+
+    Raises
+    ------
+    FormatError
+        If something in it is wrong.
+    """
+    found = convert(value, StudyConfig, (), MANUAL)
+    problem = found if isinstance(found, Problem) else _problem(found)
+    if problem is not None:
+        where = ".".join(str(key) for key in problem.field)
+        raise FormatError(problem.what, where=where, fix=problem.fix)
+    assert isinstance(found, StudyConfig)  # noqa: S101 - else there is a problem
+    return found
+
+
+def stored(config: StudyConfig) -> dict[str, Any]:
+    """A study as the database keeps it: its pairs are items, and would be read at each request."""
+    value: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(config, pairs=()))
+    return value
+
+
+def restored(value: dict[str, Any]) -> StudyConfig:
+    """The study that the database has kept."""
+    return msgspec.convert(value, StudyConfig)
+
+
+def _tasks(value: Any) -> Iterable[tuple[str, Any]]:
+    tasks = value.get("tasks") if isinstance(value, dict) else None
+    return tasks.items() if isinstance(tasks, dict) else ()
+
+
+def _problem(study: StudyConfig) -> Problem | None:
+    if not study.tasks:
+        return Problem(("tasks",), "there are no tasks", f"name some of {', '.join(TASKS)}")
+    if study.attention_checks and not study.known_commands:
+        return Problem(
+            ("attention_checks",), "there are no known commands to check with", "add known_commands"
+        )
+    if study.pairs and "rate" not in study.tasks:
+        return Problem(("pairs",), "the study has no task to rate them in", "add the task rate")
+    ids = [question.id for question in study.questions]
+    for i, name in enumerate(ids):
+        if name in ids[:i]:
+            return Problem(("questions", i, "id"), "two questions have this id", "change one")
+    for i, known in enumerate(study.known_commands):
+        if known.video == known.wrong_video:
+            return Problem(
+                ("known_commands", i, "wrong_video"),
+                "the command can't be wrong for the video that it is right for",
+                "name another video",
+            )
+    return None

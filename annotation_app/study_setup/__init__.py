@@ -1,0 +1,1 @@
+"""What a new study gets: from rendered videos, from a corpus, or for a look."""

@@ -1,0 +1,287 @@
+"""A corpus as a study: what it holds are adopted answers, which annotators may replace."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.random_ids import new_id
+from annotation_app.people.participants import hashed
+from annotation_app.store.installation import now
+from annotation_app.store.models import (
+    Answer,
+    Base,
+    Event,
+    Handout,
+    Item,
+    Person,
+    Record,
+    Slot,
+    Study,
+    Task,
+)
+from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
+from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
+from corpus_tools.corpus.corpus_model import Corpus
+from g3.annotation import Annotation, Command
+from g3.errors import FormatError
+from g3.groundings import PhysicalObject, Place
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import to_json
+
+PROVIDER = "import"
+
+
+def import_corpus(
+    session: Session,
+    corpus: Corpus,
+    folder: Path,
+    videos: list[Rendered],
+    *,
+    name: str,
+    salt: bytes,
+) -> Mapping[str, int]:
+    """Add a study that holds a corpus.
+
+    Parameters
+    ----------
+    folder
+        Where the corpus is; the study goes on reading its contexts there.
+    videos
+        Replays of its contexts.
+
+    Returns
+    -------
+    mapping
+        How many of what there are.
+
+    Raises
+    ------
+    FormatError
+        If there is such a study already, or a context has no video.
+    """
+    if session.scalar(select(Study.id).where(Study.name == name)) is not None:
+        raise FormatError("there is a study of this name", where=name, fix="give --study")
+    shown = {item.video: item for item in videos}
+    missing = [key for key in corpus.contexts if key not in shown]
+    if missing:
+        raise FormatError(
+            f"the context {missing[0]} has no video",
+            where=str(folder),
+            fix=f"make it with `ct render-videos --corpus {folder} --out FOLDER`",
+        )
+    config = StudyConfig(
+        name=name,
+        title=corpus.name,
+        tasks={task: TaskConfig(role="annotator") for task in ("describe", "segment", "ground")},
+    )
+    study = Study(id=new_id(), name=name, config=stored(config), created_at=now())
+    session.add(study)
+    session.flush()
+    for key in corpus.contexts:
+        add_video(session, study.id, shown[key])
+        put_media(session, study.id, key, "corpus", folder)
+    annotated: dict[str, list[Annotation]] = {}
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            annotated.setdefault(annotation.command.id, []).append(annotation)
+    contexts = _contexts(corpus)
+    found = [
+        (command, video, annotated.get(command.id, []))
+        for command in corpus.commands.values()
+        if (video := contexts.get(command.id) or contexts.get(command.scenario)) is not None
+    ]
+    return _Loader(session, study, corpus.hash, salt).load(found)
+
+
+def _contexts(corpus: Corpus) -> dict[str, str]:
+    """In which context commands were given, by their ids and by their scenarios' names."""
+    found: dict[str, str] = {}
+    for annotation in corpus.annotations:
+        found[annotation.command.id] = annotation.context.id
+        found.setdefault(annotation.command.scenario, annotation.context.id)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """An answer, and what it answers."""
+
+    task: Task
+    subject: str
+    payload: Record
+    person: Person
+    body: Record
+    rank: int
+
+
+class _Loader:
+    """Adds items with answers, those of one task after those of the other."""
+
+    def __init__(self, session: Session, study: Study, corpus_hash: str, salt: bytes) -> None:
+        self.session = session
+        self.study = study
+        self.corpus_hash = corpus_hash
+        self.salt = salt
+        self.people: dict[str, Person] = {}
+
+    def load(self, found: Sequence[tuple[Command, str, list[Annotation]]]) -> Mapping[str, int]:
+        """Add commands, each with its video and what it is annotated with; count them."""
+        described = self.answers([self.typed(c, video, i) for i, (c, video, _) in enumerate(found)])
+        trees: list[tuple[Annotation, _Given]] = []
+        for rank, (typed, (command, video, annotated)) in enumerate(
+            zip(described, found, strict=True)
+        ):
+            about = {"text": command.text, "command": typed.id, "video": video}
+            if not annotated:
+                self.session.add(self.item("segment", typed.subject, about, rank))
+            for annotation in annotated:
+                sdcs = to_json(annotation.sdcs)
+                given = _Given(
+                    "segment",
+                    f"study {self.study.name} {annotation.id}",
+                    {**about, "suggestion": sdcs},
+                    self.person(command),
+                    {"sdcs": sdcs},
+                    rank,
+                )
+                trees.append((annotation, given))
+        segmented = self.answers([given for _, given in trees])
+        groundings = [
+            _Given(
+                "ground",
+                f"answer {answer.id}",
+                {name: given.payload[name] for name in ("text", "command", "video")} | given.body,
+                given.person,
+                {"groundings": _groundings(annotation), "trims": {}, "imported": annotation.id},
+                given.rank,
+            )
+            for (annotation, given), answer in zip(trees, segmented, strict=True)
+        ]
+        grounded = self.answers(groundings)
+        return {
+            "commands": len(described),
+            "segmentations": len(segmented),
+            "groundings": len(grounded),
+        }
+
+    def typed(self, command: Command, video: str, rank: int) -> _Given:
+        """A command as the answer of who typed it."""
+        body = {
+            "text": command.text,
+            "watched_s": 0.0,
+            "imported": command.id,
+            "scenario": command.scenario,
+            "video": command.video,
+            "subject": command.subject,
+        }
+        subject = f"study {self.study.name} {command.id}"
+        return _Given("describe", subject, {"video": video}, self.person(command), body, rank)
+
+    def person(self, command: Command) -> Person:
+        """Whoever the command's subject stands for."""
+        subject = command.subject or command.id
+        if subject not in self.people:
+            digest = hashed(self.salt, PROVIDER, f"{self.corpus_hash} {subject}")
+            known = self.session.scalars(
+                select(Person).where(Person.provider == PROVIDER, Person.external_hash == digest)
+            ).first()
+            person = known or Person(
+                id=new_id(),
+                role="worker",
+                provider=PROVIDER,
+                external_hash=digest,
+                profile={},
+                created_at=now(),
+            )
+            self.session.add(person)
+            self.session.flush()
+            self.people[subject] = person
+        return self.people[subject]
+
+    def item(self, task: Task, subject: str, payload: Record, rank: int) -> Item:
+        """An item with one slot."""
+        item = Item(
+            id=new_id(),
+            study_id=self.study.id,
+            task=task,
+            subject=subject,
+            payload=payload,
+            rank=float(rank),
+            attention=False,
+        )
+        item.slots = [Slot(answered=False)]
+        return item
+
+    def answers(self, given: Sequence[_Given]) -> list[Answer]:
+        """Add items that are answered."""
+        at = now()
+        items = [self.item(g.task, g.subject, g.payload, g.rank) for g in given]
+        for g, item in zip(given, items, strict=True):
+            (slot,) = item.slots
+            slot.answered, slot.person_id, slot.expires_at = True, g.person.id, at
+        self._add(items)
+        events = [
+            Event(
+                uuid=str(uuid.uuid4()),
+                item_id=item.id,
+                person_id=g.person.id,
+                name="submit",
+                body=g.body,
+                at=at,
+            )
+            for g, item in zip(given, items, strict=True)
+        ]
+        self._add(events)
+        self._add([Handout(item_id=e.item_id, person_id=e.person_id, at=at) for e in events])
+        answers = [
+            Answer(
+                item_id=event.item_id,
+                person_id=event.person_id,
+                task=g.task,
+                subject=g.subject,
+                event_id=event.id,
+                body=g.body,
+                surplus=False,
+                adopted=True,
+                seconds=None,
+                at=at,
+            )
+            for g, event in zip(given, events, strict=True)
+        ]
+        self._add(answers)
+        return answers
+
+    def _add(self, rows: Sequence[Base]) -> None:
+        self.session.add_all(rows)
+        self.session.flush()
+
+
+def _groundings(annotation: Annotation) -> dict[str, Any]:
+    """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
+    places = {id(place): i for i, place in enumerate(annotation.context.places)}
+    known = {item.id for item in annotation.context.objects}
+    found = {}
+    pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
+    for node, (sdc, groundings) in enumerate(pairs):
+        if sdc.type not in ("OBJECT", "PLACE") or not groundings:
+            continue
+        found[str(node)] = {
+            "objects": [
+                g.id for g in groundings if isinstance(g, PhysicalObject) and g.id in known
+            ],
+            "places": [
+                {"place": places[id(g)]} if id(g) in places else {"xy": g.prism.xy.tolist()}
+                for g in groundings
+                if isinstance(g, Place)
+            ],
+            "cant_tell": False,
+            "time_s": 0.0,
+        }
+    return found

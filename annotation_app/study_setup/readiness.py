@@ -1,0 +1,139 @@
+"""What would stop people in a study: tasks that nobody may do, or that nothing ever comes to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.people.participants import RANKS
+from annotation_app.store.models import TASKS, Item, Person, Role, Study, Task
+from annotation_app.studies.study_file import StudyConfig, restored
+
+DISPUTED: tuple[Task, ...] = ("segment", "ground")
+"""Tasks whose answers somebody must decide between where they differ."""
+SOURCES: Mapping[Task, tuple[Task, ...]] = {
+    "segment": ("describe",),
+    "ground": ("segment",),
+    "check": ("ground",),
+    "rate": ("describe",),
+}
+"""The answers of which task make a task's items."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """What would stop people.
+
+    Parameters
+    ----------
+    study
+        Its name; empty for what is so in the whole installation.
+    what, fix
+        As errors tell it.
+    """
+
+    study: str
+    what: str
+    fix: str
+
+    def __str__(self) -> str:
+        where = f"study {self.study}: " if self.study else ""
+        return f"{where}{self.what} ({self.fix})"
+
+
+def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacle]:
+    """What would stop people in an installation's open studies."""
+    logins = people_by_role(session)
+    found: list[Obstacle] = []
+    if of_installation and not logins["admin"]:
+        found.append(
+            Obstacle(
+                "",
+                "there is no admin, so nobody sees the dashboard or makes logins on it",
+                "ct annotate people invite --role admin",
+            )
+        )
+    studies = session.scalars(select(Study).where(Study.closed_at.is_(None)).order_by(Study.name))
+    for study in studies:
+        counts = session.execute(
+            select(Item.task, func.count()).where(Item.study_id == study.id).group_by(Item.task)
+        )
+        items: dict[Task, int] = dict(counts.all())
+        found += study_obstacles(restored(study.config), logins, items)
+    return found
+
+
+def people_by_role(session: Session) -> Mapping[Role, int]:
+    """How many people can sign in and may do at least what each role may."""
+    roles = session.scalars(
+        select(Person.role).where(
+            Person.login.is_not(None),
+            Person.password_hash.is_not(None),
+            Person.blocked_at.is_(None),
+        )
+    )
+    counts = Counter(RANKS[role] for role in roles)
+    return {
+        role: sum(count for other, count in counts.items() if other >= rank)
+        for role, rank in RANKS.items()
+    }
+
+
+NOBODY: Mapping[Role, int] = dict.fromkeys(RANKS, 0)
+"""Who there is in an installation that isn't there yet."""
+
+
+def study_obstacles(
+    config: StudyConfig, logins: Mapping[Role, int], items: Mapping[Task, int]
+) -> Iterator[Obstacle]:
+    """What would stop people in a study.
+
+    Parameters
+    ----------
+    logins
+        As :func:`people_by_role` counts them.
+    items
+        How many there are already, by task.
+    """
+    for task in TASKS:
+        if task in config.tasks:
+            yield from _task_obstacles(config, task, logins, items)
+
+
+def _task_obstacles(
+    config: StudyConfig, task: Task, logins: Mapping[Role, int], items: Mapping[Task, int]
+) -> Iterator[Obstacle]:
+    of_task = config.tasks[task]
+    if of_task.role != "worker":
+        there = logins[of_task.role]
+        if not there:
+            yield Obstacle(
+                config.name,
+                f"nobody may do the task {task}, which asks for the role {of_task.role}",
+                f"ct annotate people invite --role {of_task.role}, or give the task role: worker",
+            )
+        elif there < of_task.answers:
+            yield Obstacle(
+                config.name,
+                f"the task {task} asks for {of_task.answers} answers to each item, "
+                f"by different people with a login, and {there} may do it",
+                f"ct annotate people invite --role {of_task.role}, or ask for fewer answers",
+            )
+    if task in DISPUTED and of_task.answers > 1 and not logins["adjudicator"]:
+        yield Obstacle(
+            config.name,
+            f"nobody may decide where answers to {task} differ",
+            "ct annotate people invite --role adjudicator",
+        )
+    made_of = SOURCES.get(task, ())
+    has_own = task == "rate" and bool(config.pairs)
+    if made_of and not has_own and not items.get(task) and not set(made_of) & set(config.tasks):
+        yield Obstacle(
+            config.name,
+            f"nothing ever comes to the task {task}",
+            f"add the task {made_of[0]}, whose answers it is about",
+        )

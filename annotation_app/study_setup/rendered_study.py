@@ -1,0 +1,220 @@
+"""From a study's file and a folder of rendered videos to what is in the database."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.random_ids import new_id
+from annotation_app.store.database import lock_set_up
+from annotation_app.store.installation import now
+from annotation_app.store.models import Item, Media, Slot, Study
+from annotation_app.studies.study_file import StudyConfig, stored
+from annotation_app.tasks.media import digest
+from annotation_app.tasks.pipeline import NewItem, add_item
+from g3.errors import FormatError
+
+FILES = {
+    "manifest": "manifest.json",
+    "video": "video.mp4",
+    "poster": "poster.png",
+    "segmentation": "segmentation.png",
+}
+"""The files of a rendered folder that the app uses, by their roles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rendered:
+    """A folder that ``ct render-videos`` has made.
+
+    Parameters
+    ----------
+    video
+        Id of the scenario or context that it shows.
+    folder
+        Where it is.
+    """
+
+    video: str
+    folder: Path
+
+
+def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
+    """The rendered folders in a folder.
+
+    Raises
+    ------
+    FormatError
+        If there are none, or one that is wanted is missing.
+    """
+    manifests = sorted(folder.glob(f"*/{FILES['manifest']}"))
+    found = [Rendered(_id(path), path.parent.resolve()) for path in manifests]
+    known = {item.video for item in found}
+    missing = [name for name in only if name not in known]
+    if missing or not found:
+        raise FormatError(
+            f"there is no video of {missing[0]}" if missing else "there are no videos",
+            where=str(folder),
+            fix=f"make them with `ct render-videos --out {folder}`",
+        )
+    return [item for item in found if not only or item.video in only]
+
+
+def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> Study:
+    """Add a study, or bring the one of the same name up to date.
+
+    What is in the database stays there: new videos are added, and slots where more answers
+    are asked for than before.
+
+    Raises
+    ------
+    FormatError
+        If an attention check or a pair names a video that isn't there.
+    """
+    # Several processes may start at once, each with the study's file.
+    lock_set_up(session.connection())
+    check_videos(config, videos)
+    study = session.scalars(select(Study).where(Study.name == config.name)).first()
+    if study is None:
+        study = Study(id=new_id(), name=config.name, config=stored(config), created_at=now())
+        session.add(study)
+    study.config = stored(config)
+    session.flush()
+    for item in videos:
+        add_video(session, study.id, item)
+    for new in (*_described(session, study, videos), *_checks(config), *_pairs(config)):
+        if new.task in config.tasks:
+            add_item(session, study, config, new)
+    _add_slots(session, study, config)
+    return study
+
+
+def check_videos(config: StudyConfig, videos: list[Rendered]) -> None:
+    """Check that the videos that a study names are there.
+
+    Raises
+    ------
+    FormatError
+        If an attention check or a pair names another one.
+    """
+    names = {item.video for item in videos}
+    _check_known_commands(config, names)
+    _check_pairs(config, names)
+
+
+def add_video(session: Session, study_id: str, item: Rendered) -> None:
+    """Give a video's files names that tell nothing, or keep those that they have."""
+    for role, name in FILES.items():
+        path = item.folder / name
+        if path.is_file():
+            put_media(session, study_id, item.video, role, path)
+
+
+def put_media(session: Session, study_id: str, video: str, role: str, path: Path) -> None:
+    """Add a file, or tell where it is now."""
+    known = session.scalars(
+        select(Media).where(Media.study_id == study_id, Media.video == video, Media.role == role)
+    ).first()
+    sha256 = digest(path) if path.is_file() else ""
+    if known is None:
+        known = Media(id=new_id(), study_id=study_id, video=video, role=role, path="", sha256="")
+        session.add(known)
+    known.path, known.sha256 = str(path), sha256
+    session.flush()
+
+
+def _id(manifest: Path) -> str:
+    try:
+        return str(msgspec.json.decode(manifest.read_bytes())["id"])
+    except (OSError, msgspec.DecodeError, KeyError, TypeError) as error:
+        raise FormatError(
+            "the manifest can't be read",
+            where=str(manifest),
+            fix="make the video again with `ct render-videos --force`",
+        ) from error
+
+
+def _described(session: Session, study: Study, videos: list[Rendered]) -> Iterator[NewItem]:
+    """Videos to describe. A video is the same for a person in any study, if its file is."""
+    rows = session.execute(
+        select(Media.video, Media.sha256).where(Media.study_id == study.id, Media.role == "video")
+    )
+    shas = {row.video: row.sha256 for row in rows}
+    for item in videos:
+        if item.video in shas:
+            yield NewItem("describe", f"video {shas[item.video]}", {"video": item.video})
+
+
+def _checks(config: StudyConfig) -> Iterator[NewItem]:
+    if not config.attention_checks:
+        return
+    for known in config.known_commands:
+        for video in (known.video, known.wrong_video):
+            yield NewItem(
+                "rate",
+                f"known {known.text[:200]} video {video}",
+                {
+                    "text": known.text,
+                    "command": None,
+                    "own_video": known.video,
+                    "video": video,
+                    "right": video == known.video,
+                },
+                attention=True,
+            )
+
+
+def _pairs(config: StudyConfig) -> Iterator[NewItem]:
+    for pair in config.pairs:
+        yield NewItem(
+            "rate",
+            f"pair {pair.own_video} {pair.text[:200]} video {pair.video}",
+            {
+                "text": pair.text,
+                "command": None,
+                "own_video": pair.own_video,
+                "video": pair.video,
+                "right": None,
+            },
+        )
+
+
+def _check_pairs(config: StudyConfig, videos: set[str]) -> None:
+    for number, pair in enumerate(config.pairs, start=1):
+        if pair.video not in videos:
+            raise FormatError(
+                f"pair {number} names the video {pair.video!r}, which isn't there",
+                where=f"study {config.name}",
+                fix="make the video with `ct render-videos`, or correct the name",
+            )
+
+
+def _check_known_commands(config: StudyConfig, videos: set[str]) -> None:
+    for known in config.known_commands:
+        for video in (known.video, known.wrong_video):
+            if video not in videos:
+                raise FormatError(
+                    f"a known command names the video {video!r}, which isn't there",
+                    where=f"study {config.name}",
+                    fix=f"the videos are: {', '.join(sorted(videos))}",
+                )
+
+
+def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
+    for task, task_config in config.tasks.items():
+        counts = session.execute(
+            select(Item.id, func.count(Slot.id))
+            .outerjoin(Slot)
+            .where(Item.study_id == study.id, Item.task == task, Item.attention.is_(False))
+            .group_by(Item.id)
+        ).all()
+        for item_id, count in counts:
+            session.add_all(
+                Slot(item_id=item_id, answered=False) for _ in range(task_config.answers - count)
+            )
+    session.flush()

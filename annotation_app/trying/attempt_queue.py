@@ -1,0 +1,135 @@
+"""One attempt after the other, in one process beside the server's."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import re
+import shutil
+import signal
+import threading
+import time
+from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import cast
+
+from flask import Flask, current_app
+
+from annotation_app.core.problems import Refusal
+from annotation_app.core.random_ids import new_id
+from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, write_state
+
+FOLDER = "tries"
+_NAME = "attempts"
+LONGEST_QUEUE = 4
+KEPT_S = 24 * 3600.0
+"""How long an attempt can be looked at."""
+NICENESS = 10
+_ID = re.compile("[0-9a-f]{24}")
+
+
+def attempts() -> Attempts:
+    """The attempts of the app that handles this request."""
+    return cast("Attempts", current_app.extensions[_NAME])
+
+
+class Attempts:
+    """The attempts of an installation; the process starts with the first one.
+
+    Attempts are files, so that any server process can show what another one's has made.
+
+    Parameters
+    ----------
+    instance
+        The installation's folder.
+    model
+        File of the model that follows commands; the one that comes along if None.
+    """
+
+    def __init__(self, instance: Path, model: Path | None) -> None:
+        self.folder = instance / FOLDER
+        self.model = model
+        self._lock = threading.Lock()
+        self._pool: ProcessPoolExecutor | None = None
+        self._stop: Connection | None = None
+        self._waiting: list[Future[None]] = []
+
+    def install(self, app: Flask) -> None:
+        """Give them to an app."""
+        app.extensions[_NAME] = self
+
+    def submit(self, asked: Asked) -> str:
+        """Begin an attempt; return its id, which can't be guessed.
+
+        Raises
+        ------
+        Refusal
+            If too many others wait.
+        """
+        with self._lock:
+            self._waiting = [future for future in self._waiting if not future.done()]
+            if len(self._waiting) >= LONGEST_QUEUE:
+                raise Refusal(429, "Others are trying commands. Wait a minute and try again.")
+            self._forget()
+            name = new_id()
+            folder = self.folder / name
+            folder.mkdir(parents=True)
+            write_state(folder, Shown(asked))
+            if self._pool is None:
+                context = multiprocessing.get_context("spawn")  # OpenGL doesn't survive a fork
+                ended, self._stop = context.Pipe(duplex=False)
+                self._pool = ProcessPoolExecutor(
+                    1, mp_context=context, initializer=_begin, initargs=(ended,)
+                )
+            future = self._pool.submit(attempt, folder, self.model)
+            future.add_done_callback(lambda done: self._ended(folder, done))
+            self._waiting.append(future)
+            return name
+
+    def state(self, name: str) -> Shown | None:
+        """How far an attempt is; None if there is no such attempt."""
+        return read_state(self.folder / name) if _ID.fullmatch(name) else None
+
+    def close(self) -> None:
+        """End the process, after the attempt that is under way."""
+        with self._lock:
+            pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(cancel_futures=True)
+
+    def stop(self) -> None:
+        """End the process at once; whoever looks at what it was doing is told."""
+        if self._stop is not None:
+            self._stop.close()
+        self.close()
+
+    def _ended(self, folder: Path, done: Future[None]) -> None:
+        """Tell of an attempt whose process has died, and start another process next time."""
+        if done.cancelled() or done.exception() is None:
+            return
+        with self._lock:
+            self._pool = None
+        shown = read_state(folder)
+        if shown is not None:
+            problem = "This took too much memory, or the server was stopped. Try again."
+            write_state(folder, Shown(shown.asked, "done", problem=problem))
+
+    def _forget(self) -> None:
+        for folder in self.folder.glob("*"):
+            if time.time() - folder.stat().st_mtime > KEPT_S:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _begin(ended: Connection) -> None:
+    """Let the server's processes go first, and end with the one that started this one."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches the whole group of processes
+    if hasattr(os, "nice"):  # there is none on Windows
+        os.nice(NICENESS)
+    os.environ["LP_NUM_THREADS"] = "1"  # Mesa would start threads for all cores
+    threading.Thread(target=_end_with, args=(ended,), daemon=True).start()
+
+
+def _end_with(ended: Connection) -> None:
+    ended.poll(None)  # until the other end is closed, by whatever end the server has come to
+    os._exit(0)

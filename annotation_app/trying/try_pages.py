@@ -1,0 +1,105 @@
+"""The page on which people try commands."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import flask
+import msgspec
+from flask import Blueprint, Response, send_file
+from flask.typing import ResponseReturnValue
+
+from annotation_app.core.problems import Refusal
+from annotation_app.pages.entrance import may_try
+from annotation_app.people.browser_sessions import current_person, unknown
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Person
+from annotation_app.tasks.answers import clean_text
+from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, scenarios
+from annotation_app.trying.attempt_queue import attempts
+from annotation_app.web.api import read_request
+from annotation_app.web.limits import limited, tries
+from annotation_app.web.needs_login import sign_in_page
+
+LONGEST_COMMAND = 500
+FILES = {TREE: "image/svg+xml", PICTURE: "image/png", VIDEO: "video/mp4"}
+
+blueprint = Blueprint("trying", __name__)
+
+
+Name: TypeAlias = Annotated[str, msgspec.Meta(max_length=200)]
+Node: TypeAlias = Annotated[str, msgspec.Meta(pattern="^[0-9]{1,3}$")]
+
+
+class TryRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A command, the scenario to follow it in, and what its clauses mean if that was asked."""
+
+    scenario: Name
+    text: Annotated[str, msgspec.Meta(max_length=LONGEST_COMMAND)]
+    answers: Annotated[dict[Node, Name], msgspec.Meta(max_length=20)] = {}
+
+
+@blueprint.get("/try")
+def page() -> ResponseReturnValue:
+    """Where a command is typed."""
+    person = _visitor()
+    if not may_try(person):
+        return sign_in_page()
+    return flask.render_template(
+        "try.html", person=person, scenarios=sorted(scenarios()), longest=LONGEST_COMMAND
+    )
+
+
+@blueprint.post("/api/try")
+@limited(tries)
+def begin() -> ResponseReturnValue:
+    """Begin an attempt."""
+    _require()
+    request = read_request(TryRequest)
+    text = clean_text(request.text)
+    if not any(character.isalnum() for character in text):
+        raise Refusal(422, "Type what the robot is to do.")
+    if request.scenario not in scenarios():
+        raise Refusal(422, "There is no such scenario. Choose another one.")
+    answers = {int(node): thing for node, thing in request.answers.items()}
+    name = attempts().submit(Asked(request.scenario, text, answers))
+    return flask.jsonify({"id": name})
+
+
+@blueprint.get("/api/try/<name>")
+def state(name: str) -> Response:
+    """How far an attempt is."""
+    return Response(msgspec.json.encode(_found(name)), mimetype="application/json")
+
+
+@blueprint.get("/try/<name>/<file>")
+def file(name: str, file: str) -> Response:
+    """A file that an attempt has made."""
+    _found(name)
+    path = attempts().folder / name / file
+    if file not in FILES or not path.is_file():
+        raise Refusal(404, "There is no such file.")
+    return send_file(path, mimetype=FILES[file], conditional=True, max_age=3600)
+
+
+def _visitor() -> Person | None:
+    with reading(installation().engine) as session:
+        return current_person(session)
+
+
+def _require() -> None:
+    person = _visitor()
+    if may_try(person):
+        return
+    if person is None:
+        raise unknown("annotator")
+    raise Refusal(403, "This is for people with a login.")
+
+
+def _found(name: str) -> Shown:
+    _require()
+    found = attempts().state(name)
+    if found is None:
+        raise Refusal(404, "There is no such attempt; it may have been too long ago.")
+    return found

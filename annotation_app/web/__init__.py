@@ -1,0 +1,1 @@
+"""What pages and programs share: the interface in JSON and its limits."""

@@ -1,0 +1,276 @@
+"""The JSON interface that the pages' scripts, and programs, talk to."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeAlias, TypeVar
+
+import flask
+import msgspec
+from flask import Blueprint, Response
+from flask_wtf.csrf import generate_csrf
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.people.browser_sessions import current_person, required_person, unknown
+from annotation_app.people.participants import keep_practice
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import TASKS, Answer, Item, Record, Study, Task
+from annotation_app.studies.study_file import restored
+from annotation_app.tasks import pipeline
+from annotation_app.tasks.answers import check_json, read_answer, shown_again
+from annotation_app.tasks.assignment import Lease, Work, extend, skip
+from annotation_app.tasks.payloads import page_data
+from annotation_app.tasks.submissions import add_event, save_draft, submit, was_received
+from annotation_app.tasks.work import EXPLANATIONS, item_of, lease_s, take_work, visit
+from annotation_app.web.limits import limited, submissions
+
+blueprint = Blueprint("api", __name__, url_prefix="/api")
+
+UUID: TypeAlias = Annotated[
+    str,
+    msgspec.Meta(
+        pattern=r"^[0-9a-fA-F]{8}-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-[0-9a-fA-F]{12}$"
+    ),
+]
+
+
+class DraftRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What somebody has done so far."""
+
+    revision: Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
+    body: dict[str, Any]
+
+
+class AnswerRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An answer; sent again with the same uuid it is the same answer."""
+
+    uuid: UUID
+    body: dict[str, Any]
+
+
+class NoteRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Why somebody skips or flags an item."""
+
+    uuid: UUID
+    reason: Annotated[str, msgspec.Meta(max_length=2000)] = ""
+
+
+REQUESTS: dict[str, type[msgspec.Struct]] = {
+    "draft": DraftRequest,
+    "answer": AnswerRequest,
+    "skip": NoteRequest,
+    "flag": NoteRequest,
+    "adjudicate": AnswerRequest,
+}
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+@blueprint.get("/session")
+def session_() -> Response:
+    """Who this is, and the token that each request that changes something must send."""
+    with reading(installation().engine) as session:
+        person = current_person(session)
+    role = None if person is None else person.role
+    return flask.jsonify({"signed_in": person is not None, "role": role, "csrf": generate_csrf()})
+
+
+@blueprint.post("/studies/<study_name>/tasks/<task_name>/lease")
+@limited(submissions)
+def lease(study_name: str, task_name: str) -> Response:
+    """Take an item, or keep the one that this person has."""
+    task = read_task(task_name)
+    # What only reads is done beside whoever writes.
+    engine = installation().engine
+    with reading(engine) as session:
+        person, study = visit(session, study_name)
+    if person is None:
+        raise unknown()
+    with transaction(engine) as session:
+        taken = take_work(session, study, task, person, now=now())
+    if not isinstance(taken, Lease):
+        return _answer({"reason": taken, "error": EXPLANATIONS[taken]}, 409)
+    with reading(engine) as session:
+        return _answer(page_data(session, taken.item_id, person.id, installation().salt))
+
+
+@blueprint.get("/items/<item_id>")
+def item(item_id: str) -> Response:
+    """An item that is or was this person's, with their draft."""
+    with reading(installation().engine) as session:
+        found = item_of(session, item_id)
+        return _answer(page_data(session, item_id, found.who, installation().salt))
+
+
+@blueprint.put("/items/<item_id>/draft")
+@limited(submissions)
+def draft(item_id: str) -> Response:
+    """Keep what somebody has done so far, and the item for them."""
+    request = read_request(DraftRequest)
+    engine = installation().engine
+    with reading(engine) as session:
+        found = item_of(session, item_id)
+    with transaction(engine) as session:
+        kept = save_draft(
+            session, found, found.who, revision=request.revision, body=request.body, now=now()
+        )
+        held = kept and extend(
+            session,
+            found.id,
+            found.who,
+            now=now(),
+            lease_s=lease_s(restored(found.config), found.task),
+        )
+    return _answer({"kept": kept, "leased": held})
+
+
+@blueprint.post("/items/<item_id>/answer")
+@limited(submissions)
+def answer(item_id: str) -> Response:
+    """Keep an answer. The reply comes after it is safe on the disk."""
+    request = read_request(AnswerRequest)
+    engine = installation().engine
+    with reading(engine) as session:
+        found = item_of(session, item_id)
+        kept = read_answer(session, found, request.body, installation().salt)
+    with transaction(engine) as session:
+        receipt = submit(
+            session, found, found.who, uuid=request.uuid, sent=request.body, body=kept, now=now()
+        )
+        if receipt.answer is not None:
+            pipeline.answered(session, found.task, receipt.answer)
+    return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
+
+
+@blueprint.post("/items/<item_id>/skip")
+@limited(submissions)
+def skip_(item_id: str) -> Response:
+    """Give an item back, not to get it again."""
+    request = read_request(NoteRequest)
+    with transaction(installation().engine) as session:
+        found = item_of(session, item_id)
+        skip(session, found.id, found.who, now=now())
+        _note(session, found, "skip", request)
+    return _answer({"next": f"/s/{found.study_name}/{found.task}"})
+
+
+@blueprint.post("/items/<item_id>/flag")
+@limited(submissions)
+def flag(item_id: str) -> Response:
+    """Tell the people who run the study that something is wrong with an item."""
+    request = read_request(NoteRequest)
+    with transaction(installation().engine) as session:
+        found = item_of(session, item_id)
+        _note(session, found, "flag", request)
+    return _answer({"kept": True})
+
+
+@blueprint.get("/items/<item_id>/answers")
+def answers(item_id: str) -> Response:
+    """An item with all its answers, for those who decide between them."""
+    salt = installation().salt
+    with reading(installation().engine) as session:
+        person = required_person(session, "adjudicator")
+        found = any_item(session, item_id)
+        given = session.scalars(
+            select(Answer).where(Answer.item_id == item_id).order_by(Answer.id)
+        ).all()
+        listed = [
+            {
+                "answer": a.id,
+                "adopted": a.adopted,
+                "surplus": a.surplus,
+                "body": shown_again(session, found, a.body, salt),
+            }
+            for a in given
+        ]
+        return _answer({**page_data(session, item_id, person.id, salt), "answers": listed})
+
+
+@blueprint.post("/items/<item_id>/adjudicate")
+@limited(submissions)
+def adjudicate(item_id: str) -> Response:
+    """Keep an adjudicator's answer to any item, and go on with it."""
+    request = read_request(AnswerRequest)
+    salt = installation().salt
+    with transaction(installation().engine) as session:
+        person = required_person(session, "adjudicator")
+        found = any_item(session, item_id)
+        kept = read_answer(session, found, request.body, salt)
+        if not was_received(session, person.id, request.uuid):
+            study = session.get_one(Study, found.study_id)
+            pipeline.adjudicate(
+                session,
+                study,
+                found,
+                person,
+                uuid=request.uuid,
+                sent=request.body,
+                body=kept,
+                now=now(),
+            )
+    return _answer({"kept": True})
+
+
+@blueprint.post("/practice/<task_name>")
+@limited(submissions)
+def practice(task_name: str) -> Response:
+    """Keep that this person has done a practice example."""
+    task = read_task(task_name)
+    with transaction(installation().engine) as session:
+        keep_practice(required_person(session), task)
+    return _answer({"kept": True})
+
+
+def read_task(name: str) -> Task:
+    """A task by its name.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    if name not in TASKS:
+        raise Refusal(404, "There is no such task.")
+    return name
+
+
+def read_request(record_type: type[T]) -> T:
+    """The JSON that was sent.
+
+    Raises
+    ------
+    Refusal
+        If it has another form.
+    """
+    try:
+        request = msgspec.json.decode(flask.request.get_data(), type=record_type)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise Refusal(400, f"The request can't be read: {error}") from error
+    check_json(msgspec.to_builtins(request))
+    return request
+
+
+def any_item(session: Session, item_id: str) -> Item:
+    """An item, whoever has it.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    found = session.get(Item, item_id)
+    if found is None:
+        raise Refusal(404, "There is no such item.")
+    return found
+
+
+def _note(session: Session, item: Work, name: Any, request: NoteRequest) -> None:
+    if not was_received(session, item.who, request.uuid):
+        body = {"reason": request.reason}
+        add_event(session, item, item.who, name=name, uuid=request.uuid, body=body, now=now())
+
+
+def _answer(value: Record, status: int = 200) -> Response:
+    return Response(msgspec.json.encode(value), status, mimetype="application/json")

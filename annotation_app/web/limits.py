@@ -1,0 +1,81 @@
+"""How often people may do things, counted by person, else by address."""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import flask
+from limits import RateLimitItem, parse_many
+from limits.errors import StorageError
+from limits.storage import storage_from_string
+from limits.strategies import MovingWindowRateLimiter
+from werkzeug.exceptions import TooManyRequests
+
+from annotation_app.core import counting  # noqa: F401 - makes process:// known
+from annotation_app.people.browser_sessions import current_id
+from annotation_app.store.installation import installation
+from annotation_app.store.outages import Outage
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+submissions = "240/minute"
+arrivals = "120/minute"
+"""New people who come by an open link, by address: a class may sit behind one."""
+tries = "10/minute"
+sign_ins = "60/minute;600/hour"
+"""Passwords sent, right or wrong: to look at one takes a processor a twentieth of a second.
+
+After wrong ones people wait longer (:mod:`annotation_app.people.failed_sign_ins`)."""
+
+
+def limiter(storage: str) -> MovingWindowRateLimiter:
+    """What counts requests at a URL, as the package ``limits`` takes it."""
+    return MovingWindowRateLimiter(storage_from_string(storage, wrap_exceptions=True))
+
+
+def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Refuse what somebody does more often, telling when to come again.
+
+    Parameters
+    ----------
+    by_address
+        Whether it is counted by address also for people who are known. Cookies of new people
+        are to be had for nothing.
+    """
+    limits = parse_many(often)
+
+    def decorate(view: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(view)
+        def counted(*args: P.args, **kwargs: P.kwargs) -> R:
+            counter = installation().limiter
+            if counter is not None:
+                whose = str(flask.request.remote_addr) if by_address else _whose()
+                for limit in limits:
+                    _count(counter, limit, (view.__name__, whose))
+            return view(*args, **kwargs)
+
+        return counted
+
+    return decorate
+
+
+def _count(counter: MovingWindowRateLimiter, limit: RateLimitItem, what: tuple[str, str]) -> None:
+    try:
+        if counter.hit(limit, *what):
+            return
+        again_s = counter.get_window_stats(limit, *what).reset_time - time.time()
+    except StorageError as error:  # where the counting fails, people's work goes on
+        reason = type(error.storage_error).__name__
+        installation().outages.failed(Outage("requests can't be counted", reason))
+        return
+    raise TooManyRequests(retry_after=max(1, math.ceil(again_s)))
+
+
+def _whose() -> str:
+    person_id = current_id()
+    return str(flask.request.remote_addr) if person_id is None else f"person {person_id}"

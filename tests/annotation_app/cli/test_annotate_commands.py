@@ -1,0 +1,271 @@
+"""``ct annotate`` as people use it: real processes, and an export that trains."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+import uuid
+from collections import Counter
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+from flask import Flask
+from sqlalchemy import select
+
+from annotation_app.core.config import open_instance
+from annotation_app.export.answer_tables import safe_cell
+from annotation_app.export.corpus_export import export_corpus
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database, reading
+from annotation_app.store.models import Answer, Study
+from annotation_app.tasks.work import find_study
+from corpus_tools.cli.console import run
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import Browser, described, installation_of
+from tests.annotation_app.rendered import VIDEOS, render
+from tests.tiny_corpus import tiny_corpus
+
+GO = "Drive to the {0}"
+TREE = "EVENT(r = Drive, l = PATH(r = to, l = OBJ(f = the {0})))"
+
+
+def annotate_all(app: Flask) -> None:
+    """Two people describe each video; one of them does all the rest."""
+    workers = [Browser(app) for _ in range(2)]
+    names: dict[str, str] = {}
+    for number, worker in enumerate(workers):
+        for _ in VIDEOS:
+            noun = ("truck", "pallet")[number]
+            worker.do("describe", described(GO.format(noun)))
+    expert = Browser(app)
+    while expert.lease("segment").status_code == 200:
+        page = expert.take("segment")
+        noun = page["payload"]["command"].split()[-1]
+        sdcs = to_json(parse_brackets(TREE.format(noun), command=page["payload"]["command"]))
+        expert.answer(page["item"], {"sdcs": sdcs})
+    while expert.lease("ground").status_code == 200:
+        page = expert.take("ground")
+        thing = page["payload"]["map"]["objects"][0]["id"]
+        names[thing] = page["item"]
+        node = next(c["node"] for c in page["payload"]["clauses"] if c["type"] == "OBJECT")
+        expert.answer(page["item"], {"groundings": {str(node): {"objects": [thing]}}})
+    while expert.lease("check").status_code == 200:
+        page = expert.take("check")
+        verdicts = {str(c["node"]): False for c in page["payload"]["clauses"]}
+        expert.answer(page["item"], {"verdicts": verdicts})
+    rater = Browser(app)
+    while rater.lease("rate").status_code == 200:
+        rater.do("rate", {"rating": 4})
+    assert len(names) == 2 * len(VIDEOS)
+
+
+def test_an_export_trains(app: Flask, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    annotate_all(app)
+    instance = str(installation_of(app).config.instance)
+    out = tmp_path / "corpus"
+    assert run(["annotate", "export", str(out), "--instance", instance]) == 0
+    assert "6 commands, 12 annotations, 12 judgments" in capsys.readouterr().out
+    assert validate(out) == []
+    assert run(["eval", "--table", "1", "--corpus", str(out)]) == 0
+    assert run(["annotate", "export", str(out), "--instance", instance]) == 2
+
+    slu_core, imported = tmp_path / "slu", tmp_path / "imported"
+    command = ["annotate", "export", str(slu_core), "--format", "slu-core", "--instance", instance]
+    capsys.readouterr()
+    assert run([*command, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["folder"], told["annotations"]) == (str(slu_core), 12)
+    assert run(["import", "slu-core", str(slu_core), "--out", str(imported)]) == 0
+    read, original = load_corpus(imported), load_corpus(out)
+    assert len(read.judgments) == len(original.judgments)
+    assert Counter((a.source, a.sdcs) for a in read.annotations) == Counter(
+        (a.source, a.sdcs) for a in original.annotations
+    )
+
+
+def test_tables(app: Flask, tmp_path: Path) -> None:
+    Browser(app).do("describe", described('=HYPERLINK("http://evil")'))
+    Browser(app).do("segment", {"sdcs": [{"type": "OBJECT", "f": [["HYPERLINK", 1]]}]})
+    instance = str(installation_of(app).config.instance)
+    files = {form: tmp_path / f"answers.{form}" for form in ("csv", "jsonl", "parquet")}
+    for form, file in files.items():
+        command = ["annotate", "export", str(file), "--format", form, "--instance", instance]
+        assert run(command) == 0
+    cells = list(csv.DictReader(io.StringIO(files["csv"].read_text())))
+    assert [row["task"] for row in cells] == ["describe", "segment"]
+    assert cells[1]["command"] == '\'=HYPERLINK("http://evil")'
+    lines = [json.loads(line) for line in files["jsonl"].read_text().splitlines()]
+    assert lines[0]["body"]["text"] == '=HYPERLINK("http://evil")'
+    columns = pyarrow.parquet.read_table(files["parquet"]).to_pylist()
+    assert [{**row, "body": json.loads(row["body"])} for row in columns] == lines
+
+
+def test_a_backup_is_restored(app: Flask, tmp_path: Path) -> None:
+    Browser(app).do("describe", described("Go there 😀"))
+    instance = str(installation_of(app).config.instance)
+    archive, other = str(tmp_path / "backup.jsonl.gz"), str(tmp_path / "other")
+    (tmp_path / "passphrase").write_text("correct horse battery\n")
+    keys = ["--passphrase-file", str(tmp_path / "passphrase")]
+    assert run(["annotate", "backup", archive, "--instance", instance]) == 2  # without a choice
+    assert run(["annotate", "backup", archive, "--instance", instance, *keys]) == 0
+    assert run(["annotate", "verify", archive]) == 0
+    assert run(["annotate", "restore", archive, "--instance", other]) == 2
+    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 0
+    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 2
+    files = [tmp_path / "before.jsonl", tmp_path / "after.jsonl"]
+    for folder, file in zip((instance, other), files, strict=True):
+        command = ["annotate", "export", str(file), "--format", "jsonl", "--instance", folder]
+        assert run(command) == 0
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert "😀" in files[1].read_text()
+
+
+def test_words_with_their_clauses(app: Flask, tmp_path: Path) -> None:
+    pytest.importorskip("spacy", reason="the extra `language` is not installed")
+    annotate_all(app)
+    instance, file = str(installation_of(app).config.instance), tmp_path / "words.conllu"
+    command = ["annotate", "export", str(file), "--format", "conllu", "--instance", instance]
+    assert run(command) == 0
+    first, *_ = file.read_text().split("\n\n")
+    head, text, *words = first.splitlines()
+    assert head.startswith("# sent_id = tests-")
+    noun = text.split()[-1]
+    assert text == f"# text = Drive to the {noun}"
+    columns = [word.split("\t") for word in words]
+    assert [c[1] for c in columns] == ["Drive", "to", "the", noun]
+    assert [c[9].split("|")[0] for c in columns] == [
+        "SDC=EVENT_1.r", "SDC=PATH_2.r", "SDC=OBJECT_3.f", "SDC=OBJECT_3.f",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@A1", "\t=1", "  =1", "\r1"])
+def test_no_cell_is_a_formula(text: str) -> None:
+    assert safe_cell(text) == f"'{text}"
+
+
+def test_a_corpus_can_be_imported_edited_and_exported(tmp_path: Path) -> None:
+    corpus = tiny_corpus()
+    folder = tmp_path / "tiny"
+    write_corpus(corpus, folder)
+    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(3)))
+    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
+        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    instance = tmp_path / "instance"
+    command = ["annotate", "import", str(folder), "--videos", str(videos)]
+    assert run([*command, "--instance", str(instance)]) == 0
+    out = tmp_path / "out"
+    assert run(["annotate", "export", str(out), "--instance", str(instance)]) == 0
+    exported = load_corpus(out)
+    assert exported.commands == corpus.commands
+    assert sorted(exported.annotations, key=lambda a: a.id) == sorted(
+        corpus.annotations, key=lambda a: a.id
+    )
+
+
+@pytest.mark.slow
+def test_the_bundled_corpus_can_be_edited(tmp_path: Path) -> None:
+    """What an adjudicator changes is exported as they left it, all else as it was."""
+    corpus = open_corpus("warehouse")
+    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(len(corpus.contexts))))
+    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
+        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    instance = tmp_path / "instance"
+    command = ["annotate", "import", "warehouse", "--videos", str(videos)]
+    assert run([*command, "--instance", str(instance)]) == 0
+    config = open_instance(instance)
+    engine = open_database(config.database)
+    changed = next(a for a in corpus.annotations if a.source == "positive" and len(a.sdcs) == 1)
+    with reading(engine) as session:
+        (study,) = session.scalars(select(Study)).all()
+        item = next(
+            answer.item_id
+            for answer in session.scalars(select(Answer).where(Answer.task == "segment"))
+            if answer.subject.endswith(f" {changed.id}")
+        )
+    editor = Browser(create_app(config, engine), "adjudicator", study.name)
+    word = all_words(changed.sdcs[0])[0]
+    tree = [{"type": "OBJECT", "f": [[word.text, word.start]]}]
+    sent = {"uuid": str(uuid.uuid4()), "body": {"sdcs": tree}}
+    assert editor.send("POST", f"/api/items/{item}/adjudicate", sent).status_code == 200
+    page = editor.lease("ground", study.name)
+    assert page.json["payload"]["command"] == changed.command.text
+    editor.answer(page.json["item"], {"groundings": {"0": {"cant_tell": True}}})
+    engine.dispose()
+
+    out = tmp_path / "out"
+    assert run(["annotate", "export", str(out), "--instance", str(instance)]) == 0
+    exported = {a.id: a for a in load_corpus(out).annotations}
+    assert to_json(exported[changed.id].sdcs) == tree
+    untouched = [a for a in corpus.annotations if a.command.id != changed.command.id]
+    assert [exported[a.id] for a in untouched] == untouched
+
+
+def test_the_server(tmp_path: Path, videos: Path) -> None:
+    """init, serve and stop, as a stranger would."""
+    study = tmp_path / "my-study.yaml"
+    assert run(["annotate", "init", str(study)]) == 0
+    assert run(["annotate", "init", str(study)]) == 2
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    options = ["--videos", str(videos), "--instance", str(tmp_path / "i"), "--port", str(port)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "corpus_tools", "annotate", str(study), *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            reply = _get(f"http://127.0.0.1:{port}/api/openapi.json")
+            assert json.loads(reply)["openapi"] == "3.1.0"
+        finally:
+            server.terminate()
+        told, _ = server.communicate()
+    assert f"http://localhost:{port}/s/my-study" in told
+    assert f"http://localhost:{port}/setup/" in told
+    engine = open_database(tmp_path / "i" / "annotation.sqlite")
+    with reading(engine) as session:
+        assert export_corpus(session, find_study(session, "my-study")).commands == {}
+    engine.dispose()
+
+
+def _get(address: str) -> bytes:
+    for _ in range(600):
+        try:
+            with urllib.request.urlopen(address) as reply:
+                return bytes(reply.read())
+        except OSError:
+            time.sleep(0.1)
+    raise TimeoutError(address)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("title: Commands", "study.yaml:1:1: the field 'name' is missing"),
+        ("name: a\ntitle: b\ntasks: {}", "there are no tasks"),
+        ("name: a\ntitle: b\ntasks:\n  sing: {}", "study.yaml:4:3"),
+        ("name: a\ntitle: b\ntasks:\n  rate: {answers: 0}", "study.yaml:4:19: tasks.rate.answers"),
+        ("name: a\ntitle: b\ncolour: red\ntasks: {rate: {}}", "there is no such field"),
+        ("name: a\ntitle: b\nvideos: none\ntasks: {rate: {}}", "there are no videos"),
+    ],
+)
+def test_mistakes_in_a_study(
+    tmp_path: Path, change: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text(change)
+    assert run(["annotate", str(study), "--instance", str(tmp_path / "i")]) == 2
+    assert told in capsys.readouterr().err
