@@ -16,7 +16,7 @@ from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import landmark_nodes
-from g3.inference.problem.grounding_problem import Group, Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem, Group
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import BETWEEN, ENDS, LATERAL
@@ -125,14 +125,16 @@ def between_neighbours(case: CandidateCase) -> Measured:
     return _is_between_one(case) and case.each(lambda g: not _are_neighbours(g, case.problem))
 
 
-def _are_neighbours(group: Group, about: Surroundings) -> bool:
+def _are_neighbours(group: Group, problem: GroundingProblem) -> bool:
     things = [g for g in group if isinstance(g, PhysicalObject)]
     if len(things) != 2 or len(group) > 2:
         return False
     one, other = (centre(thing.prism) for thing in things)
     labels = set(things[0].labels)
-    apart = {things[0].id, things[1].id, about.load}
-    rest = [o for o in about.state.context.objects if labels & set(o.labels) and o.id not in apart]
+    apart = {things[0].id, things[1].id, problem.load}
+    rest = [
+        o for o in problem.state.context.objects if labels & set(o.labels) and o.id not in apart
+    ]
     off = centres([thing.prism for thing in rest]) - one
     way = other - one
     if not way.any():

@@ -11,7 +11,7 @@ from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem
+from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem_in
 from tests.worlds import robot, thing
 
 UNMOVED, UNUSUAL = WEIGHT["moved"], WEIGHT["onto"]
@@ -20,7 +20,7 @@ TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
 ON_TRUCK = thing("boxes", "pallet", 20, 0, z=(1, 2))
 ON_GROUND = thing("tires", "pallet", 8, 0)
-ABOUT = problem(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
+PROBLEM = problem_in(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
 
 
 def put(load, x, y, bottom):
@@ -41,7 +41,7 @@ def put(load, x, y, bottom):
     ],
 )
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
-    found = of_actions("moved", "EVENT(r = Put)", [action], about=ABOUT)
+    found = of_actions("moved", "EVENT(r = Put)", [action], problem=PROBLEM)
     assert found.tolist() == [cost]
 
 
@@ -60,7 +60,7 @@ def test_to_the_floor_is_not_on_the_truck_but_to_the_truck_is(path, on, beside):
     actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
     (goal,) = goal_paths(tree, 0)
     found = Arguments((None,), (Candidate((TRUCK,), 0.0, {}),), goal, {})
-    floor, onto = (of_actions(n, notation, actions, found, ABOUT) for n in ("to-floor", "onto"))
+    floor, onto = (of_actions(n, notation, actions, found, PROBLEM) for n in ("to-floor", "onto"))
     assert (floor + onto).tolist() == [on, beside]
 
 
@@ -73,6 +73,6 @@ def test_what_is_taken_off_a_truck_is_on_it():
     actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
     marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
     costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
-    off, to = (PathCase(tree, path, ABOUT.state, actions, marks, ABOUT) for path in (0, 1))
+    off, to = (PathCase(tree, path, PROBLEM.state, actions, marks, PROBLEM) for path in (0, 1))
     assert adds("taken-from", off).tolist() == costs
     assert not adds("taken-from", to).any()

@@ -13,12 +13,12 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
-from tests.g3.inference.ruled import WEIGHT, of_actions, problem
+from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in
 
 KINDS = ("wait", "drive to", "pick up", "carry", "put down")
 UNUSUAL = WEIGHT["verb-take"]
 TIRES = thing("tires", "pallet", 8, 0)
-ABOUT = problem(Context("scene", (TIRES, robot()), (), "robot"))
+PROBLEM = problem_in(Context("scene", (TIRES, robot()), (), "robot"))
 IT = Candidate((TIRES,), 0.0, {})
 
 
@@ -35,9 +35,9 @@ def costs(clauses, *, theme=True, leads=False, held=None, at_start=None, at_plac
     tree = Tree(parse_brackets(clauses))
     goal_path = -1 if at_place else tree.below(0, ("l2",), "PATH")[0]
     found = Arguments((IT if theme else None,), (IT if leads else None,), goal_path, {})
-    about = replace(ABOUT, state=replace(ABOUT.state, held=at_start))
-    state = replace(ABOUT.state, held=held)
-    case = ActionCase(tree, 0, state, found, [Action(kind) for kind in KINDS], about)
+    problem = replace(PROBLEM, state=replace(PROBLEM.state, held=at_start))
+    state = replace(PROBLEM.state, held=held)
+    case = ActionCase(tree, 0, state, found, [Action(kind) for kind in KINDS], problem)
     verbs = [scores for name, scores in added_by(case).items() if name.startswith("verb-")]
     return dict(zip(KINDS, sum(verbs, np.zeros(len(KINDS))).tolist(), strict=True))
 

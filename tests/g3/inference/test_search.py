@@ -12,7 +12,7 @@ from g3.actions.robot_state import centres, start_state
 from g3.groundings import Prism
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import RandomCost, Scorer
-from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.search.thing_search import ground_thing, likely
 from g3.sdc.sdc_notation import parse_brackets
@@ -22,7 +22,7 @@ from tests.g3.inference.exact import best_groundings
 
 def surroundings(context, cost, **options):
     state = start_state(context)
-    return Surroundings(state, scene_of(state.context), cost, **options)
+    return GroundingProblem(state, scene_of(state.context), cost, **options)
 
 
 @pytest.mark.parametrize("learned", [True, False])
@@ -39,17 +39,17 @@ def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, mod
     cost = Scorer(model) if learned else ConstantCost()
     few = (*dock.objects[:4], dock.agent)
     tree = Tree(parse_brackets(notation))
-    about = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
-    score, groundings = best_groundings(tree, 0, about)
-    found = ground_thing(tree, 0, about)[0]
+    problem = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
+    score, groundings = best_groundings(tree, 0, problem)
+    found = ground_thing(tree, 0, problem)[0]
     assert found.score == pytest.approx(score)
     assert {n: group for n, (group, _) in found.nodes.items()} == groundings
 
 
 def test_candidates_with_equal_scores_keep_the_order_of_the_context(dock):
-    about = surroundings(dock, ConstantCost())
+    problem = surroundings(dock, ConstantCost())
     tree = Tree(parse_brackets("OBJ(f = the pallet)"))
-    singles = [c.group[0].id for c in ground_thing(tree, 0, about) if len(c.group) == 1]
+    singles = [c.group[0].id for c in ground_thing(tree, 0, problem) if len(c.group) == 1]
     assert singles == [o.id for o in dock.objects][: len(singles)]
 
 
