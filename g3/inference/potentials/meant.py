@@ -118,8 +118,8 @@ def load_elsewhere(case: CandidateCase) -> Measured:
 )
 def stands_on(case: FactorCase) -> Measured:
     """A thing that is "on the truck" stands on it."""
-    told = concepts(field_words(case.sdc.relation))
-    if "on" not in told or told & (SIDES | {"between"}):
+    said = concepts(field_words(case.sdc.relation))
+    if "on" not in said or said & (SIDES | {"between"}):
         return False
     batch, problem = case.batch, case.problem
     ids = [o.id for o in problem.state.context.objects]

@@ -49,14 +49,14 @@ def on_ground(words: SDC, relation: SDC) -> bool:
     """
     if FLOOR.intersection(field_words(all_words(words))):
         return True
-    told = concepts(field_words(relation.relation))
-    return "on" not in told and bool(told & BESIDE)
+    said = concepts(field_words(relation.relation))
+    return "on" not in said and bool(said & BESIDE)
 
 
 def is_on_top(sdc: SDC) -> bool:
     """Whether words say that something is to be on a thing: on the truck, not on its left."""
-    told = concepts(field_words(sdc.relation))
-    return "on" in told and not told & (BESIDE - {"near", "between"})
+    said = concepts(field_words(sdc.relation))
+    return "on" in said and not said & (BESIDE - {"near", "between"})
 
 
 def _about_thing(batch: FactorBatch) -> BoolArray:
@@ -102,10 +102,10 @@ def place_side(case: FactorCase) -> Measured:
     wanted = _sides(batch)
     bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
     robot = mark == batch.agent_body
-    told = wanted.sum(axis=1) == 1
-    told &= robot | bodies.labels[mark].any(axis=1)
-    told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
-    if not told.any():
+    applies = wanted.sum(axis=1) == 1
+    applies &= robot | bodies.labels[mark].any(axis=1)
+    applies &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
+    if not applies.any():
         return False
     middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
     middle = np.where((batch.landmark < 0)[:, None], _seen(batch, case.origin), middle)
@@ -124,7 +124,7 @@ def place_side(case: FactorCase) -> Measured:
     if several.any():
         beyond = np.nan_to_num(_beyond(batch, mark, place, ahead, way), nan=np.inf).min(axis=1)
         wrong |= several & (beyond < 0)
-    result: BoolArray = told & wrong
+    result: BoolArray = applies & wrong
     return result
 
 
@@ -168,12 +168,14 @@ def _sides(batch: FactorBatch) -> BoolArray:
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
     ends = np.array([bool(ENDS.intersection(words.get("relation", ()))) for words in batch.words])
-    told = named(batch, ("relation",))
+    named_sides = named(batch, ("relation",))
     if ends.any():
-        told = np.where(ends[batch.factor, None], named(batch, ("relation", "landmark")), told)
-    told = told[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+        named_sides = np.where(
+            ends[batch.factor, None], named(batch, ("relation", "landmark")), named_sides
+        )
+    named_sides = named_sides[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
     behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
-    return np.column_stack((told, np.array(behind)[batch.factor]))
+    return np.column_stack((named_sides, np.array(behind)[batch.factor]))
 
 
 def _beyond(

@@ -34,9 +34,9 @@ def next_in_row(case: FactorCase) -> Measured:
     """A place next to a thing of a row is in line with the row."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    told = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
-    told &= bodies.count[mark] == 1
-    if not told.any():
+    applies = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
+    applies &= bodies.count[mark] == 1
+    if not applies.any():
         return False
     middle, peers = local_centres(batch, mark), local_centres(batch, batch.peers)
     alike = (bodies.labels[batch.peers] == bodies.labels[mark][:, None]).all(axis=2)
@@ -45,16 +45,16 @@ def next_in_row(case: FactorCase) -> Measured:
     across, straight = rows(points, np.column_stack((np.ones(len(batch), dtype=bool), alike)))
     off = turned(local_centres(batch, batch.figure) - middle, across)
     aside: BoolArray = np.abs(off[:, 0]) > np.abs(off[:, 1])
-    wrong: BoolArray = told & straight & aside
+    wrong: BoolArray = applies & straight & aside
     return wrong
 
 
 def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
     """Which places by the end or the side of several things are among them, and out of line."""
     bodies, mark = batch.bodies, batch.landmark
-    told = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
-    if not told.any():
-        return told, told
+    applies = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
+    if not applies.any():
+        return applies, applies
     members = bodies.members[mark]
     known = ~np.isnan(members).any(axis=-1, keepdims=True)
     middle = np.where(known, members, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
@@ -64,7 +64,7 @@ def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
     away = bodies.centre[batch.figure] - middle
     among = np.abs((away * along).sum(axis=-1)) < reach
     aside = np.abs(cross(away, along)) > OFF_LINE_M
-    return told & among, told & aside
+    return applies & among, applies & aside
 
 
 @potential("row-end", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.05))
@@ -84,8 +84,8 @@ def place_between(case: FactorCase) -> Measured:
     """A place between things is on the way from one of them to another."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    told = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
-    if not told.any():
+    applies = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
+    if not applies.any():
         return False
     members = bodies.members[mark]
     one, other = np.triu_indices(members.shape[1], 1)
@@ -95,14 +95,14 @@ def place_between(case: FactorCase) -> Measured:
     along = (off * way).sum(axis=-1) / length**2
     aside = np.abs(cross(off, way)) / length
     among = (along > 0) & (along < 1) & (aside <= np.maximum(OFF_LINE_M, WIDE * length))
-    result: BoolArray = told & ~among.any(axis=1)
+    result: BoolArray = applies & ~among.any(axis=1)
     return result
 
 
 def _is_between_one(case: CandidateCase) -> bool:
     """Whether the candidates are all that a clause is between: "between the pallets"."""
-    told = BETWEEN.intersection(field_words(case.clause.relation))
-    return bool(told) and len(landmark_nodes(case.tree, case.within)) == 1
+    said = BETWEEN.intersection(field_words(case.clause.relation))
+    return bool(said) and len(landmark_nodes(case.tree, case.within)) == 1
 
 
 @potential(
@@ -153,5 +153,5 @@ def _named(batch: FactorBatch, words: frozenset[str]) -> BoolArray:
 
 def _sided(batch: FactorBatch) -> BoolArray:
     """Whether each row's relation names the left or the right."""
-    told = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
-    return np.array(told)[batch.factor]
+    lateral = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
+    return np.array(lateral)[batch.factor]

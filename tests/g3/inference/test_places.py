@@ -13,7 +13,7 @@ from g3.inference.potentials.potential_registry import allowed
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
-from g3.inference.problem.phrases import is_area, is_measure, is_there, told
+from g3.inference.problem.phrases import is_area, is_measure, is_there, unstressed
 from g3.inference.search.arguments import arguments
 from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
 from g3.learning.examples import to_batch
@@ -170,8 +170,8 @@ def test_phrases():
     there, right = parse_brackets("PLACE(f = over there); PLACE(f = to the right)")
     assert is_there(there)
     assert not is_there(right)
-    assert told(("right", "in", "front", "of")) == ("in", "front", "of")
-    assert told(("to", "the", "right", "of")) == ("to", "the", "right", "of")
+    assert unstressed(("right", "in", "front", "of")) == ("in", "front", "of")
+    assert unstressed(("to", "the", "right", "of")) == ("to", "the", "right", "of")
 
 
 @pytest.mark.parametrize(
