@@ -34,9 +34,7 @@ from g3.errors import FormatError
 from g3.groundings import Trajectory
 
 T = TypeVar("T")
-R = TypeVar(
-    "R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord, OutcomeRecord
-)
+R = TypeVar("R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord, OutcomeRecord)
 OnProblem = Callable[[FormatError], None]
 """Called with each problem; where it returns, the record with the problem is left out."""
 

@@ -56,7 +56,9 @@ def overview(corpus: Corpus) -> str:
         f"{len(corpus.annotations)} annotations, {len(corpus.judgments)} judgments, "
         f"{len(corpus.outcomes)} outcomes",
         "",
-        *columns([("scenario", "typed", "annotated", "id", "an annotated command"), *rows]),
+        *columns(
+            [("scenario", "typed", "annotated", "id", "a command, annotated if any is"), *rows]
+        ),
     ]
     if corpus.annotations:
         example = corpus.annotations[0]
@@ -82,6 +84,9 @@ def overview_record(corpus: Corpus) -> Mapping[str, object]:
 
 def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
     typed = Counter(command.scenario for command in corpus.commands.values())
+    first: dict[str, dict[str, Command]] = {}
+    for command in corpus.commands.values():
+        first.setdefault(command.scenario, {command.id: command})
     annotated: dict[str, dict[str, Command]] = {}
     for annotation in corpus.annotations:
         command = annotation.command
@@ -89,15 +94,15 @@ def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
     rows = []
     for scenario, count in sorted(typed.items()):
         commands = annotated.get(scenario, {})
-        name, text = _example(commands)
+        name, text = _example(commands or first[scenario])
         row = {"typed": count, "annotated": len(commands), "id": name, "command": text}
         rows.append({"scenario": scenario, **row})
     return rows
 
 
-def _example(annotated: Mapping[str, Command]) -> tuple[str, str]:
+def _example(commands: Mapping[str, Command]) -> tuple[str, str]:
     """The id and the text of the first command, if there is any."""
-    for command in annotated.values():
+    for command in commands.values():
         text = " ".join(command.text.split())
         return command.id, textwrap.shorten(text, EXAMPLE_WIDTH, placeholder=" ...")
     return "", ""
