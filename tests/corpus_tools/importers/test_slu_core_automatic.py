@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import json
+from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
 
 from corpus_tools.cli.corpus_commands import corpus as corpus_command
 from corpus_tools.cli.import_commands import import_
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.decoding import World
+from corpus_tools.corpus.decoding import outcome as decode_outcome
+from corpus_tools.corpus.encoding import encode, make_corpus
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, is_drive, outcomes_of
+from corpus_tools.importers.slu_core.automatic_tasks import outcomes_of_log, read_log
+from corpus_tools.importers.slu_core.automatic_worlds import place_robot, read_things
 from corpus_tools.importers.slu_core.slu_parts import import_parts
 from g3.errors import FormatError
 from tests.corpus_tools.importers import random_tasks as made
@@ -199,7 +207,7 @@ def test_a_trailer_that_is_not_there(group):
     made.put_world(group, xml=xml, status=made.log(made.TO_TRAILER.format("11")))
     corpus, report = read(group)
     assert corpus.outcomes[0].unknown == ("on",)
-    assert "a load is put on a trailer, and there is none in objects.xml" in noted(report)
+    assert "a load is put on a trailer, and objects.xml has none for it" in noted(report)
 
 
 @pytest.mark.parametrize(
@@ -419,3 +427,58 @@ def test_the_corpus_is_written_sound_and_shown(group, tmp_path):
     assert "outcomes, put on something" in show("stats", out)
     assert json.loads(show("stats", out, "--json"))["outcomes"]["tasks"] == 1
     assert json.loads(show("show", out, "--json"))["outcomes"] == 1
+
+
+# Any file
+
+
+TAGS = st.sampled_from(["item", "id", "type", "label", "position", "orientation", "flag"])
+VALUES = st.sampled_from(
+    ["1 2 3", "1 0 0 0", "nan 0 0", "1e999 0 0", "..1 2 3", "19", "5", "", "x"]
+) | st.text(max_size=5)
+
+
+def elements(children):
+    return st.builds(
+        lambda tag, kind, frame, inner: (
+            f'<{tag} type="{kind}" id="{frame}">{"".join(inner)}</{tag}>'
+        ),
+        TAGS,
+        st.sampled_from(["pallet", "object", "flag"]),
+        st.sampled_from(["local-frame", "lat_lon_theta"]),
+        st.lists(children, max_size=6),
+    )
+
+
+XML = st.recursive(VALUES.map(escape), elements, max_leaves=30).map("<objects>{}</objects>".format)
+
+
+@given(xml=XML | st.text(max_size=50), status=st.text(max_size=80))
+def test_whatever_the_files_hold_it_is_read_or_refused_properly(xml, status):
+    told = []
+    try:
+        things = read_things(xml, lambda *what: told.append(what))
+    except FormatError:
+        return
+    log = read_log(status)
+    context = place_robot("world", things, log.start, lambda *what: told.append(what))
+    outcomes = outcomes_of_log(log, context, "", lambda *what: told.append(what))
+    assert len({item.id for item in context.objects}) == len(context.objects)
+    assert {name for name, _ in context.assumed} <= {item.id for item in context.objects}
+    assert outcomes
+
+
+LINES = st.sampled_from(
+    [made.PICK_UP, made.TO_TRAILER, made.TO_CHECKPOINT, made.DRIVE, "Generating {} {}", "ok"]
+)
+
+
+@given(st.lists(st.tuples(LINES, st.sampled_from(["11", "13", "99", "-100", ""])), max_size=4))
+def test_whatever_was_done_the_record_fits_together(lines):
+    log = read_log(made.log(*(line.format(name, 7) for line, name in lines)))
+    context = place_robot("world", read_things(made.YARD, print), log.start, print)
+    outcomes = outcomes_of_log(log, context, "", lambda *_: None)
+    corpus = make_corpus("c", contexts=[context], commands=[], annotations=[], outcomes=outcomes)
+    world = World({}, corpus.contexts, {("world", o.id): o for o in context.objects})
+    records = encode(corpus).outcomes
+    assert tuple(decode_outcome(record, world) for record in records) == outcomes
