@@ -120,7 +120,7 @@ def read_arrays(
     except Exception as problem:  # a damaged file can raise anything
         what = " ".join(str(problem).split()) or type(problem).__name__
         if not isinstance(problem, _DamagedError):
-            what = f"the array can't be read: {what}" if name else f"the arrays can't be read: {what}"
+            what = f"the array{'' if name else 's'} can't be read: {what}"
         raise error(what, where=f"{where}: {name}" if name else where, fix=fix) from problem
     return arrays
 
