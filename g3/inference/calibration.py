@@ -77,7 +77,7 @@ def fit_curve(seen: FloatArray, correct: BoolArray) -> FloatArray:
     correct
         Which of them are right, shape (n,).
     """
-    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.lbfgs
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
 
     sign = np.where(correct, 1.0, -1.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 from corpus_tools.world.looks.atlas import Finish, colour, patch
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.look_registry import look
-from corpus_tools.world.looks.parts import Part, box, extruded, quad, rod, turned
+from corpus_tools.world.looks.parts import Part, box, extruded, inside, quad, rod, turned
 from corpus_tools.world.looks.wheels import wheel
 from corpus_tools.world.state.dimensions import CAB_TOP
 from corpus_tools.world.state.shapes import Shape
@@ -67,6 +67,7 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
     draw(spec, body, parts)
 
 
+@look("flatbed-truck")
 @look("truck")
 def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """A truck with a flat bed behind its cab."""
@@ -90,6 +91,41 @@ def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
     ]
     draw(spec, body, parts)
     draw(spec, body, _cab(*cab, ground, roof), gloss=True)
+
+
+@look("semi-truck")
+def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """A tractor for trailers: a long bonnet, a cab with a sleeper, and a fifth wheel behind."""
+    low, high = shape.low, shape.high
+    part, (length, width, height) = inside(low, high), shape.size.tolist()
+    ground, frame = float(low[2]), float(low[2]) + 0.3 * height
+    white, steel, silver = colour("white", 0.7, 1.05), colour("steel"), colour("silver", 0.6, 1.1)
+    window, black = patch("window"), colour("black", 0.8, 1.1)
+    fifth = [(0.0, 0.0), (0.17 * width, 0.0), (0.17 * width, 0.06), (0.0, 0.06)]
+    plate = (float(low[0]) + 0.2 * length, float(shape.middle[1]), frame)
+    paint = [
+        part((0.4, 0.56), (0.03, 0.97), (0.3, 1.0), white, tops=white),
+        part((0.56, 0.72), (0.05, 0.95), (0.2, 0.9), white, tops=white),
+        part((0.72, 0.97), (0.14, 0.86), (0.24, 0.58), white, tops=white),
+        part((0.96, 0.985), (0.14, 0.86), (0.2, 0.56), patch("grille")),
+        part((0.7, 0.725), (0.09, 0.91), (0.6, 0.84), window, without="-x -y +y -z +z"),
+        part((0.6, 0.7), (0.045, 0.955), (0.58, 0.82), window, without="-x +x -z +z"),
+        part((0.76, 0.95), (0.0, 0.16), (0.24, 0.36), white, tops=white),
+        part((0.76, 0.95), (0.84, 1.0), (0.24, 0.36), white, tops=white),
+        part((0.97, 1.0), (0.04, 0.96), (0.08, 0.18), silver),
+    ]
+    rear = [
+        *_beams((low[0], low[0] + 0.96 * length), plate[1], width, (frame - 0.1 * height, frame)),
+        *_wheels([low[0] + at * length for at in (0.12, 0.27, 0.85)], shape, ground, frame),
+        *_tank(float(low[0] + 0.5 * length), shape, ground, frame),
+        turned(fifth, _DARK, centre=plate, segments=14),
+        *(part((0.37, 0.39), y, (0.3, 0.98), silver) for y in ((0.06, 0.1), (0.9, 0.94))),
+        *(part((0.0, 0.01), y, (0.06, 0.26), black) for y in ((0.02, 0.2), (0.8, 0.98))),
+        part((0.3, 0.37), (0.3, 0.7), (0.28, 0.34), steel),
+        *_rear_lights(low[0] + 0.02 * length, plate[1], width, frame - 0.02),
+    ]
+    draw(spec, body, rear)
+    draw(spec, body, paint, gloss=True)
 
 
 def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[Part]:

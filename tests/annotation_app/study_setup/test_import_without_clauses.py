@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from annotation_app.config import open_instance
-from annotation_app.database import open_database
-from annotation_app.factory import create_app
-
+from annotation_app.core.config import open_instance
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
