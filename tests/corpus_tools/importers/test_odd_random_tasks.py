@@ -5,9 +5,11 @@ from __future__ import annotations
 from xml.sax.saxutils import escape
 
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from corpus_tools.cli.import_commands import import_
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.decoding import World
 from corpus_tools.corpus.decoding import outcome as decode_outcome
