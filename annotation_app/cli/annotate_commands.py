@@ -10,7 +10,7 @@ import click
 from annotation_app.cli.audit_commands import audit
 from annotation_app.cli.command_options import DATABASE, INSTANCE
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
-from annotation_app.cli.crowd_commands import reconcile
+from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init, slug
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
@@ -338,7 +338,7 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
+for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
     annotate.add_command(_command)
 
 

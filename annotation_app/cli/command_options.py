@@ -1,10 +1,15 @@
-"""Options that commands about an installation share."""
+"""What commands about an installation share: options, and names that they had before."""
 
 from __future__ import annotations
 
+import copy
+import functools
 from pathlib import Path
+from typing import Any
 
 import click
+
+from corpus_tools.runtime.terminal import note
 
 DATABASE_VARIABLE = "CT_ANNOTATE_DATABASE"
 
@@ -21,3 +26,25 @@ DATABASE = click.option(
     envvar=DATABASE_VARIABLE,
     help="Database, such as postgresql://user@host/name [default: SQLite in the instance].",
 )
+
+
+def old_name(command: click.Command, old: str, new: str) -> click.Command:
+    """The same command for the name that it had: help doesn't list it, and it tells its new name.
+
+    Parameters
+    ----------
+    old, new
+        What follows ``ct``.
+    """
+    do = command.callback
+    assert do is not None  # noqa: S101 - it was made of a function
+
+    @functools.wraps(do)
+    def do_with_note(*args: Any, **kwargs: Any) -> Any:
+        note(f"note: `ct {old}` is now `ct {new}`; the old name goes with the next version")
+        return do(*args, **kwargs)
+
+    alias = copy.copy(command)
+    alias.hidden = True
+    alias.callback = do_with_note
+    return alias

@@ -110,8 +110,8 @@ def open_session(
     *,
     instance: Path,
     database: str | None,
-    sandbox: bool,
-    endpoint: str | None,
+    sandbox: bool = False,
+    endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
     """A study, and the platform with credentials from the environment.
 
