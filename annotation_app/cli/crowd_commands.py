@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE, old_name
+from annotation_app.cli.command_options import INSTALLATION, old_name
 from annotation_app.crowds.crowd_registry import Provider, providers
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -101,8 +101,7 @@ def collect() -> None:
 @click.argument("study_name", metavar="STUDY")
 @SANDBOX
 @ENDPOINT
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
     """Hold what was received here against what a crowd platform has. Nothing is paid.
@@ -125,7 +124,7 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
     from annotation_app.crowds.crowd_session import open_session
     from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
 
-    with open_session(known[provider_name], study_name, **options) as session:
+    with open_session(known[provider_name], study_name, **_whereabouts(options)) as session:
         findings, entries = session.findings(), session.ledger.entries()
     record = {"assignments": _records(findings), "ledger": entry_records(entries)}
     tell(form, record, *_lines(findings), *total_lines(entries), *doubt_lines(entries))
@@ -162,8 +161,7 @@ def _publish_command(provider: Provider) -> click.Command:
         show_default=True,
         help="How many items an assignment asks for.",
     )
-    @INSTANCE
-    @DATABASE
+    @INSTALLATION
     @FORMAT
     def command(*, study_name: str, form: str, **options: Any) -> None:
         from annotation_app.crowds.crowd_session import open_session
@@ -252,8 +250,7 @@ def _collect_command(provider: Provider) -> click.Command:
         metavar="ID",
         help="What is in doubt under this ID was not done, as you have seen: do it now.",
     )
-    @INSTANCE
-    @DATABASE
+    @INSTALLATION
     @FORMAT
     @ENDPOINT
     @SANDBOX
@@ -289,8 +286,8 @@ def _collect_command(provider: Provider) -> click.Command:
 
 def _whereabouts(options: dict[str, Any]) -> dict[str, Any]:
     """Take out of the options what says where a study and its platform are."""
-    names = ("instance", "database", "sandbox", "endpoint")
-    return {name: options.pop(name) for name in names if name in options}
+    there = {name: options.pop(name) for name in ("sandbox", "endpoint") if name in options}
+    return {**options.pop("place")._asdict(), **there}
 
 
 def _check(provider: Provider, deeds: Sequence[Deed], doubts: Sequence[Entry]) -> None:
