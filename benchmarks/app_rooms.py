@@ -11,11 +11,11 @@ import asyncio
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from statistics import median
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from benchmarks.app_servers import servers
 from benchmarks.app_submissions import Figures, add_study, run
@@ -40,22 +40,6 @@ def let_sqlite_wait() -> None:
     database._turn = nullcontext  # type: ignore[assignment]
 
 
-def run_by_sqlalchemy() -> None:
-    """Each statement goes the way of all others."""
-    import json  # noqa: PLC0415
-
-    from annotation_app.store import database  # noqa: PLC0415
-
-    def run(session: Any, statement: Any, values: Mapping[str, Any]) -> Any:
-        given = {
-            name: json.loads(value) if name in ("body", "sent_body") else value
-            for name, value in values.items()
-        }
-        return session.execute(statement, given).all()
-
-    database.run = run
-
-
 def try_each_connection() -> None:
     """Ask PostgreSQL for a sign of life before each request, as ``pool_pre_ping`` does."""
     from annotation_app.store import database  # noqa: PLC0415
@@ -77,8 +61,6 @@ ROOMS = {
     "loop": Room(wait_with_the_loop_of_waitress, "postgresql", 2, 600, 8),
     "loop, many connections": Room(wait_with_the_loop_of_waitress, "postgresql", 2, 1800, 8),
     "turnstile": Room(let_sqlite_wait, "sqlite", 8, 600, 64),
-    "driver": Room(run_by_sqlalchemy, "postgresql", 2, 600, 8),
-    "driver, sqlite": Room(run_by_sqlalchemy, "sqlite", 2, 600, 8),
     "idle": Room(try_each_connection, "postgresql", 2, 600, 8),
 }
 OURS = "ours"
