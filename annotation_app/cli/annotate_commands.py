@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.audit_commands import audit
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
-from annotation_app.cli.crowd_commands import reconcile
+from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init, slug
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
@@ -65,8 +65,7 @@ def annotate() -> None:
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     help="Folder that `ct render-videos` has filled, instead of the study's.",
 )
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
@@ -132,8 +131,7 @@ def serve(
     study_files: tuple[Path, ...],
     demo: bool,
     videos: Path | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     host: str,
     port: int,
     threads: int,
@@ -164,11 +162,11 @@ def serve(
     from annotation_app.core.config import open_instance
     from annotation_app.serving import server as serving
 
-    is_elsewhere = instance != Path("annotation")
-    demo = demo or not (study_files or is_elsewhere or database or instance.exists())
-    folder = _demo_instance() if demo and not is_elsewhere else instance
+    is_elsewhere = place.instance != Path("annotation")
+    demo = demo or not (study_files or is_elsewhere or place.database or place.instance.exists())
+    folder = _demo_instance() if demo and not is_elsewhere else place.instance
     config = replace(
-        open_instance(folder, database),
+        open_instance(folder, place.database),
         https=https,
         proxies=proxies,
         frame_ancestors=frame_ancestors,
@@ -209,8 +207,7 @@ def serve(
 @annotate.command()
 @click.argument("out", type=click.Path(path_type=Path))
 @STUDY_NAME
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @click.option(
     "--format",
     "form",
@@ -227,8 +224,7 @@ def export(
     *,
     out: Path,
     study_name: str | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
     licence: str,
     force: bool,
@@ -248,25 +244,21 @@ def export(
     from annotation_app.export import corpus_export as exports
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, reading
-    from annotation_app.store.schema import is_current
+    from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
     from corpus_tools.runtime.atomic_folder import write_folder
-    from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
     if form == "corpus":
         check_writable(out, force=force)
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     with (
         opened(config.database) as engine,
         reading(engine, one_state=True) as session,
     ):
-        if not is_current(engine):
-            raise FormatError(
-                "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
-            )
+        check_current(engine)
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
             write_bytes(out, answer_tables.TABLES[form](session, study))
@@ -297,16 +289,14 @@ def export(
     help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
 )
 @STUDY_NAME
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def import_(
     *,
     corpus: str,
     videos: Path,
     study_name: str | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Make a study of a corpus, to look at it and go on with it.
@@ -325,7 +315,7 @@ def import_(
     from annotation_app.study_setup.rendered_study import rendered_videos
     from corpus_tools.importers.authored.bundled import open_corpus, resolve
 
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     serving.prepare(config)
     found = open_corpus(corpus)
     name = study_name or slug(found.name)
@@ -338,7 +328,7 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
+for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
     annotate.add_command(_command)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -12,10 +11,8 @@ from sqlalchemy import (
     BindParameter,
     ColumnElement,
     Float,
-    Text,
     UpdateBase,
     bindparam,
-    cast,
     exists,
     func,
     or_,
@@ -25,7 +22,7 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import ReturningUpdate
 
-from annotation_app.store.database import core, dialect_of, inserting, run
+from annotation_app.store.database import core, dialect_of, inserting
 from annotation_app.store.models import Answer, Handout, Item, Person, Record, Slot, Study, Task
 from annotation_app.tasks.elapsed import since_boot
 
@@ -81,7 +78,7 @@ AnyItem: TypeAlias = Item | Work
 def lock_person(session: Session, person_id: str) -> None:
     """Let no other transaction do anything for a person until this one ends."""
     if dialect_of(session) != "sqlite":  # there is one writer at a time
-        run(session, _LOCK, {"who": person_id})
+        session.execute(_LOCK, {"who": person_id})
 
 
 def take(
@@ -110,18 +107,18 @@ def take(
         return "blocked"
     about = {"of_study": study_id, "of_task": task, "who": person.id}
     times = {"at_present": now, "until": now + lease_s}
-    held = run(session, _HELD, about)
-    if held and extend(session, held[0][0], person.id, now=now, lease_s=lease_s):
-        return Lease(held[0][0], now + lease_s)
+    held = session.scalar(_HELD, about)
+    if held and extend(session, held, person.id, now=now, lease_s=lease_s):
+        return Lease(held, now + lease_s)
     if _wants_attention(session, about, attention_share):
         item_id = session.scalar(_ATTENTION, about)
         if item_id is not None:  # with a slot of the person's own
             session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
             return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
-    taken = run(session, _TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
-    if not taken:
+    taken = session.scalar(_TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
+    if taken is None:
         return _reason(session, about)
-    return _handed_out(session, taken[0][0], person, now=now, lease_s=lease_s)
+    return _handed_out(session, taken, person, now=now, lease_s=lease_s)
 
 
 def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
@@ -134,18 +131,14 @@ def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
 def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: float) -> bool:
     """Lease an item on to the person who has it; whether they still have it."""
     about = {"item": item_id, "who": who, "until": now + lease_s}
-    return bool(run(session, _EXTEND, about))
+    return session.scalar(_EXTEND, about) is not None
 
 
 def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | None:
     """An item, if it is or was a person's, whose session of that number hasn't ended."""
     about = {"item": item_id, "who": who, "number": number}
-    found = run(session, _HANDED_OUT, about)
-    if not found:
-        return None
-    item, task, subject, study, name, payload, config, attention = found[0]
-    records = json.loads(payload), json.loads(config)
-    return Work(who, item, task, subject, study, name, *records, bool(attention))
+    found = session.execute(_HANDED_OUT, about).first()
+    return None if found is None else Work(who, *found)
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
@@ -166,7 +159,7 @@ def _handed_out(
     session: Session, item_id: str, person: Person, *, now: float, lease_s: float
 ) -> Lease:
     given = {"item": item_id, "who": person.id, "at_present": now, **since_boot()}
-    run(session, _hand_out(dialect_of(session)), given)
+    session.execute(_hand_out(dialect_of(session)), given)
     return Lease(item_id, now + lease_s)
 
 
@@ -263,8 +256,8 @@ _HANDED_OUT = (
         ITEM.c.subject,
         STUDY.c.id,
         STUDY.c.name,
-        cast(ITEM.c.payload, Text),
-        cast(STUDY.c.config, Text),
+        ITEM.c.payload,
+        STUDY.c.config,
         ITEM.c.attention,
     )
     .select_from(HANDOUT)

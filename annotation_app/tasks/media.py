@@ -14,7 +14,7 @@ from werkzeug.wrappers import Response as BaseResponse
 
 from annotation_app.core.problems import Refusal
 from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading, run
+from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Media
 
@@ -76,7 +76,7 @@ _FILES = select(Media.role, Media.id, Media.path).where(
 
 def media_files(session: Session, study_id: str, video: str) -> Files:
     """The files of a video."""
-    rows = run(session, _FILES, {"study": study_id, "video": video})
+    rows = session.execute(_FILES, {"study": study_id, "video": video}).all()
     return Files(
         {role: name for role, name, _ in rows if role in TYPES},
         {role: Path(path) for role, _, path in rows},

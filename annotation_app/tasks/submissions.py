@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -25,7 +24,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session
 
-from annotation_app.store.database import core, dialect_of, inserting, run
+from annotation_app.store.database import core, dialect_of, inserting
 from annotation_app.store.models import Answer, Draft, Event, Handout, Record, Slot, Task
 from annotation_app.tasks.assignment import AnyItem, is_free, lock_person
 from annotation_app.tasks.elapsed import LONGEST_S, since_boot
@@ -87,38 +86,40 @@ def submit(
         "item_id": item.id,
         "person_id": who,
         "name": "submit",
-        "body": json.dumps(sent),
+        "body": sent,
         "at": now,
     }
-    added = run(session, add_event, event)
-    if not added:
+    added = session.scalar(add_event, event)
+    if added is None:
         return _receipt(session, who, uuid)
     answer = {
         "item_id": item.id,
         "person_id": who,
         "task": item.task,
         "subject": item.subject,
-        "event_id": added[0][0],
-        "body": json.dumps(body),
+        "event_id": added,
+        "body": body,
         "adopted": item.task not in AGREED,
         "at": now,
         **since_boot(),
     }
-    answered = run(session, add_answer, answer)
-    run(session, _FORGET_DRAFT, {"item": item.id, "who": who})
-    if not answered:
+    answered = session.scalar(add_answer, answer)
+    session.execute(_FORGET_DRAFT, {"item": item.id, "who": who})
+    if answered is None:
         return Receipt("repeated")
     about = {"item": item.id, "who": who, "at_present": now}
-    if run(session, _FILL_OWN, about) or (not item.attention and run(session, _FILL_FREE, about)):
-        return Receipt("accepted", answered[0][0])
-    run(session, _MAKE_SURPLUS, {"answer": answered[0][0]})
+    if session.scalar(_FILL_OWN, about) or (
+        not item.attention and session.scalar(_FILL_FREE, about)
+    ):
+        return Receipt("accepted", answered)
+    session.execute(_MAKE_SURPLUS, {"answer": answered})
     return Receipt("surplus")
 
 
 def was_received(session: Session, who: str, uuid: str) -> bool:
     """Whether somebody has sent an event before."""
     lock_person(session, who)
-    return bool(run(session, _KNOWN, {"who": who, "uuid": uuid}))
+    return session.scalar(_KNOWN, {"who": who, "uuid": uuid}) is not None
 
 
 def add_event(
@@ -153,10 +154,10 @@ def save_draft(
         "of_task": item.task,
         "of_subject": item.subject,
         "sent_revision": revision,
-        "sent_body": json.dumps(body),
+        "sent_body": body,
         "at_present": now,
     }
-    return bool(run(session, _keep_draft(dialect_of(session)), values))
+    return session.scalar(_keep_draft(dialect_of(session)), values) is not None
 
 
 ANSWER, DRAFT, EVENT, HANDOUT, SLOT = map(core, (Answer, Draft, Event, Handout, Slot))
@@ -174,11 +175,7 @@ _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.task == bindparam("of_task"),
     ANSWER.c.subject == bindparam("of_subject"),
 )
-_FORGET_DRAFT = (
-    delete(DRAFT)
-    .where(DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO)
-    .returning(DRAFT.c.item_id)
-)
+_FORGET_DRAFT = delete(DRAFT).where(DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO)
 _ADD_EVENT = insert(EVENT).returning(EVENT.c.id)
 _FILL_OWN = (
     update(SLOT)
@@ -199,10 +196,7 @@ _FILL_FREE = (
     .returning(SLOT.c.id)
 )
 _MAKE_SURPLUS = (
-    update(ANSWER)
-    .where(ANSWER.c.id == bindparam("answer"))
-    .values(surplus=True, adopted=False)
-    .returning(ANSWER.c.id)
+    update(ANSWER).where(ANSWER.c.id == bindparam("answer")).values(surplus=True, adopted=False)
 )
 
 

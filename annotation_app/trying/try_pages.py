@@ -53,8 +53,8 @@ def page() -> ResponseReturnValue:
 
 @blueprint.post("/api/try")
 @limited(tries)
-def begin() -> ResponseReturnValue:
-    """Begin an attempt."""
+def try_() -> ResponseReturnValue:
+    """Try a command."""
     _require()
     request = read_request(TryRequest)
     text = clean_text(request.text)
@@ -68,7 +68,7 @@ def begin() -> ResponseReturnValue:
 
 
 @blueprint.get("/api/try/<name>")
-def state(name: str) -> Response:
+def tried(name: str) -> Response:
     """How far an attempt is."""
     return Response(msgspec.json.encode(_found(name)), mimetype="application/json")
 

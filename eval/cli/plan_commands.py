@@ -148,7 +148,7 @@ def table_3(
     "--crowd",
     metavar="PROVIDER",
     default="",
-    help="Offer the study as `ct publish` does: links, mturk or prolific.",
+    help="Offer the study as `ct crowd publish` does: links, mturk or prolific.",
 )
 @click.option(
     "--url", metavar="URL", default="", help="Address at which the people of --crowd reach it."

@@ -29,7 +29,7 @@ class Crowd:
     Parameters
     ----------
     provider
-        One of ``ct publish``.
+        One of ``ct crowd publish``.
     url
         Address at which they reach the app.
     items

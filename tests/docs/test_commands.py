@@ -38,7 +38,7 @@ ELSEWHERE = {
         "needs a study with answers",
     ),
     r"ct annotate people erase": ("tests/annotation_app/privacy/test_erasure.py", "needs a study"),
-    r"ct (publish|collect)|ct annotate reconcile": (
+    r"ct crowd": (
         "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",
     ),

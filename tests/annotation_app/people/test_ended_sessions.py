@@ -37,7 +37,7 @@ FORM = {
     "again": "another long password",
     "agree": "on",
 }
-NOT_TRIED = {"static", "dashboard.static", "trying.begin"}
+NOT_TRIED = {"static", "dashboard.static", "trying.try_"}
 """Files, and what would start a process when it is allowed."""
 
 
@@ -181,7 +181,7 @@ def test_each_of_these_requests_tells_who_is_signed_in_from_strangers(
         "openapi.openapi", "api.session_", "crowds.enter", "crowds.finish", "dashboard.studies",
         "entrance.home",
         "entrance.invited", "entrance.welcome", "entrance.agree", "practice.practice_page",
-        "trying.file", "trying.state",
+        "trying.file", "trying.tried",
     }  # fmt: skip
 
 

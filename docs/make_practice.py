@@ -1,8 +1,6 @@
-"""The scene of the practice examples: draws its video and writes ``practice.json``.
+"""Make the app's practice examples: draw their video and write ``pages/practice.json``.
 
-Run it after a change, with the extra ``render``::
-
-    python -m annotation_app.pages.practice_scene
+``python docs/make_practice.py`` does so after a change of the scene; it needs the extra ``render``.
 """
 
 from __future__ import annotations
@@ -12,8 +10,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import av
+import cv2
 import numpy as np
 import numpy.typing as npt
+
+from annotation_app.tasks.payloads import words_of
 
 WIDTH, HEIGHT, FPS = 480, 360, 15
 SCALE = 20.0
@@ -24,7 +26,7 @@ START, END = (4.0, 3.0), (14.6, 12.4)
 BUOYS = {"thing-b": (9.0, 15.0), "thing-c": (16.6, 13.2), "thing-e": (18.0, 4.0)}
 LIGHTHOUSE = (20.0, 14.4)
 HARBOUR = ((1.0, 1.0), (7.0, 1.0), (7.0, 5.0), (1.0, 5.0))
-PAGES = Path(__file__).resolve().parent
+APP = Path(__file__).resolve().parents[1] / "annotation_app"
 
 SEA, FOAM, SAND, GRASS = (196, 150, 74), (220, 190, 140), (150, 205, 232), (96, 160, 98)
 RED, WHITE, WOOD = (52, 56, 214), (248, 248, 248), (60, 96, 150)
@@ -35,11 +37,11 @@ Polygon = npt.NDArray[np.float64]
 
 def main() -> None:
     """Write the video, its first picture and the examples."""
-    target = PAGES.parent / "static" / "practice"
+    target = APP / "static" / "practice"
     target.mkdir(exist_ok=True)
     _write_video(target / "practice.mp4")
     text = json.dumps(_examples(), indent=1, ensure_ascii=False)
-    (PAGES / "practice.json").write_text(text + "\n", encoding="utf-8")
+    (APP / "pages" / "practice.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _boat_at(t: float) -> tuple[float, float, float]:
@@ -73,8 +75,6 @@ def _pixels(polygon: Polygon) -> npt.NDArray[np.int32]:
 
 
 def _picture(t: float) -> npt.NDArray[np.uint8]:
-    import cv2  # noqa: PLC0415 - only to draw
-
     image = np.full((HEIGHT, WIDTH, 3), SEA, np.uint8)
 
     def fill(polygon: Polygon, colour: tuple[int, int, int]) -> None:
@@ -99,8 +99,6 @@ def _picture(t: float) -> npt.NDArray[np.uint8]:
 
 
 def _write_video(path: Path) -> None:
-    import av  # noqa: PLC0415 - only to draw
-
     with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=FPS, options={"crf": "28"})
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
@@ -139,8 +137,6 @@ def _examples() -> dict[str, Any]:
 
 
 def _words(text: str) -> list[dict[str, Any]]:
-    from annotation_app.tasks.payloads import words_of  # noqa: PLC0415 - needs a database's libraries
-
     return list(words_of(text))
 
 
