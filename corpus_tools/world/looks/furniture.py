@@ -29,20 +29,20 @@ def shelf(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
     for x in (0.0, 1 - post[0]):
         parts += [part((x, x + post[0]), y, (0.0, 1.0), blue, without="-z") for y in y_ends]
         brace = low[0] + (x + post[0] / 2) * shape.size[0]
-        y = [low[1] + share * shape.size[1] for share in (post[1] / 2, 1 - post[1] / 2)]
+        sides = [low[1] + share * shape.size[1] for share in (post[1] / 2, 1 - post[1] / 2)]
         z = low[2] + shape.size[2] * (np.arange(5) / 4.2 + 0.02)
         for k in range(4):
-            start, end = (brace, y[k % 2 - 1], z[k]), (brace, y[-(k % 2)], z[k + 1])
+            start, end = (brace, sides[k % 2 - 1], z[k]), (brace, sides[-(k % 2)], z[k + 1])
             parts.append(rod(start, end, 0.027, blue, segments=4))
     floors = (0.04, 0.38, 0.71)
     for i, (floor, above) in enumerate(pairwise((*floors, 1.0 + beam))):
-        x = post[0], 1 - post[0]
+        span = post[0], 1 - post[0]
         for y in ((0.0, post[1] / 2), (1 - post[1], 1 - post[1] / 2)):
-            parts.append(part(x, y, (floor - beam, floor), orange))
+            parts.append(part(span, y, (floor - beam, floor), orange))
         planks = (floor - 0.02 * beam, floor + 0.02 * beam)
-        parts.append(part(x, (0.0, 1.0), planks, board(i), along=True, without="-x +x -y +y"))
-        room = [low + shape.size * end for end in ((x[0], 0, floor), (x[1], 1, above - beam))]
-        parts += _goods(*room, i, rng)
+        parts.append(part(span, (0.0, 1.0), planks, board(i), along=True, without="-x +x -y +y"))
+        corner = low + shape.size * (span[0], 0, floor)
+        parts += _goods(corner, low + shape.size * (span[1], 1, above - beam), i, rng)
     draw(spec, body, parts)
 
 
