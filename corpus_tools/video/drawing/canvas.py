@@ -30,7 +30,7 @@ BACKDROP, STILL, MOVING = 0, 1, 2
 HIDDEN = 5
 NEAR = 1.0
 """MuJoCo wants some distance to what is seen, without perspective too."""
-SHADOWS_M, SUN_M = 12.0, 30.0
+SHADOWS_M, SUN_M = 20.0, 30.0
 """How far MuJoCo's shadows reach around what is ahead of the camera, and how far the sun is."""
 LOW_POLY = (1, 20, 10)
 """Facets along the edges of boxes, around cylinders, and along spheres."""

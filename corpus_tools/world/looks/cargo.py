@@ -21,7 +21,7 @@ _GAP_M = 0.02
 def refrigerators(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """Tall white boxes with two doors, each with a handle."""
     base, low, high = pallet_of(shape, variation(body))
-    draw(spec, body, [base, *_machines(low, high, "fridge", 1.9)])
+    draw(spec, body, [base, *_machines(low, high, "fridge", 2.7)])
 
 
 @look("washing-machine-pallet")
@@ -30,13 +30,13 @@ def washing_machines(
 ) -> None:
     """White boxes with a round window below a panel."""
     base, low, high = pallet_of(shape, variation(body))
-    draw(spec, body, [base, *_machines(low, high, "washer", 1.25)])
+    draw(spec, body, [base, *_machines(low, high, "washer", 1.5)])
 
 
 def _machines(low: FloatArray, high: FloatArray, front: str, slender: float) -> list[Part]:
-    """Machines so many times as high as wide; people see a front from every side."""
+    """Machines some times as high as wide, one or two a side; each shows a front to all sides."""
     size = high - low
-    counts = [max(1, min(4, round(float(slender * length / size[2])))) for length in size[:2]]
+    counts = [1 if slender * length < 1.5 * size[2] else 2 for length in size[:2]]
     pitch = size[:2] / counts
     parts = []
     for cell in np.ndindex(*counts):

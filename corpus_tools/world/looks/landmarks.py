@@ -30,7 +30,11 @@ def container(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m:
         part((a, b), (0.01, 0.99), (0.0, 0.99), wall, tops=wall, without="-x +x -z")
         for a, b in pairwise(panels)
     ]
-    parts.append(part((0.004, 0.996), (post_y, 1 - post_y), (0.0, 0.99), patch("doors")))
+    parts.append(
+        part(
+            (0.004, 0.996), (post_y, 1 - post_y), (0.0, 0.99), patch("doors"), without="-y +y -z +z"
+        )
+    )
     for y in ((0.0, post_y), (1 - post_y, 1.0)):
         parts += [part(x, y, (0.0, 1.0), rust) for x in ((0.0, post_x), (1 - post_x, 1.0))]
         parts += [part((0.0, 1.0), y, z, rust) for z in ((0.0, 0.05), (0.96, 1.0))]
@@ -53,7 +57,7 @@ def sign(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: floa
         body,
         [
             part((0.0, 1.0), (0.0, 1.0), (0.0, 0.04), colour("concrete")),
-            part(*upright, (0.0, 1.0), colour("steel", 0.7, 1.0)),
+            part(*upright, (0.0, 1 - board), colour("steel", 0.7, 1.0)),
             part(x, y, (1 - board, 1.0), colour("steel")),
             part(_wider(x), _wider(y), (1 - board, 1.0), patch("sign"), without=f"{sides} -z +z"),
         ],

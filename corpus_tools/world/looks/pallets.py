@@ -113,15 +113,8 @@ def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
     """Two plastic bands around the load."""
     band, finish = 0.03, colour("light", 0.8, 1.0)
     middles = low[1] + (high[1] - low[1]) * np.array([0.27, 0.73])
-    return [
-        box(
-            (low[0], y - band / 2, low[2]),
-            (high[0], y + band / 2, high[2]),
-            finish,
-            without="-y +y -z",
-        )
-        for y in middles
-    ]
+    ends = [((low[0], y - band / 2, low[2]), (high[0], y + band / 2, high[2])) for y in middles]
+    return [box(*pair, finish, without="-y +y -z") for pair in ends]
 
 
 def pallet_of(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:

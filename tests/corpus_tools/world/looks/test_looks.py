@@ -227,3 +227,28 @@ def test_any_context_can_be_seen(context: Context, kind: str) -> None:
     assert np.isfinite(model.mesh_vert).all()
     item = context.objects[0]
     assert dressed(kind, shape_of(item), -item.trajectory.xyz[0, 2]).ngeom >= 1
+
+
+@pytest.mark.parametrize(
+    ("labels", "kind"),
+    [
+        (("tire", "assembly", "pallet"), "tire-pallet"),
+        (("flatbed", "trailer"), "trailer"),
+        (("flatbed truck",), "flatbed-truck"),
+        (("semi", "truck"), "semi-truck"),
+        (("truck",), "truck"),
+        (("refrigerator", "pallet"), "refrigerator-pallet"),
+        (("washing machine pallet",), "washing-machine-pallet"),
+        (("generator", "pallet"), "generator-pallet"),
+        (("generator", "accessories", "pallet"), "generator-accessories-pallet"),
+        (("Bricks", "pallet"), "bricks-pallet"),
+        (("ship_container",), "container"),
+        (("sign", "post"), "sign"),
+        (("berm",), "berm"),
+        (("operator",), "person"),
+        (("drum of 55 gallons",), "barrel"),
+        (("spaceship",), "other"),
+    ],
+)
+def test_labels_of_other_corpora_are_understood(labels: tuple[str, ...], kind: str) -> None:
+    assert kind_of(labels).name == kind
