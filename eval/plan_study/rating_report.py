@@ -14,7 +14,6 @@ from eval.plan_study.rating_power import ANSWER_S, ASSUMED, Planned
 from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan
 from eval.plan_study.rating_set import Rated
 from eval.plan_study.study_pairs import INSTANCE
-from eval.plan_study.study_plans import FIRST
 from eval.statistics.estimates import Estimate
 from eval.tables.formats import document, interval, table_text
 
@@ -96,12 +95,12 @@ def _notes(rated: Rated) -> list[str]:
         f"{failed} of {planned.total} plans were stopped in physics; their videos end there"
     )
     if not rated.agreements:
-        return [*found, f"no ratings yet; people rate at: {serve}"]
+        return [*found, f"no ratings yet; let people rate with: {serve}"]
     found.append(
         f"{len(rated.people)} of {planned.total} pairs have ratings, {rated.judgments} of "
-        f"{planned.total * planned.raters} in all; people rate at: {serve}"
+        f"{planned.total * planned.raters} in all; more with: {serve}"
     )
-    if FIRST in rated.agreements and len(rated.people) < planned.total:
+    if len(rated.people) < planned.total:
         found.append("the pairs without ratings are taken to be like those that have them")
     return [*found, *NOTES]
 

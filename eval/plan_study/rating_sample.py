@@ -16,9 +16,9 @@ from g3.storage.atomic_file import write_bytes
 
 SAMPLE = "sample.json"
 WRONG, RIGHT = KINDS = ("wrong", "right")
-FIRST_SHARE = 0.75
-"""Part of the pairs that the kind which counts first gets while there are others: without right
-plans nobody can tell the judge's precision, nor its kappa."""
+RESERVED = 0.25
+"""Part of the pairs that isn't for the kind which counts first: without right plans nobody can
+tell the judge's precision, nor its kappa."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
     if not most:
         return dict(sizes)
     others = sum(sizes.values()) - next(iter(sizes.values()))
-    kept = min(others, most - int(np.ceil(FIRST_SHARE * most)))
+    kept = min(others, max(int(RESERVED * most), int(most > 1)))
     found, left = {}, most
     for number, (kind, size) in enumerate(sizes.items()):
         found[kind] = min(size, left - (0 if number else kept))
@@ -108,7 +108,8 @@ def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: i
     Parameters
     ----------
     kinds
-        Some of :data:`KINDS`; the first gets at least :data:`FIRST_SHARE` of the pairs.
+        Some of :data:`KINDS`; of two, the second gets only :data:`RESERVED` of the pairs while
+        there are enough plans of the first.
     most
         How many plans at most; 0 for all.
     """
