@@ -37,6 +37,8 @@ class Planned:
         How many plans there are by the judge's verdict, each once.
     without
         Commands in a configuration for which there is no plan.
+    stopped
+        How many plans were drawn that physics stopped; nobody rates them.
     pairs
         How many are rated, by the judge's verdict.
     configurations
@@ -55,6 +57,7 @@ class Planned:
 
     plans: Mapping[str, int]
     without: int
+    stopped: int
     pairs: Mapping[str, int]
     configurations: Mapping[str, Mapping[str, int]]
     scenarios: int
@@ -75,6 +78,7 @@ def planned(
     seconds: Sequence[float],
     *,
     without: int,
+    stopped: int,
     seed: int,
 ) -> Planned:
     """What is planned for a sample.
@@ -83,12 +87,15 @@ def planned(
     ----------
     seconds
         How long the videos are.
+    without, stopped
+        How many commands have no plan, and how many plans physics stopped.
     """
     chosen = [p for p in plans if p.run in sample.chance]
     whole = float(sum(seconds)) + ANSWER_S * len(chosen)
     return Planned(
         _by_kind(plans),
         without,
+        stopped,
         _by_kind(chosen),
         {c: _by_kind([p for p in chosen if c in p.configurations]) for c in CONFIGURATIONS},
         len({p.record.scenario for p in chosen}),

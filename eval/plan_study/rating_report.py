@@ -52,6 +52,8 @@ def lines_planned(planned: Planned) -> list[str]:
         f"plans by the automatic judge: {there}; {planned.without} commands without a plan",
         f"pairs to rate: {planned.total} ({drawn}), of {planned.scenarios} scenarios, "
         f"by {planned.raters} people each; {by_configuration}",
+        f"drawn but not rated: {planned.stopped} plans that physics stopped, for their "
+        "videos don't show what the judge has judged",
         f"expected half widths of 95% intervals: {widths}",
         f"if most people call {ASSUMED[RIGHT]:.0%} of the right plans right and "
         f"{ASSUMED[WRONG]:.0%} of the wrong ones",
@@ -88,12 +90,8 @@ def render(rated: Rated, form: Literal["text", "json"], *, terminal: bool = Fals
 
 def _notes(rated: Rated) -> list[str]:
     planned = rated.of.planned
-    failed = sum(bool(run.failure) for run in rated.of.runs.values())
     serve = f"ct annotate {rated.file} --instance {rated.file.parent / INSTANCE}"
     found = lines_planned(planned)
-    found.append(
-        f"{failed} of {planned.total} plans were stopped in physics; their videos end there"
-    )
     if not rated.agreements:
         return [*found, f"no ratings yet; let people rate with: {serve}"]
     found.append(
@@ -170,5 +168,4 @@ def _drawn(plan: DistinctPlan, rated: Rated) -> dict[str, object]:
         "chance": chance,
         "weight": 1 / chance,
         "people": rated.people.get(plan.run),
-        "failure": rated.of.runs[plan.run].failure,
     }

@@ -62,8 +62,9 @@ class RatingSet:
     ----------
     plans
         All plans, each once.
-    runs
-        What came of those that were drawn, by run.
+    sample
+        Those that people rate. Plans that physics stopped aren't among them, for their videos
+        don't show what the judge has judged.
     pairs
         What people rate.
     """
@@ -72,7 +73,6 @@ class RatingSet:
     settings: Settings
     plans: Sequence[DistinctPlan]
     sample: Sample
-    runs: Mapping[str, RunOutcome]
     pairs: Sequence[Pair]
     planned: Planned
 
@@ -115,10 +115,11 @@ def prepare(
     check_settings(folder, settings)
     records = plan_all(folder, settings, on_progress)
     plans = distinct_plans(records)
-    sample = sampled(folder, plans, settings)
+    drawn = sampled(folder, plans, settings)
     own = {a.command.id: a.context for a in chosen_commands(settings)}
-    chosen = [p for p in plans if p.run in sample.chance]
-    runs = _carried_out(folder, chosen, own, on_progress)
+    runs = _carried_out(folder, [p for p in plans if p.run in drawn.chance], own, on_progress)
+    whole = {run: chance for run, chance in drawn.chance.items() if not runs[run].failure}
+    sample = msgspec.structs.replace(drawn, chance=whole)
     pairs = [
         Pair(
             p.record.text,
@@ -127,13 +128,19 @@ def prepare(
             "+".join(p.configurations),
             p.record.command,
         )
-        for p in chosen
+        for p in plans
+        if p.run in whole
     ]
-    without = sum(r.script is None for r in records)
-    seconds = [runs[p.run].seconds for p in chosen]
-    plan = planned(plans, sample, seconds, without=without, seed=settings.seed)
+    plan = planned(
+        plans,
+        sample,
+        [runs[run].seconds for run in whole],
+        without=sum(r.script is None for r in records),
+        stopped=len(runs) - len(whole),
+        seed=settings.seed,
+    )
     write_bytes(folder / PLANNED, msgspec.json.format(msgspec.json.encode(plan)) + b"\n")
-    return RatingSet(folder, settings, plans, sample, runs, pairs, plan)
+    return RatingSet(folder, settings, plans, sample, pairs, plan)
 
 
 def finish(

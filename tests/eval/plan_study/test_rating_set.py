@@ -19,6 +19,7 @@ from eval.cli.eval_commands import evaluate
 from eval.plan_study.plan_scripts import KeptPlace, PlanScript
 from eval.plan_study.plan_validity import ALL, agreements, tells_of_all
 from eval.plan_study.rating_power import half_widths, planned
+from eval.plan_study.rating_report import lines_planned
 from eval.plan_study.rating_sample import (
     Sample,
     distinct_plans,
@@ -27,14 +28,16 @@ from eval.plan_study.rating_sample import (
     quotas,
     sampled,
 )
-from eval.plan_study.rating_set import most_people, verdicts
+from eval.plan_study.rating_set import RunOutcome, most_people, prepare, verdicts
 from eval.plan_study.study_pairs import INSTANCE, Pair
 from eval.plan_study.study_plans import (
     CONFIGURATIONS,
     PLANS,
+    RUNS,
     PlanRecord,
     Unit,
     chosen_commands,
+    plan_all,
 )
 from eval.plan_study.study_settings import Settings, check_settings, settings_for
 from eval.statistics.power import design_effect, plan_interval
@@ -283,7 +286,7 @@ def test_expected_widths_are_those_of_the_formula():
 def test_what_is_planned_is_counted():
     plans = plans_of(["wrong"] * 30 + ["right"] * 10, configurations=("gold", "auto"))
     sample = draw(plans, ["wrong", "right"], 16, seed=0)
-    found = planned(plans, sample, [20.0] * 16, without=3, seed=0)
+    found = planned(plans, sample, [20.0] * 16, without=3, stopped=2, seed=0)
     assert found.plans == {"wrong": 60, "right": 20}
     assert found.pairs == {"wrong": 12, "right": 4}
     assert found.configurations == {
@@ -291,11 +294,17 @@ def test_what_is_planned_is_counted():
         "gold": {"wrong": 6, "right": 2},
         "auto": {"wrong": 6, "right": 2},
     }
-    assert (found.total, found.scenarios, found.raters, found.without) == (16, 4, 5, 3)
+    assert (found.total, found.scenarios, found.raters, found.without, found.stopped) == (
+        16,
+        4,
+        5,
+        3,
+        2,
+    )
     # Twenty seconds to watch and ten to answer.
     assert (found.seconds_each, found.minutes) == (30.0, 8.0)
     assert 0 < found.half_widths["precision_of_wrong"] < found.half_widths["precision"] < 1
-    nothing = planned(plans, Sample(0, "log", {}), [], without=0, seed=0)
+    nothing = planned(plans, Sample(0, "log", {}), [], without=0, stopped=0, seed=0)
     assert nothing.total == nothing.minutes == 0
     assert np.isnan(nothing.half_widths["kappa"])
 
@@ -332,6 +341,22 @@ def study(tmp_path):
             name = Unit(which, annotation).name
             (folder / PLANS / f"{name}.json").write_bytes(msgspec.json.encode(kept))
     return folder
+
+
+def test_nobody_rates_what_physics_stopped(study):
+    corpus = str(study.parent / "tiny")
+    settings = settings_for(corpus, corpus, most=3, l2=1.0, seed=0, plans=("wrong", "right"))
+    plans = distinct_plans(plan_all(study, settings))
+    stopped, *_ = [*draw(plans, settings.plans, 3, 0).chance]
+    for plan in plans:
+        outcome = RunOutcome(4.0, "it tips over" if plan.run == stopped else "")
+        (study / RUNS / f"{plan.run}.json").write_bytes(msgspec.json.encode(outcome))
+    found = prepare(study, settings)
+    assert len(found.pairs) == found.planned.total == 2
+    assert stopped not in {pair.video for pair in found.pairs}
+    assert found.planned.stopped == 1
+    assert found.planned.seconds_each == 14.0
+    assert any("not rated: 1 plans" in line for line in lines_planned(found.planned))
 
 
 @pytest.mark.slow
