@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from g3.actions.action_candidates import is_free
-from g3.actions.logged_actions import centre, covers, recorded
+from g3.actions.grounding_candidates import are_free, beneath, ground, spots_about
+from g3.actions.logged_actions import recorded
+from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
-from g3.geometry.plane import area, convex_hull
-from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray, Grounding, PhysicalObject, Place, Prism
 from g3.language.lexicon.field_words import field_words, normalise
 from g3.negatives.wrongness import Clause, distance
 from g3.sdc.clauses import SDC, all_words, breadth_first
@@ -25,9 +26,7 @@ SAME_LABELS = 0.5
 """Share of candidates for OBJECTs with a relation that are drawn from those alike."""
 SAME_HEIGHT = 0.75
 """Share of candidates for places drawn from those about as high as the right one."""
-BESIDE_M = 2.0
 _DETERMINERS = {"the", "a", "an", "this", "that", "these", "those"}
-SURFACE_M2 = 4.0
 
 
 def usage(positives: Iterable[Annotation]) -> Usage:
@@ -106,50 +105,25 @@ def _other_objects(
 
 def _other_places(clause: Clause, right: Sequence[Place]) -> list[Place]:
     """The right place moved to where another might be; so its shape tells nothing."""
-    context, model = clause.context, right[0]
-    things = recorded(context).objects
-    beneath = _beneath(context, model)
-    height = model.prism.z_min - _top(context, beneath)
+    state, model = start_state(clause.context), right[0]
+    under = beneath(model, state, None)
+    height = model.prism.z_min - _top(under, state)
     named = {g.id for g in clause.things if isinstance(g, PhysicalObject)}
-    spots = [(centre(p.prism), _beneath(context, p)) for p in context.places]
-    for thing in things:
-        middle = centre(thing.prism)
-        if area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2:
-            spots.append((middle, thing))
-        elif thing.id not in named and _beneath(context, thing) is None:
-            yaw = thing.trajectory.yaw[0]
-            sides = yaw + np.pi / 2 * np.arange(4)
-            around = middle + BESIDE_M * np.column_stack((np.cos(sides), np.sin(sides)))
-            spots += [(spot, None) for spot in around]
-    moved = [
-        Place(_shifted(model.prism, spot, _top(context, under) + height))
-        for spot, under in spots
-        if under is None or beneath is None or under.id != beneath.id
+    spots = [(place, beneath(place, state, None)) for place in state.context.places]
+    for thing in recorded(state.context).objects:
+        about = ((spot, beneath(spot, state, None)) for spot in spots_about((thing,), state))
+        spots += [(spot, on) for spot, on in about if on is not None or thing.id not in named]
+    found = [
+        Place(_shifted(model.prism, centre(spot.prism), _top(on, state) + height))
+        for spot, on in spots
+        if on is None or under is None or on.id != under.id
     ]
-    return [
-        place
-        for place in moved
-        if all(distance(place, r) > ANOTHER_PLACE_M for r in right)
-        and is_free(context, place.prism, None)
-    ]
+    far = [p for p in found if all(distance(p, r) > ANOTHER_PLACE_M for r in right)]
+    return [p for p, free in zip(far, are_free(far, state, None), strict=True) if free]
 
 
-def _beneath(context: Context, thing: Place | PhysicalObject) -> PhysicalObject | None:
-    """What something stands on, None for the ground."""
-    middle = centre(thing.prism)
-    own = thing.id if isinstance(thing, PhysicalObject) else None
-    return next(
-        (
-            o
-            for o in recorded(context).objects
-            if o.id != own and o.prism.z_max < thing.prism.z_min + 0.3 and covers(o.prism, middle)
-        ),
-        None,
-    )
-
-
-def _top(context: Context, thing: PhysicalObject | None) -> float:
-    return float(context.agent.trajectory.xyz[0, 2]) if thing is None else thing.prism.z_max
+def _top(thing: PhysicalObject | None, state: State) -> float:
+    return ground(state) if thing is None else thing.prism.z_max
 
 
 def _shifted(prism: Prism, middle: FloatArray, bottom: float) -> Prism:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.action_candidates import end_of, moved
-from g3.actions.logged_actions import Outcome, centre
+from g3.actions.logged_actions import Outcome, end_of, moved
 from g3.annotation import Annotation
+from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, point_gap, rotate, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, Field, breadth_first, child_indices

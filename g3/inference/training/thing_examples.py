@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.actions.grounding_candidates import grounded, spots_about, spots_of_robot
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
 from g3.features.sets.order import is_ordinal
+from g3.geometry.footprints import centre
 from g3.groundings import Path, PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.packed_scene import Group, Scene
