@@ -8,7 +8,7 @@ The state that an action leads to follows from its trajectory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -244,13 +244,14 @@ def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
     return replace(agent, trajectory=Trajectory(t, motion.xyz[row], motion.yaw[row]))
 
 
-def outcome(state: State, motion: Motions, row: int) -> Outcome:
-    """The log that an action would leave."""
-    agent = agent_of(state, motion, row)
-    load = int(motion.load[row])
-    track = Trajectory(agent.trajectory.t, motion.load_xyz[row], motion.load_yaw[row])
-    objects = (
-        replace(o, trajectory=track) if i == load else o
-        for i, o in enumerate(state.context.objects)
-    )
-    return Outcome(agent, tuple(o for o in objects if o.id != agent.id))
+def outcomes(state: State, actions: Sequence[Action]) -> Iterator[Outcome]:
+    """The logs that actions would leave, in their order."""
+    motion = move(state, actions)
+    for row, load in enumerate(motion.load):
+        agent = agent_of(state, motion, row)
+        track = Trajectory(agent.trajectory.t, motion.load_xyz[row], motion.load_yaw[row])
+        objects = (
+            replace(o, trajectory=track) if i == load else o
+            for i, o in enumerate(state.context.objects)
+        )
+        yield Outcome(agent, tuple(o for o in objects if o.id != agent.id))

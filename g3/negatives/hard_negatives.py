@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from g3.actions.action_kinds import Action, Focus, move, outcome, possible_actions
+from g3.actions.action_kinds import Action, Focus, outcomes, possible_actions
 from g3.actions.grounding_candidates import is_surface
 from g3.actions.logged_actions import (
     Handling,
@@ -188,9 +188,7 @@ def _wrong_action(
     orders = (order for h in _handlings(scene, seen, rng) for order in _orders(scene, h, rng))
     for order in orders:
         tried: list[tuple[int, float, Outcome]] = []
-        motion = move(scene.state, order[:TRIES])
-        for row in range(len(motion)):
-            done = outcome(scene.state, motion, row)
+        for done in outcomes(scene.state, order[:TRIES]):
             wrong = sum(is_wrong(clause, scene.log, done) for clause in clauses)
             if wrong:
                 unlike = abs(np.log(max(path_length(done), SHORTEST_M) / length))

@@ -25,7 +25,7 @@ from g3.actions.action_kinds import (
     possible_actions,
     result,
 )
-from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import beneath, footprint_of, ground, square
 from g3.actions.logged_actions import NOTHING, Handling, end_of, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
@@ -40,13 +40,10 @@ from g3.inference.problem.packed_scene import Group
 from g3.inference.search.arguments import combine
 from g3.inference.search.stage import Trial, event_batch, path_batch
 from g3.learning.factor_matrix import Labelled
+from g3.negatives.wrongness import AWAY_M, other_actions
 
 NEGATIVES = 14
 """Wrong actions that are taken for each right one."""
-SAME_PLACE_M = 2.5
-"""Loads put down nearer than this to each other may both be right."""
-SAME_END_M = 4.0
-"""The same for where the robot ends."""
 OTHER_LANDMARKS = 3
 
 
@@ -106,7 +103,7 @@ def action_examples(annotation: Annotation, rng: np.random.Generator) -> Iterato
             rights, wrong = _on_the_way(annotation, tried)
         else:
             rights = _rights(action, tried, state, log)
-            wrong = [a for a in tried if _is_other(a, action, state, log)]
+            wrong = other_actions(tried, action, state)
         if len(wrong) > NEGATIVES:
             wrong = [wrong[i] for i in sorted(_spread(wrong, rng))]
         if rights or wrong:
@@ -145,7 +142,7 @@ def _on_the_way(
         for a in tried
         if a.kind is DRIVE_TO
         and a.goal >= 0
-        and float(point_gap(track[None], footprint_of(a.target)[None]).min()) < SAME_END_M
+        and float(point_gap(track[None], footprint_of(a.target)[None]).min()) < AWAY_M
     ]
     return rights, [a for a in tried if a.kind.handles]
 
@@ -242,23 +239,8 @@ def _rights(right: Action, tried: Sequence[Action], state: State, log: Log) -> l
         return [right]
     motion = move(state, drives)
     ends = np.linalg.norm(motion.xyz[:, -1, :2] - centre(log.end.prism), axis=1)
-    near = [drives[i] for i in np.argsort(ends, kind="stable")[:2] if ends[i] < SAME_END_M]
+    near = [drives[i] for i in np.argsort(ends, kind="stable")[:2] if ends[i] < AWAY_M]
     return near or [right]
-
-
-def _is_other(action: Action, right: Action, state: State, log: Log) -> bool:
-    """Whether an action surely isn't what the log does."""
-    if log.handling == NOTHING:
-        if action.kind.handles or action.kind is WAIT:
-            return True
-        end = move(state, [action]).xyz[0, -1, :2]
-        return float(np.linalg.norm(end - centre(log.end.prism))) > SAME_END_M
-    if action.kind is not right.kind or action.object_id != right.object_id:
-        return True
-    if action.place is None or right.place is None:
-        return False
-    apart = np.linalg.norm(centre(action.place.prism) - centre(right.place.prism))
-    return float(apart) > SAME_PLACE_M
 
 
 def _others(state: State, goals: Sequence[Group], rng: np.random.Generator) -> list[Group]:

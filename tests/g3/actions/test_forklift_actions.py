@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,6 +45,7 @@ from g3.groundings import Context, FloatArray, Prism, Trajectory
 from tests.g3.actions.yards import Pose, done, spot, thing, with_load, yard
 from tests.strategies import metres, prisms
 
+PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 POSES = st.tuples(st.floats(-6, 6), st.floats(-8, 8), st.floats(-3, 3))
 
 
@@ -219,6 +225,32 @@ def test_others_add_kinds() -> None:
             action_kind("nod", WAIT.course)(nod.propose)
     finally:
         del KINDS["nod"]
+
+
+SHOW = """
+from g3.actions.action_kinds import Focus, kind_named, possible_actions
+from g3.actions.robot_state import start_state
+from tests.g3.actions.yards import yard
+
+actions = possible_actions(start_state(yard()), Focus())
+(action,) = (action for action in actions if action.kind.name == "look back")
+print(action.kind.description, action.amount > 3)
+"""
+
+
+def test_other_distributions_add_kinds(tmp_path):
+    info = tmp_path / "own_actions-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: own-actions\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[g3.actions]\nown = own_actions\n")
+    page = Path(__file__).parents[3] / "docs" / "inference.md"
+    (code,) = (c for c in PYTHON.findall(page.read_text()) if "@action_kind" in c)
+    (tmp_path / "own_actions.py").write_text(code)
+    paths = os.pathsep.join([str(tmp_path), str(Path.cwd())])
+    run = [sys.executable, "-c", SHOW]
+    environment = {**os.environ, "PYTHONPATH": paths}
+    done = subprocess.run(run, check=True, capture_output=True, text=True, env=environment)
+    assert done.stdout == "Turn half around, to see what is behind. True\n"
 
 
 def test_a_place_is_free_unless_something_stands_there() -> None:
