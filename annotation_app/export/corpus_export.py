@@ -20,9 +20,9 @@ from annotation_app.tasks.trims import shifted, trimmed
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from g3.actions.logged_actions import covers
 from g3.annotation import RATINGS, Annotation, Command, Judgment
 from g3.errors import FormatError
+from g3.geometry.footprints import covers
 from g3.groundings import Context, Grounding, Place, Prism
 from g3.groundings import Path as GroundedPath
 from g3.sdc.clauses import SDC, breadth_first, child_indices

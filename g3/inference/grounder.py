@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import WAIT
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
 from g3.groundings import Context, Grounding, PhysicalObject
@@ -249,7 +250,7 @@ def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple
 
 
 def _does(hypothesis: Hypothesis) -> bool:
-    return any(action.kind != "wait" for action in hypothesis.actions)
+    return any(action.kind is not WAIT for action in hypothesis.actions)
 
 
 def _plan(

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 
 from g3.actions.grounding_candidates import ground
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, Role
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, Place
 from g3.inference.problem.command_tree import Tree
@@ -331,8 +331,8 @@ class ActionCase:
 
     @cached_property
     def kinds(self) -> IntArray | Any:
-        """Kinds of the actions, shape (n,)."""
-        return np.array([a.kind for a in self.actions], dtype=str)
+        """Names of the actions' kinds, shape (n,)."""
+        return np.array([a.kind.name for a in self.actions], dtype=str)
 
     def each(self, test: Callable[[Action], bool]) -> BoolArray:
         """Which actions a test is true of, shape (n,)."""

@@ -7,15 +7,14 @@ from math import log
 
 import numpy as np
 
-from g3.actions.action_candidates import FREE_M
 from g3.actions.facing import facing, turned
-from g3.actions.grounding_candidates import GROUND_M, carrier
-from g3.actions.logged_actions import centre, recorded
+from g3.actions.grounding_candidates import GROUND_M, are_free, carrier
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.features.sets.named import named
 from g3.features.sets.ranks import local_centres
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.potentials.cases import FactorCase, SpotCase
@@ -193,17 +192,7 @@ def _beyond(
 def room(case: SpotCase) -> BoolArray:
     """Nothing stands where a load is put."""
     state, load = case.problem.state, case.problem.load
-    middles = centres([spot.prism for spot in case.spots])
-    low = middles.min(axis=0, initial=np.inf) - FREE_M
-    high = middles.max(axis=0, initial=-np.inf) + FREE_M
-    bottoms = np.array([spot.prism.z_min for spot in case.spots])
-    taken = np.zeros(len(middles), dtype=bool)
-    for thing in recorded(state.context).objects:
-        xy = thing.prism.xy
-        if thing.id != load and (xy.min(axis=0) <= high).all() and (xy.max(axis=0) >= low).all():
-            blocked = _gaps(middles, thing.prism) <= FREE_M
-            taken |= blocked & (thing.prism.z_max > bottoms + 0.3)
-    return taken
+    return ~are_free(case.spots, state, load)
 
 
 @potential("off-robot", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)

@@ -7,10 +7,10 @@ from math import log
 import numpy as np
 
 from g3.actions.facing import rows, turned
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import centres
 from g3.features.factor_batch import FactorBatch, Role
 from g3.features.sets.ranks import local_centres
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, cross
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase, FactorCase

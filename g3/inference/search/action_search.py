@@ -14,13 +14,14 @@ from itertools import islice
 
 import numpy as np
 
-from g3.actions.action_kinds import Action, possible_actions, result
-from g3.actions.logged_actions import centre
+from g3.actions.action_kinds import Action, agent_of, possible_actions, result
+from g3.actions.forklift_actions import WAIT
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
-from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
 from g3.inference.problem.clause_roles import leaves_open, told_side
@@ -100,7 +101,7 @@ def extend(
     """Hypotheses that go on from one with the next top-level clause, the best first."""
     state, cost = before.state, problem.cost
     forbidden = negated(tree.nodes[root])
-    actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
+    actions = [Action(WAIT)] if forbidden else possible_actions(state, focus_of(state, found))
     rows = combine(state, actions, found)
     scene = problem.scene.things() if state is problem.state else None
     batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
@@ -259,12 +260,6 @@ def _referent(
     if action.target and isinstance(action.target[0], PhysicalObject):
         return (action.target,)
     return ()
-
-
-def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
-    """The robot with the trajectory of an action."""
-    track = Trajectory(motion.t[row], motion.xyz[row], motion.yaw[row])
-    return replace(state.context.agent, trajectory=track)
 
 
 def search(

@@ -24,9 +24,9 @@ from g3.actions.grounding_candidates import (
     spots_toward,
     square,
 )
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.features.factor_batch import Role
+from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.potentials.potential_registry import added, allowed, preferred

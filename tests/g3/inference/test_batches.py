@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.forklift_actions import PICK_UP
 from g3.actions.grounding_candidates import object_groups, spots_about, spots_of_robot
 from g3.actions.motions import Motions
 from g3.actions.robot_state import start_state
@@ -29,7 +30,7 @@ def state(dock):
 @pytest.mark.parametrize("loaded", [False, True])
 def test_actions_go_together_as_they_go_alone(state, loaded):
     if loaded:
-        pick = Action("pick up", THEMES[0])
+        pick = Action(PICK_UP, THEMES[0])
         state = result(state, pick, move(state, [pick]), 0)
     pair = tuple(state.thing(i) for i in THEMES)
     trailer = (state.thing("trailer-1"),)

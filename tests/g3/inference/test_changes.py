@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import square
 from g3.groundings import Context
 from g3.inference.potentials.cases import PathCase
@@ -25,7 +26,7 @@ PROBLEM = problem_in(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot(
 
 def put(load, x, y, bottom):
     place = square(np.array([x, y], dtype=float), 0.0, bottom)
-    return Action("put down", load, place=place, goal=0)
+    return Action(PUT_DOWN, load, place=place, goal=0)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,7 @@ def put(load, x, y, bottom):
         (put("boxes", 20, 4, 0), 0),
         (put("tires", 8.5, 0, 0), UNMOVED),
         (put("tires", 12, 0, 0), 0),
-        (Action("drive to", target=(TRUCK,)), 0),
+        (Action(DRIVE_TO, target=(TRUCK,)), 0),
     ],
 )
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
@@ -70,7 +71,7 @@ def test_what_is_taken_off_a_truck_is_on_it():
             "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
         )
     )
-    actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
+    actions = [Action(PICK_UP, "boxes"), Action(PICK_UP, "tires"), Action(WAIT)]
     marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
     costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
     off, to = (PathCase(tree, path, PROBLEM.state, actions, marks, PROBLEM) for path in (0, 1))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.forklift_actions import BACK_UP, CARRY, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import object_groups, square
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import centres, start_state
+from g3.geometry.footprints import centre
 from g3.groundings import Prism
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import RandomCost, Scorer
@@ -62,27 +63,27 @@ def test_random_costs_are_the_same_when_asked_again(dock):
 def test_a_loaded_fork_picks_nothing_up(dock):
     state = start_state(dock)
     focus = Focus(themes=("tires-2", "boxes-1"), has_theme=True)
-    pick = Action("pick up", "tires-2")
+    pick = Action(PICK_UP, "tires-2")
     assert pick in possible_actions(state, focus)
     after = result(state, pick, move(state, [pick]), 0)
     assert after.held == "tires-2"
     kinds = {a.kind for a in possible_actions(after, focus)}
-    assert "put down" in kinds
-    assert not kinds & {"pick up", "carry"}
+    assert PUT_DOWN in kinds
+    assert not kinds & {PICK_UP, CARRY}
 
 
 def test_a_load_goes_with_the_robot_and_stays_where_it_is_put_down(dock):
     state = start_state(dock)
-    pick = Action("pick up", "tires-2")
+    pick = Action(PICK_UP, "tires-2")
     held = result(state, pick, move(state, [pick]), 0)
-    back = Action("back up", amount=-4.0)
+    back = Action(BACK_UP, amount=-4.0)
     backed = result(held, back, move(held, [back]), 0)
     way = backed.pose[:2] - held.pose[:2]
     moved = backed.thing("tires-2").prism.xy - held.thing("tires-2").prism.xy
     assert np.linalg.norm(way) == pytest.approx(4.0)
     assert np.allclose(moved, way)
     spot = square(held.pose[:2] + np.array([0.0, 8.0]), 0.0, 0.0)
-    put = Action("put down", "tires-2", place=spot)
+    put = Action(PUT_DOWN, "tires-2", place=spot)
     down = result(held, put, move(held, [put]), 0)
     assert down.held is None
     assert np.allclose(
