@@ -1,4 +1,4 @@
-"""The scene of the practice examples: draws its video and writes ``practice.json``.
+"""The scene of the practice examples: draws its video and writes ``tasks/practice.json``.
 
 Run it after a change, with the extra ``render``::
 
@@ -34,12 +34,12 @@ Polygon = npt.NDArray[np.float64]
 
 
 def main() -> None:
-    """Write the video, its first picture and the examples."""
+    """Write the video, and what there is to make examples of."""
     target = PAGES.parent / "static" / "practice"
     target.mkdir(exist_ok=True)
     _write_video(target / "practice.mp4")
-    text = json.dumps(_examples(), indent=1, ensure_ascii=False)
-    (PAGES / "practice.json").write_text(text + "\n", encoding="utf-8")
+    text = json.dumps(_example(), indent=1, ensure_ascii=False)
+    (PAGES.parent / "tasks" / "practice.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _boat_at(t: float) -> tuple[float, float, float]:
@@ -111,7 +111,7 @@ def _write_video(path: Path) -> None:
         container.mux(stream.encode(None))
 
 
-def _examples() -> dict[str, Any]:
+def _example() -> dict[str, Any]:
     words = _words(COMMAND)
     watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS}
     sdcs = [_tree(words)]
@@ -123,23 +123,18 @@ def _examples() -> dict[str, Any]:
         {"node": 4, "type": "OBJECT", "phrase": "the buoy"},
         {"node": 5, "type": "OBJECT", "phrase": "the lighthouse"},
     ]
-    shown = {"scene": 0, "objects": ["thing-b"], "places": []}
     return {
-        "describe": watched,
-        "segment": {"command": COMMAND, "words": words, "suggestion": None},
-        "ground": {"command": COMMAND, "sdcs": sdcs, "clauses": clauses, **scene},
-        "check": {
-            "command": COMMAND,
-            "sdcs": sdcs,
-            "clauses": [{**clause, "shown": shown} for clause in clauses[3:]],
-            "scenes": [scene],
-        },
-        "rate": {"command": COMMAND, **watched},
+        "command": COMMAND,
+        "words": words,
+        "sdcs": sdcs,
+        "clauses": clauses,
+        "watched": watched,
+        "scene": scene,
     }
 
 
 def _words(text: str) -> list[dict[str, Any]]:
-    from annotation_app.tasks.payloads import words_of  # noqa: PLC0415 - needs a database's libraries
+    from annotation_app.tasks.clause_words import words_of  # noqa: PLC0415 - needs a database's libraries
 
     return list(words_of(text))
 

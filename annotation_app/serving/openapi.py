@@ -9,7 +9,7 @@ import msgspec
 from flask import Blueprint, Response
 
 from annotation_app.dashboard import dashboard_api as interface
-from annotation_app.store.models import TASKS
+from annotation_app.tasks.task_registry import task_names
 from annotation_app.trying.try_pages import TryRequest
 from annotation_app.web.api import REQUESTS
 from corpus_tools import __version__
@@ -48,7 +48,7 @@ def description() -> dict[str, Any]:
                 "get": {**_operation("session", "Who this is, and the CSRF token"), "security": []}
             },
             "/api/studies/{study}/tasks/{task}/lease": {
-                "parameters": [_parameter("study"), _parameter("task", TASKS)],
+                "parameters": [_parameter("study"), _parameter("task", task_names())],
                 "post": _operation("lease", "Take an item", refusals=(401, 404, 409)),
             },
             "/api/items/{item}": {
@@ -76,7 +76,7 @@ def description() -> dict[str, Any]:
                 )
             },
             "/api/practice/{task}": {
-                "parameters": [_parameter("task", TASKS)],
+                "parameters": [_parameter("task", task_names())],
                 "post": _operation("practice", "Practice is done", refusals=(401, 404)),
             },
             "/api/try": {"post": _operation("try", "Try a command", bodies["try"])},

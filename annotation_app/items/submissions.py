@@ -25,13 +25,10 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session
 
+from annotation_app.items.assignment import AnyItem, is_free, lock_person
+from annotation_app.items.elapsed import LONGEST_S, since_boot
 from annotation_app.store.database import core, dialect_of, inserting, run
-from annotation_app.store.models import Answer, Draft, Event, Handout, Record, Slot, Task
-from annotation_app.tasks.assignment import AnyItem, is_free, lock_person
-from annotation_app.tasks.elapsed import LONGEST_S, since_boot
-
-AGREED: tuple[Task, ...] = ("segment", "ground")
-"""Tasks whose answers are adopted if they agree; those of other tasks are adopted at once."""
+from annotation_app.store.models import Answer, Draft, Event, Handout, Record, Slot
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +57,7 @@ def submit(
     sent: Record,
     body: Record,
     now: float,
+    adopted: bool = True,
 ) -> Receipt:
     """Keep an answer to an item. The same event sent again gives the same receipt.
 
@@ -78,6 +76,8 @@ def submit(
         What came, for the event.
     body
         What is to be kept of it: it has been validated.
+    adopted
+        Whether it is adopted at once.
     """
     # Who inserts waits for whoever has inserted the same, and for whoever has locked the person
     # that the event refers to: nothing else needs to be locked.
@@ -100,7 +100,7 @@ def submit(
         "subject": item.subject,
         "event_id": added[0][0],
         "body": json.dumps(body),
-        "adopted": item.task not in AGREED,
+        "adopted": adopted,
         "at": now,
         **since_boot(),
     }

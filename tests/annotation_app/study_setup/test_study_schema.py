@@ -6,8 +6,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from annotation_app.studies.study_schema import study_schema
 from annotation_app.studies.study_template import TEMPLATE
+from annotation_app.study_setup.study_schema import study_schema
 from corpus_tools.world.scenarios.documents import parse_document
 
 FILE = Path(__file__).parents[3] / "docs/schemas/study.schema.json"
@@ -15,7 +15,7 @@ FILE = Path(__file__).parents[3] / "docs/schemas/study.schema.json"
 
 def test_the_schema_in_the_documentation_is_current() -> None:
     assert FILE.read_bytes() == study_schema(), (
-        "run python -m annotation_app.studies.study_schema docs/schemas/study.schema.json"
+        "run python -m annotation_app.study_setup.study_schema docs/schemas/study.schema.json"
     )
 
 

@@ -8,12 +8,13 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.items import assignment
+from annotation_app.items.assignment import Lease, Work
 from annotation_app.people.browser_sessions import current_id, current_number, required_person
 from annotation_app.people.participants import OPEN, RANKS, has_consented, has_practised
-from annotation_app.store.models import Person, Study, Task
+from annotation_app.store.models import Person, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, restored
-from annotation_app.tasks import assignment
-from annotation_app.tasks.assignment import Lease, Work
+from annotation_app.tasks.task_registry import task_of
 
 Reason: TypeAlias = (
     assignment.Reason
@@ -70,12 +71,12 @@ def find_study(session: Session, name: str) -> Study:
     return study
 
 
-def task_config(config: StudyConfig, task: Task) -> TaskConfig:
+def task_config(config: StudyConfig, task: TaskName) -> TaskConfig:
     """How a task is done in a study, also one that has been taken out of it."""
     return config.tasks.get(task, TaskConfig())
 
 
-def obstacle(study: Study, config: StudyConfig, task: Task, person: Person) -> Reason | None:
+def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) -> Reason | None:
     """Why somebody may not do a task of a study, whatever items there are."""
     task_of = config.tasks.get(task)
     is_staff = RANKS[person.role] > RANKS["worker"]
@@ -95,13 +96,14 @@ def obstacle(study: Study, config: StudyConfig, task: Task, person: Person) -> R
 
 
 def take_work(
-    session: Session, study: Study, task: Task, person: Person, *, now: float
+    session: Session, study: Study, task: TaskName, person: Person, *, now: float
 ) -> Lease | Reason:
     """Give somebody an item of a task, or tell why not."""
     config = restored(study.config)
     reason = obstacle(study, config, task, person)
     if reason is not None:
         return reason
+    of_task = task_of(task)
     return assignment.take(
         session,
         study.id,
@@ -109,11 +111,12 @@ def take_work(
         person,
         now=now,
         lease_s=lease_s(config, task),
-        attention_share=config.attention_checks if task == "rate" else 0.0,
+        attention_share=config.attention_checks if of_task.passes is not None else 0.0,
+        in_random_order=of_task.in_random_order,
     )
 
 
-def lease_s(config: StudyConfig, task: Task) -> float:
+def lease_s(config: StudyConfig, task: TaskName) -> float:
     """How long an item of a task is somebody's."""
     return 60 * task_config(config, task).lease_minutes
 

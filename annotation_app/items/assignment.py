@@ -25,9 +25,9 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import ReturningUpdate
 
+from annotation_app.items.elapsed import since_boot
 from annotation_app.store.database import core, dialect_of, inserting, run
-from annotation_app.store.models import Answer, Handout, Item, Person, Record, Slot, Study, Task
-from annotation_app.tasks.elapsed import since_boot
+from annotation_app.store.models import Answer, Handout, Item, Person, Record, Slot, Study, TaskName
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
 """Why somebody gets no item: they have done all there is for them, they may not take
@@ -66,7 +66,7 @@ class Work(NamedTuple):
 
     who: str
     id: str
-    task: Task
+    task: TaskName
     subject: str
     study_id: str
     study_name: str
@@ -87,12 +87,13 @@ def lock_person(session: Session, person_id: str) -> None:
 def take(
     session: Session,
     study_id: str,
-    task: Task,
+    task: TaskName,
     person: Person,
     *,
     now: float,
     lease_s: float,
     attention_share: float = 0.0,
+    in_random_order: bool = False,
 ) -> Lease | Reason:
     """Give a person an item to work on, the one that they already have if there is one.
 
@@ -104,6 +105,8 @@ def take(
     ----------
     attention_share
         Part of a person's items whose right answers are known.
+    in_random_order
+        Whether any item may come first, rather than the one of the lowest rank.
     """
     lock_person(session, person.id)
     if person.blocked_at is not None:
@@ -118,7 +121,7 @@ def take(
         if item_id is not None:  # with a slot of the person's own
             session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
             return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
-    taken = run(session, _TAKE_ANY if task == "rate" else _TAKE, {**about, **times})
+    taken = run(session, _TAKE_ANY if in_random_order else _TAKE, {**about, **times})
     if not taken:
         return _reason(session, about)
     return _handed_out(session, taken[0][0], person, now=now, lease_s=lease_s)

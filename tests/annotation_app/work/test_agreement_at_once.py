@@ -10,13 +10,13 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
+from annotation_app.items.submissions import submit
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Item, Slot
-from annotation_app.tasks import pipeline
-from annotation_app.tasks.submissions import submit
+from annotation_app.work import adoption
 from tests.annotation_app.browser import Browser, described, engine_of
-from tests.annotation_app.tasks.test_pipeline import SDCS
+from tests.annotation_app.work.test_adoption import SDCS
 
 
 @pytest.mark.parametrize("kind", ["postgresql"])  # SQLite has one writer at a time
@@ -39,11 +39,12 @@ def test_the_last_two_answers_are_adopted_though_neither_saw_the_other(app: Flas
                 uuid=str(uuid.uuid4()),
                 sent={"sdcs": SDCS},
                 body={"sdcs": SDCS},
+                adopted=False,
                 now=now(),
             )
             assert receipt.answer is not None
             both_written.wait()
-            pipeline.answered(session, segmenting.task, receipt.answer)
+            adoption.answered(session, segmenting.task, receipt.answer)
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(send, people))

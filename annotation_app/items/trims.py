@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from annotation_app.tasks.scenes import footprint_at
+from annotation_app.items.scenes import footprint_at
 from g3.groundings import FloatArray, PhysicalObject, Prism, Trajectory
 
 

@@ -7,7 +7,7 @@ from flask import Flask
 
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.store.database import reading
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
 

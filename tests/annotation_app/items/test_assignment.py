@@ -11,11 +11,11 @@ from flask import Flask
 from sqlalchemy import func, select, update
 from sqlalchemy.exc import IntegrityError
 
+from annotation_app.items.assignment import Lease, take
+from annotation_app.items.submissions import submit
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Draft, Event, Item, Person, Slot, Study
-from annotation_app.tasks.assignment import Lease, take
-from annotation_app.tasks.submissions import submit
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.rendered import VIDEOS
 

@@ -9,10 +9,10 @@ from typing import TypeAlias
 
 from sqlalchemy.orm import Session
 
+from annotation_app.items.item_scenes import scene_of
+from annotation_app.items.media import media_files
+from annotation_app.items.scenes import Scene
 from annotation_app.store.models import Item, Record
-from annotation_app.tasks.media import media_files
-from annotation_app.tasks.payloads import scene_of
-from annotation_app.tasks.scenes import Scene
 
 MARGIN_M = 2.0
 

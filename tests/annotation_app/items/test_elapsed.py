@@ -18,11 +18,11 @@ from annotation_app.core.counting import ProcessStorage
 from annotation_app.dashboard.study_statistics import durations
 from annotation_app.dashboard.workers import workers
 from annotation_app.export.answer_tables import to_csv, to_jsonl, to_parquet
+from annotation_app.items import elapsed
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Handout, Slot, Study
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
-from annotation_app.tasks import elapsed
 from tests.annotation_app.browser import Browser, described, engine_of
 
 DAY_S = 24 * 3600.0
