@@ -63,6 +63,12 @@ def judgments(session: Session, study: Study) -> list[Judgment]:
     ]
 
 
+def passes(payload: Record, body: Record) -> bool:
+    """Whether an attention check was answered as it should be."""
+    rating: int = body["rating"]
+    return rating >= AGREES if payload["right"] else rating <= DISAGREES
+
+
 def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     return {"command": item.payload["text"], **watched(session, item)}
 
@@ -120,11 +126,6 @@ def _study_problem(study: StudyConfig) -> Problem | None:
     return None
 
 
-def _passes(payload: Record, body: Record) -> bool:
-    rating: int = body["rating"]
-    return rating >= AGREES if payload["right"] else rating <= DISAGREES
-
-
 def _export(parts: CorpusParts) -> None:
     parts.judgments += judgments(parts.session, parts.study)
 
@@ -168,7 +169,7 @@ RATE = Task(
     of_study=_of_study,
     study_problem=_study_problem,
     in_random_order=True,
-    passes=_passes,
+    passes=passes,
     export=_export,
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
     agreement=_measured,
