@@ -1,4 +1,4 @@
-"""Make the app's practice examples: draw their video and write ``pages/practice.json``.
+"""Make the scene of the app's practice examples: draw its video and write ``tasks/practice.json``.
 
 ``python docs/make_practice.py`` does so after a change of the scene; it needs the extra ``render``.
 """
@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from annotation_app.tasks.payloads import words_of
+from annotation_app.tasks.clause_words import words_of
 
 WIDTH, HEIGHT, FPS = 480, 360, 15
 SCALE = 20.0
@@ -36,12 +36,12 @@ Polygon = npt.NDArray[np.float64]
 
 
 def main() -> None:
-    """Write the video, its first picture and the examples."""
+    """Write the video, its first picture and what there is to make examples of."""
     target = APP / "static" / "practice"
     target.mkdir(exist_ok=True)
     _write_video(target / "practice.mp4")
-    text = json.dumps(_examples(), indent=1, ensure_ascii=False)
-    (APP / "pages" / "practice.json").write_text(text + "\n", encoding="utf-8")
+    text = json.dumps(_example(), indent=1, ensure_ascii=False)
+    (APP / "tasks" / "practice.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _boat_at(t: float) -> tuple[float, float, float]:
@@ -109,7 +109,7 @@ def _write_video(path: Path) -> None:
         container.mux(stream.encode(None))
 
 
-def _examples() -> dict[str, Any]:
+def _example() -> dict[str, Any]:
     words = _words(COMMAND)
     watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS}
     sdcs = [_tree(words)]
@@ -121,18 +121,13 @@ def _examples() -> dict[str, Any]:
         {"node": 4, "type": "OBJECT", "phrase": "the buoy"},
         {"node": 5, "type": "OBJECT", "phrase": "the lighthouse"},
     ]
-    shown = {"scene": 0, "objects": ["thing-b"], "places": []}
     return {
-        "describe": watched,
-        "segment": {"command": COMMAND, "words": words, "suggestion": None},
-        "ground": {"command": COMMAND, "sdcs": sdcs, "clauses": clauses, **scene},
-        "check": {
-            "command": COMMAND,
-            "sdcs": sdcs,
-            "clauses": [{**clause, "shown": shown} for clause in clauses[3:]],
-            "scenes": [scene],
-        },
-        "rate": {"command": COMMAND, **watched},
+        "command": COMMAND,
+        "words": words,
+        "sdcs": sdcs,
+        "clauses": clauses,
+        "watched": watched,
+        "scene": scene,
     }
 
 

@@ -211,11 +211,11 @@ def serve(
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["corpus", "slu-core", "conllu", "csv", "jsonl", "parquet"]),
+    metavar="FORMAT",
     default="corpus",
     show_default=True,
-    help="A corpus to train on, also in the layout of the AAAI-11 corpus; words with their "
-    "clauses; or all answers as they are.",
+    help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
+    "words with their clauses; csv, jsonl, parquet: all answers as they are.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option("--force", is_flag=True, help="Replace what is there.")
@@ -248,9 +248,14 @@ def export(
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
     from corpus_tools.runtime.atomic_folder import write_folder
+    from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
+    known = ("corpus", "slu-core", *answer_tables.TABLES)
+    if form not in known:
+        fix = f"use one of {', '.join(known)}"
+        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
     if form == "corpus":
         check_writable(out, force=force)
     config = open_instance(*place)
@@ -261,7 +266,7 @@ def export(
         check_current(engine)
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
-            write_bytes(out, answer_tables.TABLES[form](session, study))
+            write_bytes(out, answer_tables.TABLES[form].write(session, study))
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
@@ -356,8 +361,8 @@ def _demo(config: Config, videos: Path | None) -> int:
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
-    from annotation_app.studies.study_file import read_study
     from annotation_app.study_setup.rendered_study import rendered_videos
+    from annotation_app.study_setup.study_reading import read_study
 
     study = read_study(file)
     return study, rendered_videos(videos or file.parent / study.videos, study.only)

@@ -69,7 +69,6 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
-    from annotation_app.studies.study_file import read_study
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -78,6 +77,7 @@ def check(
         study_obstacles,
     )
     from annotation_app.study_setup.rendered_study import check_videos, rendered_videos
+    from annotation_app.study_setup.study_reading import read_study
     from g3.errors import CorpusError, FormatError
 
     found: list[Obstacle] = []

@@ -11,7 +11,7 @@ import msgspec
 from flask import Blueprint, Flask, Response
 
 from annotation_app.dashboard import dashboard_api as interface
-from annotation_app.store.models import TASKS
+from annotation_app.tasks.task_registry import task_names
 from annotation_app.trying import try_pages
 from annotation_app.trying.try_pages import TryRequest
 from annotation_app.web import api
@@ -93,7 +93,7 @@ _ERROR = {
 def _parameter(name: str) -> dict[str, Any]:
     schema: dict[str, Any] = {"type": "string", "minLength": 1}
     if name == "task":
-        schema["enum"] = list(TASKS)
+        schema["enum"] = list(task_names())
     return {"name": name, "in": "path", "required": True, "schema": schema}
 
 

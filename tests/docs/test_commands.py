@@ -25,6 +25,7 @@ ELSEWHERE = {
         "needs the example installed",
     ),
     r".*cable_reel": ("tests/examples/test_cable_reel.py", "needs the example installed"),
+    r".*examples/paraphrase": ("tests/examples/test_paraphrase.py", "needs the example installed"),
     r"ct render-videos|.* && ct render-videos": (
         "tests/corpus_tools/video/test_render_commands.py",
         "minutes",

@@ -14,7 +14,7 @@ from annotation_app.core.config import Config
 from annotation_app.people.participants import keep_consent
 from annotation_app.store.database import transaction
 from annotation_app.store.models import Participation, Person
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, engine_of
 
 LAB = "https://lab.example.org"

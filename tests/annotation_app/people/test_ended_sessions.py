@@ -17,7 +17,7 @@ from annotation_app.people.accounts import add_login
 from annotation_app.people.participants import invitation
 from annotation_app.store.database import core, reading, transaction
 from annotation_app.store.models import Base, Media, Person
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
 
