@@ -40,6 +40,6 @@ class PracticeExample(msgspec.Struct, frozen=True):
 
 @functools.cache
 def practice_example() -> PracticeExample:
-    """The scene that ``python -m annotation_app.pages.practice_scene`` has written."""
+    """The scene that ``python docs/make_practice.py`` has written."""
     file = resources.files("annotation_app.tasks") / "practice.json"
     return msgspec.json.decode(file.read_bytes(), type=PracticeExample)

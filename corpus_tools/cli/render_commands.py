@@ -66,7 +66,7 @@ SMALLEST, LARGEST = 64, 4096
     type=click.Choice(["draft", "standard", "high"]),
     default="standard",
     show_default=True,
-    help="Fast and without shadows; with shadows; the finest shadows and the largest files.",
+    help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
 )
 @JOBS
 @SCHEDULER

@@ -5,22 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import CAMERAS, Camera
-from corpus_tools.video.drawing.canvas import Canvas, Image, open_canvas
-from corpus_tools.video.drawing.composite import FINER, Composite, averaged
+from corpus_tools.video.drawing.canvas import Image, open_canvas, sun_of
+from corpus_tools.video.drawing.composite import FINER, Composite
 from corpus_tools.video.drawing.drawn_moments import moving_objects
+from corpus_tools.video.drawing.full import Full
+from corpus_tools.video.drawing.shaded import Shaded
 from corpus_tools.video.drawing.shadows import LARGEST_MAP
 from corpus_tools.video.encode import Quality
 from corpus_tools.world.physics.build import World
 from corpus_tools.world.state.recording import Recording
 
-SHADOW_SIZE = MappingProxyType({"draft": 1, "standard": 2048, "high": 4096})
-"""Of MuJoCo's shadow map, for cameras that move; a draft has no shadows."""
+SAMPLES = 4
+SHADOW_SIZE = 4096
+"""Of MuJoCo's shadow map, for the highest quality."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,29 +62,26 @@ def open_frames(
         Width and height of a frame.
     """
     cameras = CAMERAS[camera](recording, size)
-    shadows = quality != "draft"
-    fine = (size[0] * FINER, size[1] * FINER)
+    shaded = quality == "standard" and sun_of(world.model) is not None
+    best = quality == "high"
     with open_canvas(
         world,
-        (max(fine[0], LARGEST_MAP), max(fine[1], LARGEST_MAP)) if shadows else size,
-        shadow_size=SHADOW_SIZE[quality],
+        canvas_size(size) if shaded else size,
+        samples=SAMPLES if best else 0,
+        shadow_size=SHADOW_SIZE if best else 1,
         moving=moving_objects(recording),
     ) as canvas:
         canvas.show(recording, 0)
         objects = canvas.objects(cameras[0], size)[::-1]
-        if shadows and len(cameras) == 1:
+        if not shaded:
+            frame = Full(canvas, recording, cameras, size, shadows=best).frame
+        elif len(cameras) == 1:
             frame = Composite(canvas, recording, cameras[0], size).frame
         else:
-
-            def frame(k: int) -> Image:
-                canvas.show(recording, k)
-                return _whole(canvas, cameras[min(k, len(cameras) - 1)], size, shadows=shadows)
-
+            frame = Shaded(canvas, recording, cameras, size).frame
         yield Frames(cameras, frame, objects)
 
 
-def _whole(canvas: Canvas, camera: Camera, size: tuple[int, int], *, shadows: bool) -> Image:
-    """All that a camera sees, drawn at once: with shadows finely, without them fast."""
-    finer = FINER if shadows else 1
-    canvas.draw(camera, (size[0] * finer, size[1] * finer), shadows=shadows)
-    return np.ascontiguousarray(averaged(canvas.pixels(), size)[::-1])
+def canvas_size(size: tuple[int, int]) -> tuple[int, int]:
+    """How large a canvas must be for the finer pictures of frames, and for shadow maps."""
+    return max(size[0] * FINER, LARGEST_MAP), max(size[1] * FINER, LARGEST_MAP)

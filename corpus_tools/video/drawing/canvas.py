@@ -30,8 +30,6 @@ BACKDROP, STILL, MOVING = 0, 1, 2
 HIDDEN = 5
 NEAR = 1.0
 """MuJoCo wants some distance to what is seen, without perspective too."""
-SHADOWS_M, SUN_M = 20.0, 30.0
-"""How far MuJoCo's shadows reach around what is ahead of the camera, and how far the sun is."""
 LOW_POLY = (1, 20, 10)
 """Facets along the edges of boxes, around cylinders, and along spheres."""
 
@@ -84,6 +82,8 @@ class Canvas:
         What is drawn. Its model's visual settings are changed.
     size
         Width and height of the largest picture, pixels.
+    samples
+        Samples per pixel; 0 for one.
     shadow_size
         Width of the shadow map, pixels.
     moving
@@ -95,6 +95,7 @@ class Canvas:
         world: World,
         size: tuple[int, int],
         *,
+        samples: int,
         shadow_size: int,
         moving: Iterable[int],
     ) -> None:
@@ -103,13 +104,12 @@ class Canvas:
         self.data = mujoco.MjData(model)
         model.vis.global_.offwidth, model.vis.global_.offheight = size
         quality = model.vis.quality
-        quality.offsamples, quality.shadowsize = 0, shadow_size
-        model.vis.map.shadowclip = SHADOWS_M / model.stat.extent
+        quality.offsamples, quality.shadowsize = samples, shadow_size
         quality.numquads, quality.numslices, quality.numstacks = LOW_POLY
         self.object_of_geom = _objects(world)
         self._corners = _local_corners(model)
         self._group(frozenset(moving))
-        self.sun = int(model.light("sun").id)
+        self.sun = sun_of(model)
         self._emission = model.mat_emission.copy()
         self._gl = gl_context(*size)
         self._gl.make_current()
@@ -137,6 +137,7 @@ class Canvas:
         *,
         groups: Iterable[int] = (BACKDROP, STILL, MOVING),
         part: Rectangle | None = None,
+        rows: int = 1,
         sun: bool = True,
         other_light: bool = True,
         shadows: bool = False,
@@ -154,28 +155,26 @@ class Canvas:
             What is drawn.
         part
             The part of the picture that is drawn.
+        rows
+            How many rows are drawn for each of the picture's.
         sun
             Whether the sun shines.
         other_light
             Whether anything else does: light from everywhere, lamps.
         shadows
-            Whether MuJoCo draws its own shadows, up to :data:`SHADOWS_M` from what is near.
+            Whether MuJoCo draws its own shadows.
         sky
             Whether the sky is drawn, and the haze before it.
         """
         part = part or Rectangle(0, 0, *size)
         self.model.vis.global_.fovy = np.degrees(camera.fovy)
         self._aim(camera)
-        if shadows:
-            ahead = np.array([*camera.axes[2][:2], 0.0])
-            middle = camera.position + SHADOWS_M / 2 * ahead
-            self.data.light_xpos[self.sun] = middle - SUN_M * self.data.light_xdir[self.sun]
         self._update(groups, sun=sun, other_light=other_light)
         self._crop(size, part)
         flags = mujoco.mjtRndFlag
         self._render(
             part.width,
-            part.height,
+            part.height * rows,
             {flags.mjRND_SHADOW: shadows, flags.mjRND_SKYBOX: sky, flags.mjRND_HAZE: sky},
         )
 
@@ -268,7 +267,8 @@ class Canvas:
     def _update(self, groups: Iterable[int], *, sun: bool, other_light: bool = True) -> None:
         self._options.geomgroup[:] = 0
         self._options.geomgroup[list(groups)] = 1
-        self.model.light_active[self.sun] = sun
+        if self.sun is not None:
+            self.model.light_active[self.sun] = sun
         self.model.vis.headlight.active = other_light
         self.model.mat_emission[:] = self._emission if other_light else 0
         mujoco.mjv_updateScene(
@@ -313,15 +313,23 @@ def open_canvas(
     world: World,
     size: tuple[int, int],
     *,
+    samples: int = 0,
     shadow_size: int = 1024,
     moving: Iterable[int] = (),
 ) -> Iterator[Canvas]:
     """A :class:`Canvas` that is freed at the end."""
-    canvas = Canvas(world, size, shadow_size=shadow_size, moving=moving)
+    canvas = Canvas(world, size, samples=samples, shadow_size=shadow_size, moving=moving)
     try:
         yield canvas
     finally:
         canvas.close()
+
+
+def sun_of(model: mujoco.MjModel) -> int | None:
+    """The directional light that throws shadows; None if there is none."""
+    directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    found = np.flatnonzero(directional & model.light_castshadow.astype(bool))
+    return int(found[0]) if len(found) else None
 
 
 def _objects(world: World) -> npt.NDArray[np.int64]:

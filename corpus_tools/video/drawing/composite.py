@@ -38,7 +38,7 @@ class Composite:
     Parameters
     ----------
     canvas
-        With the recording's world and its moving objects.
+        With the recording's world and its moving objects, and a sun.
     recording
         Sampled at the video's frames.
     camera
@@ -86,7 +86,7 @@ class Composite:
             sun = shade(self._shadows.still, self._places, self._shadows.still.bias, SOFT)
             self._sunshine = lit(np.zeros_like(self._dark), self._sunshine, sun)
         everywhere = np.full(self._depth.shape, 255, np.uint8)
-        self._background = averaged(lit(self._dark, self._sunshine, everywhere), self._size)
+        self._background = _averaged(lit(self._dark, self._sunshine, everywhere))
 
     def _texel(self, ahead_m: float) -> float:
         """Edge of a shadow map's texels that suits pixels so far ahead."""
@@ -146,9 +146,10 @@ class Composite:
         casting = merged(moving, shadows.still) if shadows.still is not None else moving
         sun = shade(casting, place, casting.bias, SOFT)
         cv2.copyTo(lit(dark, sunshine, sun), nearer, picture)
-        frame[part.slices] = averaged(picture, (part.width, part.height))
+        frame[part.slices] = _averaged(picture)
 
 
-def averaged(picture: Image, size: tuple[int, int]) -> Image:
-    """A finer picture as one of this width and height."""
+def _averaged(picture: Image) -> Image:
+    height, width = picture.shape[:2]
+    size = (width // FINER, height // FINER)
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)

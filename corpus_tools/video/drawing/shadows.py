@@ -63,7 +63,7 @@ class Shadows:
     Parameters
     ----------
     canvas
-        What casts and gets shadows.
+        With a sun.
     wanted
         Edge of the maps' texels in metres; longer where the world is large.
 
@@ -86,6 +86,11 @@ class Shadows:
     def moving(self, corners: FloatArray) -> ShadowMap:
         """The map of what moves, where it is now, within corners (n, 3)."""
         return self._map(corners, MOVING, self.texel)
+
+    def moving_alone(self, corners: FloatArray, wanted: float) -> ShadowMap:
+        """Such a map, not to be merged with that of what never moves, as fine as wanted."""
+        texel = max(wanted, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
+        return self._map(corners, MOVING, texel)
 
     def _map(self, points: FloatArray, group: int, texel: float) -> ShadowMap:
         along = points @ self.axes.T

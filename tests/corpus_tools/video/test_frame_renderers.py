@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.video.drawing.camera import CAMERAS
-from corpus_tools.video.drawing.canvas import open_canvas
 from corpus_tools.video.drawing.segmentation import describe, label_image
 from corpus_tools.video.frame_renderers import open_frames
 from corpus_tools.world.physics.build import build_world
@@ -29,16 +28,10 @@ def composite():
 
 @pytest.fixture(scope="module")
 def whole():
-    """Some frames, each drawn at once with MuJoCo's own shadows, by moment."""
-    size = (2 * SIZE[0], 2 * SIZE[1])
-    (camera,) = CAMERAS["overview"](RECORDING, SIZE)
-    pictures = {}
-    with open_canvas(build_world(RECORDING.start), size, shadow_size=4096) as canvas:
-        for k in (0, 5, 10):
-            canvas.show(RECORDING, k)
-            canvas.draw(camera, size, shadows=True)
-            pictures[k] = cv2.resize(canvas.pixels()[::-1], SIZE, interpolation=cv2.INTER_AREA)
-    return pictures
+    """Some frames, each drawn as a whole, by moment."""
+    moments = (0, 5, 10)
+    pictures, frames = draw("overview", "high", moments)
+    return dict(zip(moments, pictures, strict=True)), frames
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +42,7 @@ def draft():
 
 @pytest.mark.parametrize("moment", [0, 5, 10])
 def test_composites_look_like_whole_drawings(composite, whole, moment):
-    composed, drawn = composite[0][moment], whole[moment]
+    composed, drawn = composite[0][moment], whole[0][moment]
     assert cv2.PSNR(composed, drawn) > 28
     # No halo and no hole: blurred a little, nothing differs much anywhere but at shadows' edges.
     near = [cv2.blur(picture, (5, 5)).astype(int) for picture in (composed, drawn)]
@@ -94,7 +87,7 @@ def test_every_camera_shows_something_and_drafts_are_the_same_again(camera, draf
     assert (picture == draft[0][1]).all() == (camera == "overview")
 
 
-@pytest.mark.parametrize("quality", ["draft", "composite"])
+@pytest.mark.parametrize("quality", ["draft", "composite", "whole"])
 def test_the_segmentation_tells_objects(quality, request):
     _, frames = request.getfixturevalue(quality)
     camera = frames.cameras[0]
