@@ -25,7 +25,7 @@ from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.geometry.footprints import centre
-from g3.groundings import Context, PhysicalObject, Place, Prism
+from g3.groundings import PhysicalObject, Place, Prism
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
@@ -160,8 +160,3 @@ def _at_end(thing: PhysicalObject) -> PhysicalObject:
     pose = np.array([*track.xyz[-1, :2], track.yaw[-1]])
     rise = float(track.xyz[-1, 2] - track.xyz[0, 2])
     return moved_to(thing, pose, thing.prism.z_min + rise)
-
-
-def context_at_start(context: Context) -> Context:
-    """A context without what its log does."""
-    return start_state(context).context
