@@ -11,6 +11,10 @@ from g3.actions.logged_actions import centre
 from g3.geometry.plane import convex_hull, gap, rotate
 from g3.groundings import FloatArray, Prism
 
+BESIDE_M = 4.0
+"""What is next to a thing is no further from its border."""
+NEAR_M = 6.0
+"""What is near a thing, or before or behind it, is no further from its border."""
 ASIDE_M = 3.0
 """What is between two things is no further from the line between their middles."""
 

@@ -27,6 +27,8 @@ from g3.language.lexicon.word_sets import (
     THESE,
 )
 
+Things = frozenset[str]
+"""Ids of things."""
 FIXED_M = 1.0
 """Things nearer than this to where they were in another map haven't been moved."""
 _FUNCTION = frozenset(
@@ -47,8 +49,10 @@ class Worded:
         The world before anything is done.
     own
         Whether it is the world that was annotated.
+    annotated
+        For each clause the ids of the things it is grounded in, as they were annotated.
     things
-        For each clause the ids of the things it is grounded in, as they are in the world.
+        The same things as they are in the world, where they are in it.
     labels
         For each clause the labels of these things.
     places
@@ -60,17 +64,18 @@ class Worded:
     tree: Tree
     state: State
     own: bool
-    things: tuple[frozenset[str], ...]
+    annotated: tuple[Things, ...]
+    things: tuple[Things, ...]
     labels: tuple[frozenset[tuple[str, ...]], ...]
     places: tuple[tuple[Place, ...], ...]
-    fixed: frozenset[str]
+    fixed: Things
 
     @property
     def robot(self) -> str:
         """Id of the robot in the world."""
         return self.state.context.agent_id
 
-    def alike(self, node: int) -> frozenset[str]:
+    def alike(self, node: int) -> Things:
         """Things of the world that an OBJECT's noun names as well as what it is grounded in.
 
         A noun that says no more than labels do names all things that have these: "the pallet of
@@ -93,7 +98,7 @@ class Worded:
             inside = self.tree.children[here]
             for mark in inside.get("l", ()):
                 # "Of tires" and "containing tires" name the same thing once more.
-                if self.things[mark] == self.things[node] or is_complement(nodes[here]):
+                if self.annotated[mark] == self.annotated[node] or is_complement(nodes[here]):
                     said += noun_leaf(nodes[mark]).words
             here = inside["f"][0]
         words = set(field_words(said)) - _FUNCTION
@@ -120,6 +125,7 @@ def worded(annotation: Annotation, start: State) -> Worded:
         Tree(annotation.sdcs),
         start,
         same,
+        tuple(frozenset(o.id for o in several) for several in things),
         tuple(frozenset(now[o.id] for o in several if o.id in now) for several in things),
         tuple(frozenset(o.labels for o in gs if o.id != own.agent_id) for gs in things),
         tuple(tuple(g for g in gs if isinstance(g, Place)) for gs in grounded),
