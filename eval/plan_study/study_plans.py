@@ -15,7 +15,9 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
+from eval.judging.deeds import planned
 from eval.judging.judge import judge
+from eval.judging.words_judge import judge_by_words
 from eval.plan_study.study_settings import Settings
 from eval.table_3.end_to_end import TOP, annotated_commands
 from eval.table_3.held_out import costs_without, extractor_without
@@ -40,9 +42,11 @@ class PlanRecord(msgspec.Struct, frozen=True):
     run
         Name of the run that it was carried out in; empty if there is no plan.
     correct, reason
-        The automatic judge's verdict.
+        The automatic judge's verdict: whether it ends where the log ends.
     failure
         Why physics stopped the run; empty if it didn't.
+    by_words
+        The judge's second verdict: whether it does what the words say; None in older studies.
     """
 
     configuration: str
@@ -54,6 +58,7 @@ class PlanRecord(msgspec.Struct, frozen=True):
     reason: str
     run: str = ""
     failure: str = ""
+    by_words: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +151,7 @@ def _carried_out(folder: Path, unit: Unit, plan: Plan | None, note: str) -> Plan
     command = unit.annotation.command
     about = (unit.configuration, command.id, command.scenario, command.text)
     if plan is None:
-        return PlanRecord(*about, 0.0, False, note)
+        return PlanRecord(*about, 0.0, False, note, by_words=False)
     context = unit.annotation.context
     told = to_script(start_state(context), plan.actions)
     done = execute(context, told.script, places=told.places, rate_hz=RATE_HZ)
@@ -159,5 +164,7 @@ def _carried_out(folder: Path, unit: Unit, plan: Plan | None, note: str) -> Plan
     )
     write_corpus(corpus, run_corpus(folder, unit.name), force=True)
     verdict = judge(context, plan.state)
+    by_words = judge_by_words(unit.annotation, planned(context, plan.actions)).correct
     failure = "" if done.failure is None else str(done.failure)
-    return PlanRecord(*about, plan.probability, verdict.correct, verdict.reason, unit.name, failure)
+    said = (plan.probability, verdict.correct, verdict.reason)
+    return PlanRecord(*about, *said, unit.name, failure, by_words)
