@@ -14,11 +14,12 @@ import numpy as np
 from eval.judging.allowed_places import Ending, ends_well
 from eval.judging.allowed_things import allowed
 from eval.judging.deeds import Carried, Deeds
-from eval.judging.judge import Verdict
+from eval.judging.judge import MOVED_M, Verdict
 from eval.judging.judged_clauses import JudgedClause, judged_clauses, themes_of
 from eval.judging.layout import NEAR_M, nearest, seen
 from eval.judging.worded import Worded, worded
 from g3.actions.grounding_candidates import carrier, is_surface
+from g3.actions.logged_actions import centre
 from g3.actions.robot_state import moved_to
 from g3.annotation import Annotation
 from g3.groundings import FloatArray
@@ -57,6 +58,8 @@ def _wrong(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
     if not any(c.handles for c in clauses):
         if any(c.id != deeds.start.held or c.lowered is not None for c in deeds.carried):
             return "it moves a load, of which the words don't speak"
+        if any("staying" not in c.verbs for c in clauses) and not _drives(deeds.way):
+            return "the robot stays where it is"
         return _astray(words, clauses, deeds)
     wanted = frozenset(i for ids in themes.values() for i in ids)
     strange = [c.id for c in deeds.carried if themes and c.id not in wanted]
@@ -82,6 +85,9 @@ def _mishandled(words: Worded, clauses: Sequence[JudgedClause], load: Carried, d
         return "it isn't taken from where the words say"
     first, last = deeds.start.thing(load.id), deeds.end.thing(load.id)
     ending = Ending(load.id, first.prism, last.prism, deeds.end, load.lowered is None)
+    shift = float(np.linalg.norm(centre(last.prism) - centre(first.prism)))
+    if ending.short and load.id == deeds.start.held and shift < MOVED_M:
+        return "nothing is done with the load on the forks"
     told_where = [c.goals for c in clauses if c.goals]
     if told_where and ends_well(words, told_where[-1], ending) is False:
         return "the load doesn't end where the words say"
@@ -148,6 +154,12 @@ def _turns(words: Worded, clause: JudgedClause, way: FloatArray) -> bool:
     turned = sign * np.unwrap(way[:, 2])
     aside = sign * seen(way[0], way[:, :2])[:, 1]
     return bool((turned - turned[0]).max() >= TURN or aside.max() >= ASIDE_M)
+
+
+def _drives(way: FloatArray) -> bool:
+    """Whether the robot drives or turns at all."""
+    far = np.linalg.norm(way[:, :2] - way[0, :2], axis=1).max() > MOVED_M
+    return bool(far or np.ptp(np.unwrap(way[:, 2])) >= TURN)
 
 
 def _robot(deeds: Deeds, row: int) -> Ending:

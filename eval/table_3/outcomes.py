@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypedDict
@@ -104,7 +105,7 @@ def judged_row(
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
         if not said:
-            return Estimate(float("nan"), float("nan"), float("nan"))
+            return Estimate(math.nan, math.nan, math.nan)
         right, rng = np.array(said, dtype=np.bool_), np.random.default_rng(seed)
         return bootstrap(right, codes(where), rng=rng, draws=draws)
 
