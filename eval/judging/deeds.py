@@ -49,12 +49,16 @@ class Deeds:
         The robot's x, y, yaw over time, shape (n, 3).
     carried
         Loads that were moved, in the order in which they were lifted.
+    whole
+        Whether it is all that is done for a command, as a plan is. A log may start late, stop
+        early, or go on.
     """
 
     start: State
     end: State
     way: FloatArray
     carried: tuple[Carried, ...]
+    whole: bool = False
 
 
 def logged(context: Context) -> Deeds:
@@ -83,7 +87,7 @@ def planned(context: Context, actions: Sequence[Action]) -> Deeds:
                 lifted.setdefault(load, before)
             lowered[load] = None if state.held == load else before + len(ways[-1]) - 1
     carried = [Carried(load, lifted[load], lowered.get(load)) for load in lifted]
-    return Deeds(start, state, np.concatenate(ways), _in_order(carried))
+    return Deeds(start, state, np.concatenate(ways), _in_order(carried), whole=True)
 
 
 def _in_order(carried: Sequence[Carried]) -> tuple[Carried, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.judging.replayed import counterparts
+from eval.judging.replayed import counterparts, replayed
 from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
@@ -59,6 +59,8 @@ class Worded:
         For each clause the regions it is grounded in.
     fixed
         Things that stand where they stood when they were annotated.
+    state_after
+        The world after its own log; None in another world.
     """
 
     tree: Tree
@@ -69,6 +71,7 @@ class Worded:
     labels: tuple[frozenset[tuple[str, ...]], ...]
     places: tuple[tuple[Place, ...], ...]
     fixed: Things
+    state_after: State | None
 
     @property
     def robot(self) -> str:
@@ -130,6 +133,7 @@ def worded(annotation: Annotation, start: State) -> Worded:
         tuple(frozenset(o.labels for o in gs if o.id != own.agent_id) for gs in things),
         tuple(tuple(g for g in gs if isinstance(g, Place)) for gs in grounded),
         frozenset(fixed),
+        replayed(own, own) if same else None,
     )
 
 

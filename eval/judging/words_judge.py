@@ -14,7 +14,7 @@ import numpy as np
 from eval.judging.allowed_places import Ending, ends_well
 from eval.judging.allowed_things import allowed
 from eval.judging.deeds import Carried, Deeds
-from eval.judging.judge import MOVED_M, Verdict
+from eval.judging.judge import END_M, MOVED_M, PLACE_M, Verdict
 from eval.judging.judged_clauses import JudgedClause, judged_clauses, themes_of
 from eval.judging.layout import NEAR_M, nearest, seen
 from eval.judging.worded import Worded, worded
@@ -49,18 +49,23 @@ def judge_by_words(annotation: Annotation, deeds: Deeds) -> Verdict:
     """
     words = worded(annotation, deeds.start)
     clauses = judged_clauses(words)
-    return Verdict(not (reason := _wrong(words, clauses, deeds)), reason)
+    handles = any(c.handles for c in clauses)
+    reason = (_wrong if handles else _misdriven)(words, clauses, deeds)
+    return Verdict(not reason, reason)
+
+
+def _misdriven(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
+    """What isn't as words say that only drive; empty if all is."""
+    if any(c.id != deeds.start.held or c.lowered is not None for c in deeds.carried):
+        return "it moves a load, of which the words don't speak"
+    if any("staying" not in c.verbs for c in clauses) and not _drives(deeds.way):
+        return "the robot stays where it is"
+    return _astray(words, clauses, deeds)
 
 
 def _wrong(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
-    """What isn't as the words say; empty if all is."""
+    """What isn't as words say that handle a load; empty if all is."""
     themes = themes_of(words, clauses)
-    if not any(c.handles for c in clauses):
-        if any(c.id != deeds.start.held or c.lowered is not None for c in deeds.carried):
-            return "it moves a load, of which the words don't speak"
-        if any("staying" not in c.verbs for c in clauses) and not _drives(deeds.way):
-            return "the robot stays where it is"
-        return _astray(words, clauses, deeds)
     wanted = frozenset(i for ids in themes.values() for i in ids)
     strange = [c.id for c in deeds.carried if themes and c.id not in wanted]
     if strange:
@@ -84,16 +89,38 @@ def _mishandled(words: Worded, clauses: Sequence[JudgedClause], load: Carried, d
     if not all(_comes_from(words, node, load.id) for node in sources):
         return "it isn't taken from where the words say"
     first, last = deeds.start.thing(load.id), deeds.end.thing(load.id)
-    ending = Ending(load.id, first.prism, last.prism, deeds.end, load.lowered is None)
+    held = load.lowered is None
+    short = held and not deeds.whole
+    ending = Ending(load.id, first.prism, last.prism, deeds.end, short)
     shift = float(np.linalg.norm(centre(last.prism) - centre(first.prism)))
-    if ending.short and load.id == deeds.start.held and shift < MOVED_M:
+    if held and load.id == deeds.start.held and shift < MOVED_M:
         return "nothing is done with the load on the forks"
-    told_where = [c.goals for c in clauses if c.goals]
-    if told_where and ends_well(words, told_where[-1], ending) is False:
-        return "the load doesn't end where the words say"
-    if ending.short and not clauses[-1].goals and clauses[-1].verbs & HANDLING_VERBS == {"placing"}:
+    verbs = clauses[-1].verbs & HANDLING_VERBS
+    if held and verbs == {"placing"} and not (short and clauses[-1].goals):
         return "the load isn't put down"
-    return ""
+    told_where = [c.goals for c in clauses if c.goals]
+    only_taken = not told_where and all(c.verbs & HANDLING_VERBS == {"taking"} for c in clauses)
+    if deeds.whole and only_taken and not held:
+        return "it puts down what it is only to pick up"
+    return _misplaced(words, told_where[-1], ending) if told_where else ""
+
+
+def _misplaced(words: Worded, goals: Sequence[int], ending: Ending) -> str:
+    holds = ends_well(words, goals, ending)
+    if holds is None:
+        return _unlike_log(words, ending, PLACE_M)
+    return "" if holds else "the load doesn't end where the words say"
+
+
+def _unlike_log(words: Worded, ending: Ending, tolerance_m: float) -> str:
+    """What differs from the own log, for words that can't be measured; empty in other worlds."""
+    if words.state_after is None:
+        return ""
+    goal = centre(words.state_after.thing(ending.thing).prism)
+    apart = float(np.linalg.norm(goal - centre(ending.last))) - ending.slack
+    if apart <= tolerance_m:
+        return ""
+    return f"the words can't be measured, and it ends {apart:.1f} m from where the log ends"
 
 
 def _comes_from(words: Worded, node: int, load: str) -> bool:
@@ -112,24 +139,27 @@ def _comes_from(words: Worded, node: int, load: str) -> bool:
 
 def _astray(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
     """What is wrong with where the robot drives: what clauses name comes in their order."""
-    row, end = 0, len(deeds.way) - 1
+    end = len(deeds.way) - 1
+    row, measured = 0, any(c.handles for c in clauses)
     # A log that starts with the load on the forks doesn't show how the robot came to it.
-    late = any(c.lifted == 0 for c in deeds.carried) and any(c.handles for c in clauses)
-    for number, clause in enumerate(clauses):
+    late = any(c.lifted == 0 for c in deeds.carried) and measured
+    moving = [c for c in clauses if c.verbs != {"staying"}]
+    for clause in moving:
         late &= not clause.handles
         if late or clause.handles:
             continue
-        if not (clause.goals or clause.passed) and not _turns(words, clause, deeds.way[row:]):
+        if not _turns(words, clause, deeds.way[row:]):
             return "the robot doesn't turn as the words say"
         rows = np.unique(np.linspace(row, end, ROWS).astype(int)).tolist()
         if any(_reached(words, (n,), deeds, rows) is False for n in clause.passed):
             return "the robot doesn't pass as the words say"
-        last = number == len(clauses) - 1
+        last = clause is moving[-1]
         reached = _reached(words, clause.goals, deeds, [end] if last else rows)
         if reached is False:
             return f"the robot doesn't {'end' if last else 'come'} where the words say"
+        measured |= reached is not None
         row = row if reached is None else int(reached)
-    return ""
+    return "" if measured else _unlike_log(words, _robot(deeds, end), END_M)
 
 
 def _reached(

@@ -1,5 +1,7 @@
 """The second verdict, on plans and logs of which it is plain whether they do what words say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,13 +83,17 @@ def test_what_is_asked_for_must_be_done(commands):
         assert not verdict(annotation).correct, annotation.command.text
 
 
-def test_a_plan_that_goes_on_with_its_own_load_has_done_what_was_said(commands):
+def as_a_log(annotation, *actions):
+    """What a video that may stop early or go on shows."""
+    return judge_by_words(annotation, replace(planned(annotation.context, actions), whole=False))
+
+
+def test_a_log_may_go_on_with_its_load_and_a_plan_may_not(commands):
     own = commands["hall_pick_up_boxes-01"]
     picked = Action("carry", "boxes-1", place=beside(own, "barrel-1"))
     assert verdict(own, pick_up("boxes-1")).correct
-    assert verdict(own, picked).correct
-    state = planned(own.context, [picked]).end
-    assert not judge(own.context, state).correct
+    assert verdict(own, picked).reason == "it puts down what it is only to pick up"
+    assert as_a_log(own, picked).correct
 
 
 @pytest.mark.parametrize(("load", "right"), [("boxes-1", True), ("boxes-2", False)])
@@ -96,16 +102,15 @@ def test_things_are_told_by_what_is_around_them(load, right, commands):
     assert verdict(commands["hall_pick_up_boxes-01"], pick_up(load)).correct is right
 
 
-def test_a_load_that_is_carried_to_its_place_need_not_be_put_down_there(commands):
+def test_a_log_may_stop_before_the_load_is_put_down_and_a_plan_may_not(commands):
     own = commands["yard_put_boxes_down_on_trailer-05"]
     trailer = (start_state(own.context).thing("trailer-1"),)
     near = Action("drive to", target=trailer)
-    assert verdict(own, near).correct
+    assert as_a_log(own, near).correct
+    assert verdict(own, near).reason == "the load isn't put down"
     # "Put down the boxes" names no place that it could have come near to.
-    assert (
-        verdict(commands["yard_put_boxes_down_on_trailer-10"], near).reason
-        == "the load isn't put down"
-    )
+    nowhere = commands["yard_put_boxes_down_on_trailer-10"]
+    assert as_a_log(nowhere, near).reason == "the load isn't put down"
 
 
 @pytest.mark.parametrize(
