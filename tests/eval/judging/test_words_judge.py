@@ -8,7 +8,6 @@ import pytest
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.allowed_things import allowed
 from eval.judging.deeds import logged, planned
-from eval.judging.judge import judge
 from eval.judging.layout import is_between, looking_at, seen
 from eval.judging.worded import worded
 from eval.judging.words_judge import judge_by_words
@@ -107,7 +106,7 @@ def test_a_log_may_stop_before_the_load_is_put_down_and_a_plan_may_not(commands)
     trailer = (start_state(own.context).thing("trailer-1"),)
     near = Action("drive to", target=trailer)
     assert as_a_log(own, near).correct
-    assert verdict(own, near).reason == "the load isn't put down"
+    assert not verdict(own, near).correct
     # "Put down the boxes" names no place that it could have come near to.
     nowhere = commands["yard_put_boxes_down_on_trailer-10"]
     assert as_a_log(nowhere, near).reason == "the load isn't put down"
