@@ -6,15 +6,24 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-import numpy as np
 from rich.table import Table
 
-from eval.judging.judge_validity import JudgedPair, Validity, cohens_kappa, confusion
+from eval.judging.agreement import Agreement
+from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, JudgedPair, Validity
 from eval.statistics.estimates import Estimate
 from eval.tables.formats import cell, document, interval, table_text
 
-WANTED_KAPPA = 0.75
-CONFIGURATIONS = {"original": True, "random": False}
+WANTED_KAPPA = 0.4
+"""Landis and Koch (Biometrics 33, 1977) call agreement above this moderate."""
+GROUPS = {
+    "all": "all",
+    "chosen_on": "rules chosen on them",
+    "others": "other scenarios",
+}
+OWN_SAYS_LITTLE = (
+    "pairs with a command's own video say little: the judge says yes to these by construction, for "
+    "it compares with that video's log, or with what was annotated in it"
+)
 
 
 def render(
@@ -29,11 +38,13 @@ def render(
     if form == "json":
         listed = [_listed(pair) for pair in validity.disagreements]
         return document({**summary(validity), "disagreements": listed}, about)
+    near = [p for p in validity.disagreements if not p.original]
+    own = [p for p in validity.disagreements if p.original]
     tables = {
-        "Pairs of a command and a video, by what most people and the judge say": _confusion(
-            validity
-        ),
-        "Where they disagree": _disagreements(validity.disagreements),
+        "Near misses: commands with another video than their own": _near_misses(validity),
+        "Commands with their own video": _own_videos(validity),
+        "Near misses of which a verdict says another thing than most people": _disagreements(near),
+        "Own videos of which a verdict says another thing than most people": _disagreements(own),
     }
     return table_text(tables, notes(validity), about, terminal=terminal)
 
@@ -41,32 +52,38 @@ def render(
 def summary(validity: Validity) -> dict[str, object]:
     """The figures by name, without single pairs."""
     return {
-        "kappa": validity.kappa._asdict(),
-        "accuracy": validity.accuracy._asdict(),
-        "auc": validity.auc._asdict(),
-        "kappa_of_other_videos": _kappa(_of(validity, "random")),
+        "near_misses": {
+            verdict: {name: _figures(found) for name, found in groups.items()}
+            for verdict, groups in validity.near_misses.items()
+        },
+        "own_videos": {v: _figures(found) for v, found in validity.own_videos.items()},
+        "all_pairs": {
+            ENDS: {**_figures(validity.together), "auc": validity.auc._asdict()},
+        },
         "n": len(validity.pairs),
         "left_out": validity.left_out,
-        "configurations": {name: confusion(_of(validity, name)) for name in CONFIGURATIONS},
+        "not_annotated": _unannotated(validity),
         "notes": notes(validity),
     }
 
 
 def notes(validity: Validity) -> list[str]:
     """The figures in words, and what they don't tell."""
-    reached = "reaches" if validity.kappa.value >= WANTED_KAPPA else "misses"
-    found = [
-        f"Cohen's kappa with the majority of people: {_interval(validity.kappa)}; "
-        f"it {reached} {WANTED_KAPPA}",
-        f"both say the same of {_interval(validity.accuracy)} of the pairs",
-        "AUC of people's mean ratings for the judge's yes and no, which has no degrees: "
+    found = [f"{title}: {_near(validity, v)}" for v, title in VERDICTS.items()]
+    found += [
+        OWN_SAYS_LITTLE,
+        f"all pairs together, {VERDICTS[ENDS]}: kappa {_interval(validity.together.kappa)}, same "
+        f"verdict {_interval(validity.together.accuracy)}, AUC of people's mean ratings "
         f"{_interval(validity.auc)}",
-        "95%: percentile intervals with whole videos resampled",
-        "a command's own video is right to the judge always, so that kappa speaks for telling own "
-        f"videos from others; {_near_misses(validity)}",
+        "95%: percentile intervals with whole videos resampled; precision: of what the judge calls "
+        "right, the part that people accept; recall: of what they accept, the part it calls right",
     ]
     if validity.left_out:
         found.append(f"{validity.left_out} pairs are left out: a video has no log in the corpus")
+    if _unannotated(validity):
+        found.append(
+            f"{_unannotated(validity)} pairs have no verdict by words: the command isn't annotated"
+        )
     return found
 
 
@@ -83,59 +100,94 @@ def in_a_line(validity: Validity | None) -> str:
             "The automatic judge's validity isn't known: none of the corpora has people's "
             "judgments with the videos' logs."
         )
+    said = "; ".join(f"{title}: {_near(validity, v)}" for v, title in VERDICTS.items())
+    return f"The automatic judge against the majority of people, on near misses: {said}."
+
+
+def _near(validity: Validity, verdict: str) -> str:
+    """A verdict's agreement on near misses; of the second one where its rules weren't chosen."""
+    groups = validity.near_misses[verdict]
+    name = "others" if verdict == WORDS and groups["others"].n else "all"
+    found = groups[name]
+    if not found.n:
+        return "no pair with another video"
+    where = " of scenarios that its rules weren't chosen on" if name == "others" else ""
+    reached = "reaches" if found.kappa.value >= WANTED_KAPPA else "misses"
+    both, yes = found.counts["people_yes_judge_yes"], found.counts["people_yes_judge_no"]
     return (
-        f"The automatic judge against the majority of people: kappa {_interval(validity.kappa)}, "
-        f"same verdict {_interval(validity.accuracy)}, {len(validity.pairs)} pairs; "
-        f"{_near_misses(validity)}."
+        f"kappa {_interval(found.kappa)}, which {reached} {WANTED_KAPPA}, on {found.n} near misses"
+        f"{where}; people accept {both + yes}, and the verdict {both} of these and "
+        f"{found.counts['people_no_judge_yes']} others"
     )
 
 
-def _of(validity: Validity, configuration: str) -> list[JudgedPair]:
-    return [p for p in validity.pairs if p.original == CONFIGURATIONS[configuration]]
+def _unannotated(validity: Validity) -> int:
+    return sum(WORDS not in p.verdicts for p in validity.pairs)
 
 
-def _kappa(pairs: Sequence[JudgedPair]) -> float:
-    counts = np.array([*confusion(pairs).values()], dtype=float)
-    return float(cohens_kappa(counts.reshape(2, 2))) if pairs else float("nan")
+def _figures(found: Agreement) -> dict[str, object]:
+    return {
+        "kappa": found.kappa._asdict(),
+        "precision": found.precision._asdict(),
+        "recall": found.recall._asdict(),
+        "accuracy": found.accuracy._asdict(),
+        "counts": found.counts,
+        "n": found.n,
+    }
 
 
-def _near_misses(validity: Validity) -> str:
-    others = _of(validity, "random")
-    fit = [p for p in others if p.people]
-    return (
-        f"on near misses it is not validated: of {len(others)} pairs with another video {len(fit)} "
-        f"fit to people, and the judge agrees on {sum(p.judge for p in fit)} (kappa among them "
-        f"{_kappa(others):.2f})"
-    )
+def _near_misses(validity: Validity) -> Table:
+    table = _table("Verdict", "Scenarios", "kappa", "95%", "precision", "recall")
+    for verdict, groups in validity.near_misses.items():
+        for name, found in groups.items():
+            kappa = found.kappa
+            figures = (f"{e.value:.2f}" for e in (found.precision, found.recall))
+            shown = (f"{kappa.value:.2f}", interval(kappa.low, kappa.high), *figures)
+            table.add_row(VERDICTS[verdict], GROUPS[name], *shown, *_counts(found))
+    return table
 
 
-def _confusion(validity: Validity) -> Table:
+def _own_videos(validity: Validity) -> Table:
+    table = _table("Verdict")
+    for verdict, found in validity.own_videos.items():
+        table.add_row(VERDICTS[verdict], *_counts(found))
+    return table
+
+
+def _table(*first: str) -> Table:
     table = Table()
-    table.add_column("Video")
+    for heading in first:
+        table.add_column(heading)
     for heading in ("both yes", "people yes", "judge yes", "both no", "n"):
         table.add_column(heading, justify="right")
-    for name in CONFIGURATIONS:
-        pairs = _of(validity, name)
-        counts = confusion(pairs).values()
-        table.add_row(name, *(str(n) for n in counts), str(len(pairs)))
     return table
+
+
+def _counts(found: Agreement) -> list[str]:
+    return [*map(str, found.counts.values()), str(found.n)]
 
 
 def _disagreements(pairs: Sequence[JudgedPair]) -> Table:
     table = Table()
-    for heading in ("People", "Judge", "Ratings", "Own video", "Shown", "Command", "Why"):
+    for heading in ("People", "By log", "By words", "Ratings", "Own video", "Shown", "Command"):
         table.add_column(heading)
+    table.add_column("Why not")
     for pair in pairs:
         table.add_row(
-            "yes" if pair.people else "no",
-            "yes" if pair.judge else "no",
+            _yes(pair.people),
+            *(_yes(pair.verdicts[v].correct) if v in pair.verdicts else "-" for v in VERDICTS),
             " ".join(map(str, pair.ratings)),
             cell(pair.command_video),
             cell(pair.shown_video),
             cell(pair.command),
-            cell(pair.reason),
+            cell("; ".join(_reasons(pair))),
         )
     return table
+
+
+def _reasons(pair: JudgedPair) -> list[str]:
+    short = {ENDS: "by log", WORDS: "by words"}
+    return [f"{short[v]}: {said.reason}" for v, said in pair.verdicts.items() if said.reason]
 
 
 def _listed(pair: JudgedPair) -> dict[str, object]:
@@ -143,11 +195,17 @@ def _listed(pair: JudgedPair) -> dict[str, object]:
         "command": pair.command,
         "command_video": pair.command_video,
         "shown_video": pair.shown_video,
+        "scenario": pair.scenario,
         "ratings": list(pair.ratings),
         "people": pair.people,
-        "judge": pair.judge,
-        "reason": pair.reason,
+        "verdicts": {
+            v: {"correct": said.correct, "reason": said.reason} for v, said in pair.verdicts.items()
+        },
     }
+
+
+def _yes(said: bool) -> str:
+    return "yes" if said else "no"
 
 
 def _interval(estimate: Estimate) -> str:

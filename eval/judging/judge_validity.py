@@ -1,30 +1,52 @@
 """Whether the automatic judge says of commands and videos what people say.
 
-People have judged commands with the videos that they were typed for, and with others. The judge
-(:mod:`eval.judging.judge`) says whether the log of the video that was shown leads to what the log
-of the command's own video leads to.
+People have judged commands with the videos that they were typed for, and with others. Each of the
+judge's two verdicts is asked about the same pairs. *Ends where the log ends*
+(:mod:`eval.judging.judge`) compares the log of the video that was shown with that of the command's
+own. *Does what the words say* (:mod:`eval.judging.words_judge`) looks at what the log that was
+shown does in its own world, as people did.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.parallel import Team
+from eval.judging.agreement import Agreement, Resampled, agreement
+from eval.judging.deeds import logged
 from eval.judging.judge import Verdict, judge
 from eval.judging.replayed import replayed
+from eval.judging.words_judge import judge_by_words
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray
 from eval.statistics.intervals import percentiles
 from eval.statistics.ratings import AGREES, check_judgments, codes, of_study
 from eval.statistics.resampling import resampled_sums
-from g3.annotation import RATINGS, Judgment
+from g3.annotation import RATINGS, Annotation, Judgment
 from g3.errors import FormatError
 from g3.groundings import Context
 
 ABSENT = "it moves something that the command's world doesn't have"
+ENDS, WORDS = "ends_where_log_ends", "does_what_words_say"
+VERDICTS = {ENDS: "ends where the log ends", WORDS: "does what the words say"}
+"""The judge's verdicts, by their names in JSON."""
+CHOSEN_ON = frozenset(
+    {
+        "go_to_receiving",
+        "move_box_pallet",
+        "move_box_pallet_to_storage_e",
+        "move_tire_pallet1",
+        "pickup_tire_pallet1",
+        "put_box_pallet_on_trailer",
+        "put_tire_pallet_in_storage1",
+        "put_tire_pallet_on_trailer1",
+    }
+)
+"""Scenarios of the paper's corpus on which the rules of the second verdict were chosen: every
+other one of its 15 in the order of their names. All others are its test."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,23 +57,23 @@ class JudgedPair:
     ----------
     command, command_video, shown_video
         The words, the video that they were typed for, and the one that was shown.
+    scenario
+        The scenario that the command was typed for.
     ratings
         What people gave it, from 1 to 5, ascending.
     people
         Whether more than half of them agree.
-    judge
-        What the judge says.
-    reason
-        Why it says no; empty if it says yes.
+    verdicts
+        What the judge says, by verdict. A command that nobody has annotated has no second one.
     """
 
     command: str
     command_video: str
     shown_video: str
+    scenario: str
     ratings: tuple[int, ...]
     people: bool
-    judge: bool
-    reason: str
+    verdicts: Mapping[str, Verdict]
 
     @property
     def original(self) -> bool:
@@ -71,25 +93,33 @@ class Validity:
         How many pairs people judged of which a video has no log here.
     study
         Whose judgments they are.
-    kappa, accuracy
-        Cohen's κ and the part of the pairs of which both say the same, with whole videos
-        resampled.
+    near_misses
+        By verdict, the agreement on pairs with another video than the command's own: on ``all``,
+        on those of the scenarios that the second verdict's rules were ``chosen_on``, and on
+        ``others``.
+    own_videos
+        By verdict, the agreement on pairs with the command's own video.
+    together
+        The first verdict's agreement on all pairs.
     auc
-        How probably a pair that the judge calls right has a higher mean rating than one that it
-        calls wrong; equal ones count half. The judge itself has no degrees.
+        How probably a pair that the first verdict calls right has a higher mean rating than one
+        that it calls wrong; equal ones count half. The judge itself has no degrees.
     """
 
     pairs: tuple[JudgedPair, ...]
     left_out: int
     study: str
-    kappa: Estimate
-    accuracy: Estimate
+    near_misses: Mapping[str, Mapping[str, Agreement]]
+    own_videos: Mapping[str, Agreement]
+    together: Agreement
     auc: Estimate
 
     @property
     def disagreements(self) -> tuple[JudgedPair, ...]:
-        """Those of which the judge says another thing than most people."""
-        return tuple(p for p in self.pairs if p.people != p.judge)
+        """Those of which a verdict says another thing than most people."""
+        return tuple(
+            p for p in self.pairs if any(v.correct != p.people for v in p.verdicts.values())
+        )
 
 
 def judge_validity(
@@ -108,27 +138,31 @@ def judge_validity(
         raise FormatError("the corpus has no judgments", fix="give one with ratings of videos")
     check_judgments(corpus.judgments, {command.video for command in corpus.commands.values()})
     mine = of_study(corpus.judgments, study)
-    contexts = contexts_of_videos(corpus)
-    pairs, left_out = _judged(mine, contexts)
+    pairs, left_out = _judged(mine, corpus)
     if not pairs:
         raise FormatError(
             "no judged pair has the logs of both videos", fix="give a corpus that has their logs"
         )
-    people, said = (np.array([getattr(p, who) for p in pairs]) for who in ("people", "judge"))
-    mean = np.array([np.mean(p.ratings) for p in pairs])
-    video = codes([p.command_video for p in pairs])
 
     def resampled(counts: FloatArray) -> FloatArray:
         # The same seed for each figure, so that all are of the same videos.
         return resampled_sums(counts, rng=np.random.default_rng(seed), draws=draws, team=team)
 
+    others = [p for p in pairs if not p.original]
+    halves = {
+        "all": others,
+        "chosen_on": [p for p in others if p.scenario in CHOSEN_ON],
+        "others": [p for p in others if p.scenario not in CHOSEN_ON],
+    }
+    own = [p for p in pairs if p.original]
     return Validity(
         tuple(pairs),
         left_out,
         mine[0].study,
-        _bounded(cohens_kappa, _tables(people, said, video), resampled),
-        _bounded(_accuracy, _tables(people, said, video), resampled),
-        _bounded(_auc, _levels(said, mean, video), resampled),
+        {v: {name: _agree(some, v, resampled) for name, some in halves.items()} for v in VERDICTS},
+        {v: _agree(own, v, resampled) for v in VERDICTS},
+        _agree(pairs, ENDS, resampled),
+        _auc_of(pairs, resampled),
     )
 
 
@@ -149,80 +183,65 @@ def contexts_of_videos(corpus: Corpus) -> dict[str, Context]:
     return found
 
 
-def confusion(pairs: Sequence[JudgedPair]) -> dict[str, int]:
-    """How many pairs there are of each thing that people and the judge say."""
-    names = {(p, j): f"people_{_said(p)}_judge_{_said(j)}" for p in (1, 0) for j in (1, 0)}
-    return {name: sum((p.people, p.judge) == which for p in pairs) for which, name in names.items()}
-
-
-def cohens_kappa(table: FloatArray) -> FloatArray:
-    """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
-
-    Parameters
-    ----------
-    table
-        Counts by what each of them says, shape (..., k, k).
-
-    Returns
-    -------
-    ndarray
-        Shape (...); NaN where both say the same of everything.
-    """
-    total = table.sum(axis=(-2, -1))
-    same = np.trace(table, axis1=-2, axis2=-1) / total
-    chance = (table.sum(axis=-1) * table.sum(axis=-2)).sum(axis=-1) / total**2
-    found: FloatArray = np.divide(
-        same - chance, 1 - chance, out=np.full(np.shape(total), np.nan), where=chance < 1
-    )
+def _annotated(corpus: Corpus) -> dict[tuple[str, str], Annotation]:
+    """The first positive annotation of each command, by its video and its text."""
+    found: dict[tuple[str, str], Annotation] = {}
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            command = annotation.command
+            found.setdefault((command.video, _plain(command.text)), annotation)
     return found
 
 
-def _said(yes: int) -> str:
-    return "yes" if yes else "no"
+def _plain(text: str) -> str:
+    """A command without differences in white space."""
+    return " ".join(text.split())
 
 
-def _judged(
-    judgments: Sequence[Judgment], contexts: Mapping[str, Context]
-) -> tuple[list[JudgedPair], int]:
+def _judged(judgments: Sequence[Judgment], corpus: Corpus) -> tuple[list[JudgedPair], int]:
+    contexts, annotations = contexts_of_videos(corpus), _annotated(corpus)
+    scenarios = {command.video: command.scenario for command in corpus.commands.values()}
     ratings: dict[tuple[str, str, str], list[int]] = {}
     for j in judgments:
         key = (j.command, j.command_video, j.shown_video)
         ratings.setdefault(key, []).append(RATINGS.index(j.rating) + 1)
-    verdicts: dict[tuple[str, str], Verdict] = {}
+    known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
+    ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
+    deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
     pairs = []
-    for (text, own, shown), given in ratings.items():
-        if own not in contexts or shown not in contexts:
-            continue
-        if (own, shown) not in verdicts:
-            verdicts[own, shown] = _verdict(contexts[own], contexts[shown])
-        verdict = verdicts[own, shown]
-        pairs.append(
-            JudgedPair(
-                text,
-                own,
-                shown,
-                tuple(sorted(given)),
-                2 * sum(r >= AGREES for r in given) > len(given),
-                verdict.correct,
-                verdict.reason,
-            )
-        )
-    return pairs, len(ratings) - len(pairs)
+    for (text, own, shown), given in known.items():
+        verdicts = {ENDS: ends[own, shown]}
+        annotation = annotations.get((own, _plain(text)))
+        if annotation is not None:
+            verdicts[WORDS] = judge_by_words(annotation, deeds[shown])
+        agree = 2 * sum(r >= AGREES for r in given) > len(given)
+        scenario = scenarios.get(own, "")
+        rated = tuple(sorted(given))
+        pairs.append(JudgedPair(text, own, shown, scenario, rated, agree, verdicts))
+    return pairs, len(ratings) - len(known)
 
 
-def _verdict(own: Context, shown: Context) -> Verdict:
+def _ends(own: Context, shown: Context) -> Verdict:
     state = replayed(own, shown)
     return Verdict(False, ABSENT) if state is None else judge(own, state)
 
 
-# Resampling whole videos: a figure is a function of counts that add up
+def _agree(pairs: Sequence[JudgedPair], verdict: str, resampled: Resampled) -> Agreement:
+    """The agreement of a verdict on those pairs that it is about."""
+    mine = [p for p in pairs if verdict in p.verdicts]
+    return agreement(
+        [p.people for p in mine],
+        [p.verdicts[verdict].correct for p in mine],
+        codes([p.command_video for p in mine]) if mine else np.zeros(0, dtype=np.int64),
+        resampled,
+    )
 
 
-def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
-    """Counts by video, of what people say and of what the judge says, shape (videos, 2, 2)."""
-    tables = np.zeros((video.max() + 1, 2, 2))
-    np.add.at(tables, (video, people.astype(int), said.astype(int)), 1.0)
-    return tables
+def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
+    said = np.array([p.verdicts[ENDS].correct for p in pairs])
+    mean = np.array([np.mean(p.ratings) for p in pairs])
+    counts = _levels(said, mean, codes([p.command_video for p in pairs]))
+    return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)))
 
 
 def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
@@ -231,19 +250,6 @@ def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
     counts = np.zeros((video.max() + 1, 2, len(values)))
     np.add.at(counts, (video, said.astype(int), level), 1.0)
     return counts
-
-
-def _bounded(
-    figure: Callable[[FloatArray], FloatArray],
-    counts: FloatArray,
-    resampled: Callable[[FloatArray], FloatArray],
-) -> Estimate:
-    return percentiles(float(figure(counts.sum(axis=0))), figure(resampled(counts)))
-
-
-def _accuracy(table: FloatArray) -> FloatArray:
-    found: FloatArray = np.trace(table, axis1=-2, axis2=-1) / table.sum(axis=(-2, -1))
-    return found
 
 
 def _auc(counts: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.judging.judge_validity import cohens_kappa
+from eval.judging.agreement import cohens_kappa
 from eval.plan_study.rating_sample import RIGHT, DistinctPlan, Sample, kind_of
 from eval.plan_study.study_plans import CONFIGURATIONS
 from eval.statistics.estimates import Estimate, FloatArray

@@ -16,7 +16,9 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
+from eval.judging.deeds import planned
 from eval.judging.judge import Verdict, judge
+from eval.judging.words_judge import judge_by_words
 from eval.plan_study.plan_scripts import PlanScript, script_of
 from eval.plan_study.study_settings import Settings
 from eval.table_3.end_to_end import TOP, annotated_commands
@@ -36,8 +38,14 @@ PLANS, RUNS = "plans", "runs"
 
 Judge: TypeAlias = Callable[[Annotation, Plan], Verdict]
 
+WORDS = "words"
 JUDGES: Mapping[str, Judge] = MappingProxyType(
-    {"log": lambda annotation, plan: judge(annotation.context, plan.state)}
+    {
+        "log": lambda annotation, plan: judge(annotation.context, plan.state),
+        WORDS: lambda annotation, plan: judge_by_words(
+            annotation, planned(annotation.context, plan.actions)
+        ),
+    }
 )
 """The automatic judge's verdicts by name, each on a command's plan. The first one counts."""
 FIRST = next(iter(JUDGES))
@@ -51,7 +59,7 @@ class PlanRecord(msgspec.Struct, frozen=True):
     run
         Name of the run that it was carried out in; empty if there is no plan.
     correct, reason
-        The automatic judge's first verdict.
+        The automatic judge's first verdict: whether it ends where the log ends.
     failure
         Why physics stopped the run; empty if it didn't.
     script
@@ -71,6 +79,11 @@ class PlanRecord(msgspec.Struct, frozen=True):
     failure: str = ""
     script: PlanScript | None = None
     verdicts: dict[str, bool] = {}
+
+    @property
+    def by_words(self) -> bool | None:
+        """Whether it does what the words say: no without a plan, None in older studies."""
+        return self.verdicts.get(WORDS) if self.script or self.run else False
 
 
 @dataclass(frozen=True, slots=True)

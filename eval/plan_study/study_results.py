@@ -118,7 +118,8 @@ def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Judged
     for name, (which, only_top) in ROWS.items():
         own = top(records, which) if only_top else [r for r in records if r.configuration == which]
         correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
-        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
+        by_words = [r.by_words for r in own]
+        rows.append(judged_row(name, correct, scenarios, by_words=by_words, draws=draws, seed=seed))
     return rows
 
 

@@ -164,6 +164,7 @@ def _told(records: Sequence[PlanRecord], configuration: str) -> list[dict[str, o
             "text": r.text,
             "probability": r.probability,
             "correct": int(r.correct),
+            "by_words": None if r.by_words is None else int(r.by_words),
             "reason": r.reason,
             "run": r.run,
         }
@@ -217,11 +218,13 @@ def _people(rows: Sequence[RatedRow]) -> Table:
 def _automatic(rows: Sequence[JudgedRow]) -> Table:
     table = Table()
     table.add_column("Configuration")
-    for heading in ("Right", "95%", "n"):
+    for heading in ("Ends where the log ends", "95%", "Does what the words say", "95%", "n"):
         table.add_column(heading, justify="right")
     for row in rows:
         bounds = interval(row["low"], row["high"])
-        table.add_row(row["configuration"], f"{row['precision']:.2f}", bounds, str(row["n"]))
+        around = interval(row["by_words_low"], row["by_words_high"])
+        shares = (f"{row['precision']:.2f}", bounds, f"{row['by_words']:.2f}", around)
+        table.add_row(row["configuration"], *shares, str(row["n"]))
     return table
 
 

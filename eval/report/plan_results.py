@@ -25,6 +25,9 @@ class PlanRow(msgspec.Struct, frozen=True):
     high: float | None
     n: int
     judge: str = "automatic"
+    by_words: float | None = None
+    by_words_low: float | None = None
+    by_words_high: float | None = None
 
 
 class JudgedPlan(msgspec.Struct, frozen=True):

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from importlib.resources import files
 from importlib.util import find_spec
 
-from eval.judging.judge_report import CONFIGURATIONS, notes
-from eval.judging.judge_validity import Validity, confusion
+from eval.judging.agreement import Agreement
+from eval.judging.judge_report import GROUPS, notes
+from eval.judging.judge_validity import VERDICTS, Validity
 from eval.report.charts import Bar, differences, intervals, reliability
 from eval.report.plan_results import Compared, PlanRow
 from eval.report.reliability import calibration_error
@@ -78,7 +79,8 @@ def page(contents: Contents) -> str:
         calibration=calibration_error(contents.reliability),
         table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
         validity_notes=notes(contents.validity) if contents.validity else [],
-        confusions=_confusions(contents.validity),
+        agreements=_agreements(contents.validity),
+        verdicts=VERDICTS,
         wrong=contents.plans.wrong("gold")[:WRONG_PLANS] if contents.plans else [],
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
@@ -140,13 +142,17 @@ def _bounds(found: PlanRow | Compared) -> tuple[float, float]:
     return found.low, found.high
 
 
-def _confusions(validity: Validity | None) -> dict[str, dict[str, int]]:
+def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
+    """The verdicts' agreement with people by verdict and pairs, near misses first."""
     if validity is None:
-        return {}
-    return {
-        name: confusion([p for p in validity.pairs if p.original == original])
-        for name, original in CONFIGURATIONS.items()
-    }
+        return []
+    near = [
+        (VERDICTS[verdict], f"another video: {GROUPS[name]}", found)
+        for verdict, groups in validity.near_misses.items()
+        for name, found in groups.items()
+    ]
+    own = validity.own_videos.items()
+    return [*near, *((VERDICTS[verdict], "its own video", found) for verdict, found in own)]
 
 
 def _said(value: object) -> str:

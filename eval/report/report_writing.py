@@ -24,7 +24,10 @@ from eval.tables.formats import delimited, document
 from eval.tables.latex import estimate, tabular, text
 
 MARKER = "report.json"
-PLAN_COLUMNS = ("configuration", "judge", "precision", "low", "high", "n", "paper")
+PLAN_COLUMNS = (
+    "configuration", "judge", "precision", "low", "high", "by_words", "by_words_low",
+    "by_words_high", "n", "paper",
+)  # fmt: skip
 
 
 def check_writable(folder: Path) -> None:
@@ -112,6 +115,9 @@ def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
             "precision": row.precision,
             "low": row.low,
             "high": row.high,
+            "by_words": row.by_words,
+            "by_words_low": row.by_words_low,
+            "by_words_high": row.by_words_high,
             "n": row.n,
             "paper": PAPER.get(row.configuration),
         }

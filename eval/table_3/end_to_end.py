@@ -16,7 +16,9 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Team, Workers
 from corpus_tools.runtime.progress import OnProgress
+from eval.judging.deeds import planned
 from eval.judging.judge import judge
+from eval.judging.words_judge import judge_by_words
 from eval.table_3.held_out import calibrated, costs_without, extractor_without
 from eval.table_3.outcomes import JudgedRow, Outcome, judged_row
 from eval.table_3.search_examples import data_of, read, written
@@ -213,8 +215,12 @@ def outcome(annotation: Annotation, sdcs: Sequence[SDC], grounder: Grounder) -> 
     own = annotation.command
     plan = result.plan
     if plan is None:
-        return Outcome(own.id, own.scenario, own.text, 0.0, False, result.note)
+        note = result.note
+        return Outcome(
+            own.id, own.scenario, own.text, 0.0, False, note, by_words=False, words_reason=note
+        )
     verdict = judge(annotation.context, plan.state)
+    by_words = judge_by_words(annotation, planned(annotation.context, plan.actions))
     right, total = _objects(annotation, result) if sdcs is annotation.sdcs else (0, 0)
     return Outcome(
         own.id,
@@ -226,6 +232,8 @@ def outcome(annotation: Annotation, sdcs: Sequence[SDC], grounder: Grounder) -> 
         total,
         right,
         plan.evidence,
+        by_words.correct,
+        by_words.reason,
     )
 
 
@@ -259,5 +267,6 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[JudgedR
         outcomes = outcomes[: top or len(outcomes)]
         correct = [o.correct for o in outcomes]
         scenarios = [o.scenario for o in outcomes]
-        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
+        by_words = [o.by_words for o in outcomes]
+        rows.append(judged_row(name, correct, scenarios, by_words=by_words, draws=draws, seed=seed))
     return rows

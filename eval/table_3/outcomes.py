@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypedDict
 
 import numpy as np
 
+from eval.statistics.estimates import Estimate
 from eval.statistics.intervals import bootstrap
 from eval.statistics.ratings import codes
 
@@ -33,6 +35,10 @@ class Outcome:
         How many OBJECTs are annotated, and how many of them are grounded as annotated.
     evidence
         What the probability was calibrated from; empty where there is no plan.
+    by_words
+        The judge's second verdict, by the command's words; None if it wasn't asked.
+    words_reason
+        Why that is wrong; empty if it isn't.
     """
 
     command: str
@@ -44,16 +50,25 @@ class Outcome:
     objects: int = 0
     objects_right: int = 0
     evidence: tuple[float, ...] = ()
+    by_words: bool | None = None
+    words_reason: str = ""
 
 
 class JudgedRow(TypedDict):
-    """A configuration's part of right plans; the bounds are NaN where it has no interval."""
+    """A configuration's part of right plans; the bounds are NaN where it has no interval.
+
+    ``precision`` is of plans that end where the log ends, ``by_words`` of those that do what the
+    words say.
+    """
 
     configuration: str
     judge: Literal["automatic"]
     precision: float
     low: float
     high: float
+    by_words: float
+    by_words_low: float
+    by_words_high: float
     n: int
 
 
@@ -66,21 +81,46 @@ class Bin(TypedDict):
 
 
 def judged_row(
-    name: str, correct: Sequence[bool], scenarios: Sequence[str], *, draws: int, seed: int
+    name: str,
+    correct: Sequence[bool],
+    scenarios: Sequence[str],
+    *,
+    by_words: Sequence[bool | None] = (),
+    draws: int,
+    seed: int,
 ) -> JudgedRow:
-    """A configuration's share of right plans, resampling scenarios, whose commands share a log."""
-    share = bootstrap(
-        np.array(correct, dtype=np.bool_),
-        codes(scenarios),
-        rng=np.random.default_rng(seed),
-        draws=draws,
-    )
+    """A configuration's share of right plans, resampling scenarios, whose commands share a log.
+
+    Parameters
+    ----------
+    name
+        Of the configuration.
+    correct, by_words
+        The judge's verdicts on its plans; of the second one those that are known count.
+    scenarios
+        Of the plans' commands.
+    draws, seed
+        Of the resampling.
+    """
+
+    def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
+        if not said:
+            return Estimate(math.nan, math.nan, math.nan)
+        right, rng = np.array(said, dtype=np.bool_), np.random.default_rng(seed)
+        return bootstrap(right, codes(where), rng=rng, draws=draws)
+
+    share = share_of(correct, scenarios)
+    told = [(said, s) for said, s in zip(by_words, scenarios, strict=False) if said is not None]
+    words = share_of([said for said, _ in told], [s for _, s in told])
     return {
         "configuration": name,
         "judge": "automatic",
         "precision": share.value,
         "low": share.low,
         "high": share.high,
+        "by_words": words.value,
+        "by_words_low": words.low,
+        "by_words_high": words.high,
         "n": len(correct),
     }
 

@@ -55,24 +55,32 @@ def _compared(result: EndToEnd, *, draws: int, seed: int) -> list[Comparison]:
     return compare_commands(shares, scenarios, draws=draws, seed=seed)
 
 
-def _command(outcome: Outcome) -> dict[str, str | float]:
+def _command(outcome: Outcome) -> dict[str, str | float | None]:
     return {
         "command": outcome.command,
         "text": outcome.text,
         "probability": round(outcome.probability, 4),
         "correct": int(outcome.correct),
         "reason": outcome.reason,
+        "by_words": None if outcome.by_words is None else int(outcome.by_words),
+        "words_reason": outcome.words_reason,
     }
 
 
 def _lines(rows: Sequence[JudgedRow]) -> list[str]:
-    lines = [f"{'':12}{'precision':>10}{'95%':>16}{'n':>6}{'paper':>8}   (automatic judge)"]
+    lines = [
+        f"{'':12}{'precision':>10}{'95%':>16}{'by words':>10}{'95%':>16}{'n':>6}{'paper':>8}"
+        "   (automatic judge)"
+    ]
     for row in rows:
         paper = PAPER.get(row["configuration"])
         bounds = interval(row["low"], row["high"], "[{:.2f}, {:.2f}]")
         shown = "" if paper is None else f"{paper:.2f}"
-        name, value = row["configuration"], row["precision"]
-        lines.append(f"{name:12}{value:10.2f}{bounds:>16}{row['n']:6}{shown:>8}")
+        name, value, words = row["configuration"], row["precision"], row["by_words"]
+        around = interval(row["by_words_low"], row["by_words_high"], "[{:.2f}, {:.2f}]")
+        lines.append(
+            f"{name:12}{value:10.2f}{bounds:>16}{words:10.2f}{around:>16}{row['n']:6}{shown:>8}"
+        )
     return lines
 
 
@@ -85,6 +93,7 @@ def _more(result: EndToEnd) -> list[str]:
         f"OBJECTs grounded as annotated: {accuracy:.2f}",
         f"expected calibration error of the plans' probabilities: {', '.join(errors)}",
         f"area under their risk-coverage curve: {', '.join(areas)}",
-        "The verdicts are a program's: it compares what moved and where it ended with the",
-        "command's own log. The paper's are people's.",
+        "The verdicts are a program's. Precision: the plan ends where the command's own log ends.",
+        "By words: it does what the words say. Comparisons, calibration and risk are of the first.",
+        "The paper's are people's.",
     ]

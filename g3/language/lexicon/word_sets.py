@@ -78,11 +78,15 @@ BETWEEN = stems(f"{BETWEEN_WORDS} among")
 """With landmarks on both sides. The concept "between" has nouns, too: the middle, the centre."""
 PAIRED = words(f"{BETWEEN_WORDS} midway")
 """Words after which a grammar expects two landmarks."""
+EXTREMES = stems("leftmost left-most rightmost right-most all outside")
+"""With a side these tell of the first from it: "all the way on the left"."""
 ENDS = stems("end outside")
 """The end of a row."""
 AROUND = stems("around round circle u-turn")
 NEARER = stems(f"{NEARER_WORDS} nearer")
 """Some of the way towards something."""
+TOWARD = stems("toward towards")
+"""A way, which need not end there."""
 NEAREST = stems(NEAREST_WORDS)
 FARTHEST = stems(FARTHEST_WORDS)
 STRESSED = stems("in next beside by behind near there")

@@ -1,0 +1,131 @@
+"""How far a judge agrees with people on pairs of commands and videos: kappa, precision, recall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray
+from eval.statistics.intervals import percentiles
+
+Resampled = Callable[[FloatArray], FloatArray]
+"""Makes sums over resampled videos from counts by video."""
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """A verdict against the majority of people.
+
+    Parameters
+    ----------
+    counts
+        Pairs by what people and the judge say.
+    kappa
+        Cohen's κ.
+    precision
+        The part of what the judge calls right that people accept.
+    recall
+        The part of what people accept that the judge calls right.
+    accuracy
+        The part of which both say the same.
+    """
+
+    counts: dict[str, int]
+    kappa: Estimate
+    precision: Estimate
+    recall: Estimate
+    accuracy: Estimate
+
+    @property
+    def n(self) -> int:
+        """How many pairs there are."""
+        return sum(self.counts.values())
+
+
+def agreement(
+    people: Sequence[bool], judge: Sequence[bool], video: IntArray, resampled: Resampled
+) -> Agreement:
+    """Compare what a judge says with what people say, with whole videos resampled.
+
+    Parameters
+    ----------
+    people, judge
+        What they say of each pair.
+    video
+        Code of each pair's video, shape (n,).
+    resampled
+        Makes the resamples.
+    """
+    counts = confusion(people, judge)
+    tables = _tables(np.array(people, dtype=np.bool_), np.array(judge, dtype=np.bool_), video)
+    drawn = resampled(tables) if len(tables) else np.zeros((1, 2, 2))
+    whole = tables.sum(axis=0)
+
+    def bounded(figure: Callable[[FloatArray], FloatArray]) -> Estimate:
+        return percentiles(float(figure(whole)), figure(drawn))
+
+    return Agreement(
+        counts, bounded(cohens_kappa), bounded(_precision), bounded(_recall), bounded(_accuracy)
+    )
+
+
+def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
+    """How many pairs there are of each thing that people and the judge say."""
+    said = list(zip(people, judge, strict=True))
+    words = {True: "yes", False: "no"}
+    return {
+        f"people_{words[p]}_judge_{words[j]}": said.count((p, j))
+        for p in (True, False)
+        for j in (True, False)
+    }
+
+
+def cohens_kappa(table: FloatArray) -> FloatArray:
+    """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
+
+    Parameters
+    ----------
+    table
+        Counts by what each of them says, shape (..., k, k).
+
+    Returns
+    -------
+    ndarray
+        Shape (...); NaN where both say the same of everything.
+    """
+    total = table.sum(axis=(-2, -1))
+    same = _ratio(np.trace(table, axis1=-2, axis2=-1), total)
+    by_chance = (table.sum(axis=-1) * table.sum(axis=-2)).sum(axis=-1)
+    chance = _ratio(by_chance, total**2)
+    found: FloatArray = np.divide(
+        same - chance, 1 - chance, out=np.full(np.shape(total), np.nan), where=chance < 1
+    )
+    return found
+
+
+def _precision(table: FloatArray) -> FloatArray:
+    return _ratio(table[..., 1, 1], table[..., :, 1].sum(axis=-1))
+
+
+def _recall(table: FloatArray) -> FloatArray:
+    return _ratio(table[..., 1, 1], table[..., 1, :].sum(axis=-1))
+
+
+def _accuracy(table: FloatArray) -> FloatArray:
+    return _ratio(np.trace(table, axis1=-2, axis2=-1), table.sum(axis=(-2, -1)))
+
+
+def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
+    found: FloatArray = np.divide(
+        part, whole, out=np.full(np.shape(whole), np.nan), where=np.asarray(whole) > 0
+    )
+    return found
+
+
+def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
+    """Counts by video, of what people say and of what the judge says, shape (videos, 2, 2)."""
+    tables = np.zeros((len(np.unique(video)), 2, 2))
+    np.add.at(tables, (video, people.astype(int), said.astype(int)), 1.0)
+    return tables

@@ -1,0 +1,104 @@
+"""What was done in a world, by a log or by a plan, for a judge who compares it with words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.judging.replayed import replayed
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.logged_actions import moved, recorded
+from g3.actions.robot_state import State, start_state
+from g3.groundings import Context, FloatArray, PhysicalObject
+
+LEAVES_M = 0.3
+"""A load further than this from where it starts has been lifted, and set down as near its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """A load that was moved, or stayed on the forks.
+
+    Parameters
+    ----------
+    id
+        Which thing it is.
+    lifted
+        Row of the robot's way at which it leaves its place; 0 if it is on the forks at first.
+    lowered
+        Row at which it comes to its last place; None if it is on the forks at the end.
+    """
+
+    id: str
+    lifted: int
+    lowered: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Deeds:
+    """What was done.
+
+    Parameters
+    ----------
+    start, end
+        The world before and after.
+    way
+        The robot's x, y, yaw over time, shape (n, 3).
+    carried
+        Loads that were moved, in the order in which they were lifted.
+    whole
+        Whether it is all that is done for a command, as a plan is. A log may start late, stop
+        early, or go on.
+    """
+
+    start: State
+    end: State
+    way: FloatArray
+    carried: tuple[Carried, ...]
+    whole: bool = False
+
+
+def logged(context: Context) -> Deeds:
+    """What a context's own log does."""
+    start, log = start_state(context), recorded(context)
+    end = replayed(context, context) or start
+    track = log.agent.trajectory
+    loads = moved(log) | ({end.held} if end.held else set())
+    carried = [_of_log(o, track.t, start, end) for o in log.objects if o.id in loads]
+    return Deeds(start, end, np.column_stack((track.xyz[:, :2], track.yaw)), _in_order(carried))
+
+
+def planned(context: Context, actions: Sequence[Action]) -> Deeds:
+    """What a plan does in a context's start state."""
+    start = state = start_state(context)
+    ways = [start.pose[None]]
+    lifted: dict[str, int] = {} if start.held is None else {start.held: 0}
+    lowered: dict[str, int | None] = {}
+    for action in actions:
+        motion = move(state, [action])
+        before = sum(len(way) for way in ways)
+        ways.append(np.column_stack((motion.xyz[0, :, :2], motion.yaw[0])))
+        held, state = state.held, result(state, action, motion, 0)
+        for load in {action.object_id, held or ""} - {""}:
+            if action.kind.takes:
+                lifted.setdefault(load, before)
+            lowered[load] = None if state.held == load else before + len(ways[-1]) - 1
+    carried = [Carried(load, lifted[load], lowered.get(load)) for load in lifted]
+    return Deeds(start, state, np.concatenate(ways), _in_order(carried), whole=True)
+
+
+def _in_order(carried: Sequence[Carried]) -> tuple[Carried, ...]:
+    return tuple(sorted(carried, key=lambda c: (c.lifted, c.id)))
+
+
+def _of_log(thing: PhysicalObject, t: FloatArray, start: State, end: State) -> Carried:
+    track = thing.trajectory
+    away = np.linalg.norm(track.xyz - track.xyz[0], axis=1) > LEAVES_M
+    back = np.linalg.norm(track.xyz - track.xyz[-1], axis=1) > LEAVES_M
+    first = float(track.t[np.argmax(away)]) if thing.id != start.held else float(t[0])
+    last = float(track.t[len(back) - 1 - np.argmax(back[::-1])])
+    row = np.clip(np.searchsorted(t, [first, last]), 0, len(t) - 1)
+    lowered = None if thing.id == end.held else int(row[1])
+    return Carried(thing.id, int(row[0]), lowered)

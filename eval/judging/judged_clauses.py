@@ -1,0 +1,157 @@
+"""What the clauses of a command ask for: what is handled, where it or the robot is to go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from eval.judging.allowed_things import allowed
+from eval.judging.worded import Things, Worded
+from g3.actions.grounding_candidates import is_surface
+from g3.inference.problem.clause_roles import (
+    goal_paths,
+    goal_places,
+    goal_within,
+    is_goal,
+    is_source,
+    names_own_forks,
+    objects,
+    spares,
+    subjects,
+    tells_place,
+    ways,
+)
+from g3.inference.problem.phrases import is_pronoun, is_there, verb_class
+from g3.language.discourse.negation import negated
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.word_sets import HANDLING_VERBS
+from g3.sdc.clauses import SDC
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedClause:
+    """A top-level EVENT.
+
+    Parameters
+    ----------
+    root
+        The clause.
+    verbs
+        Classes of its verb.
+    handles
+        Whether it handles a load. Otherwise the robot drives.
+    themes
+        What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads
+        are on.
+    goals
+        Clauses that tell where the load, or the robot, comes to.
+    passed
+        Clauses that tell what the robot comes by.
+    """
+
+    root: int
+    verbs: frozenset[str]
+    handles: bool
+    themes: tuple[Things, ...]
+    goals: tuple[int, ...]
+    passed: tuple[int, ...]
+
+
+def judged_clauses(words: Worded) -> list[JudgedClause]:
+    """The clauses that say what to do, in their order."""
+    tree = words.tree
+    found: list[JudgedClause] = []
+    spoken: tuple[Things, ...] = ()
+    for root in range(len(tree.sdcs)):
+        sdc = tree.nodes[root]
+        if sdc.type != "EVENT" or negated(sdc) or spares(tree, root, words.state.held):
+            continue
+        verbs = frozenset(verb_class(sdc).split("+"))
+        named = [n for n in objects(tree, root) if words.robot not in words.things[n]]
+        robot = len(named) < len(objects(tree, root))
+        loads = [n for n in named if words.annotated[n] and not _is_carrier(words, n)]
+        forks = names_own_forks(tree, root)
+        handles = forks or (_handles(words, root, verbs, loads) and bool(loads or not robot))
+        if not forks and not named and not spoken:
+            # Without anything on the forks "move forward" and "park" speak of the robot.
+            handles &= words.state.held is not None and not verbs & {"carrying", "staying"}
+        themes: tuple[Things, ...] = ()
+        if handles:
+            # What a clause doesn't name is what was spoken of before: "deposit there".
+            themes = tuple(words.annotated[n] for n in loads[:1]) if named else spoken
+            spoken = themes or spoken
+        goals, passed = _where(words, root, drives=not handles)
+        found.append(JudgedClause(root, verbs, handles, themes, goals, passed))
+    return found
+
+
+def themes_of(words: Worded, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
+    """By what is handled as annotated, all that the words allow instead."""
+    found: dict[Things, Things] = {}
+    for theme in (theme for clause in clauses for theme in clause.themes):
+        more = tuple(
+            word
+            for clause in clauses
+            if theme in clause.themes
+            for n in ways(words.tree, clause.root)
+            if is_source(words.tree.nodes[n]) and not words.tree.nodes[n].landmark1
+            for word in words.tree.nodes[n].relation
+        )
+        own = [allowed(words, node, more) for node in _names(words, theme)]
+        found[theme] = frozenset.intersection(*own) if own else _now(words, theme)
+    return found
+
+
+def _now(words: Worded, theme: Things) -> Things:
+    """What is only ever a pronoun, in the world."""
+    return next(t for a, t in zip(words.annotated, words.things, strict=True) if a == theme)
+
+
+def _handles(words: Worded, root: int, verbs: frozenset[str], loads: Sequence[int]) -> bool:
+    if verbs & HANDLING_VERBS:
+        return True
+    # "The pallet goes on the truck", "back up with the pallet".
+    is_done_to = set(loads) & set(subjects(words.tree, root))
+    return bool(loads) and (
+        "other" in verbs or bool(is_done_to) or _has_with(words.tree.nodes[root])
+    )
+
+
+def _has_with(sdc: SDC) -> bool:
+    return "with" in {bare(word.text) for word in sdc.relation}
+
+
+def _is_carrier(words: Worded, node: int) -> bool:
+    things = [words.state.thing(i) for i in words.things[node]]
+    return bool(things) and all(map(is_surface, things))
+
+
+def _where(words: Worded, root: int, *, drives: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Where a clause leads, and what the robot comes by: "between the cones to the truck"."""
+    tree = words.tree
+    paths, places = goal_paths(tree, root), goal_places(tree, root)
+    within = [n for n in (goal_within(tree, root),) if n is not None]
+    to = [n for n in paths if is_goal(tree.nodes[n])]
+    if drives:
+        named = [n for n in objects(tree, root) if words.robot not in words.things[n]]
+        comes = "to" in concepts(field_words(tree.nodes[root].relation))
+        # "Until you have passed the barrel" needn't end there.
+        ends = [*to, *(n for n in within if tree.nodes[n].type == "PLACE")] or places
+        ends = ends or (named if comes else [])
+    else:
+        ends = [*places, *to, *(n for n in paths if tells_place(tree.nodes[n])), *within]
+    goals = [n for n in dict.fromkeys(ends) if not is_there(tree.nodes[n])]
+    return tuple(goals), tuple(n for n in (*paths, *places, *within) if n not in ends)
+
+
+def _names(words: Worded, things: Things) -> list[int]:
+    """The outermost OBJECTs that name things, without pronouns."""
+    tree = words.tree
+    own = [
+        n
+        for n, sdc in enumerate(tree.nodes)
+        if sdc.type == "OBJECT" and words.annotated[n] == things
+    ]
+    inside = {c for n in own for field in tree.children[n].values() for c in field}
+    return [n for n in own if n not in inside and not is_pronoun(tree.nodes[n])]

@@ -1,0 +1,141 @@
+"""An annotated command's words in a world: its own, or that of another video of the same site."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.judging.replayed import counterparts, replayed
+from g3.actions.robot_state import State, start_state
+from g3.annotation import Annotation
+from g3.geometry.footprints import centre
+from g3.groundings import PhysicalObject, Place
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.phrases import is_complement
+from g3.language.discourse.groups import noun_leaf
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import field_words, normalise
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    CARDINALS,
+    LADEN,
+    ORDINALS,
+    OTHERS,
+    QUANTIFIERS,
+    THESE,
+)
+
+Things = frozenset[str]
+"""Ids of things."""
+FIXED_M = 1.0
+"""Things nearer than this to where they were in another map haven't been moved."""
+_FUNCTION = frozenset(
+    normalise(word)
+    for word in ARTICLES | LADEN | OTHERS | QUANTIFIERS | THESE | set(ORDINALS) | set(CARDINALS)
+)
+
+
+@dataclass(frozen=True)
+class Worded:
+    """A command's clauses, and what their annotated groundings are in a world.
+
+    Parameters
+    ----------
+    tree
+        The clauses.
+    state
+        The world before anything is done.
+    own
+        Whether it is the world that was annotated.
+    annotated
+        For each clause the ids of the things it is grounded in, as they were annotated.
+    things
+        The same things as they are in the world, where they are in it.
+    labels
+        For each clause the labels of these things.
+    places
+        For each clause the regions it is grounded in.
+    fixed
+        Things that stand where they stood when they were annotated.
+    state_after
+        The world after its own log; None in another world.
+    """
+
+    tree: Tree
+    state: State
+    own: bool
+    annotated: tuple[Things, ...]
+    things: tuple[Things, ...]
+    labels: tuple[frozenset[tuple[str, ...]], ...]
+    places: tuple[tuple[Place, ...], ...]
+    fixed: Things
+    state_after: State | None
+
+    @property
+    def robot(self) -> str:
+        """Id of the robot in the world."""
+        return self.state.context.agent_id
+
+    def alike(self, node: int) -> Things:
+        """Things of the world that an OBJECT's noun names as well as what it is grounded in.
+
+        A noun that says no more than labels do names all things that have these: "the pallet of
+        tires" any pallet of tires, "the pallet" any pallet. One that says more, such as "the
+        box pallet", names things with all the labels of what it is grounded in.
+        """
+        said = self._noun(node)
+        found = set()
+        for labels in self.labels[node]:
+            known = {normalise(label): label for label in labels}
+            wanted = {known[w] for w in said} if said and said <= known.keys() else set(labels)
+            found |= {o.id for o in self._others() if wanted <= set(o.labels)}
+        return frozenset(found)
+
+    def _noun(self, node: int) -> set[str]:
+        """The words of an OBJECT that tell of what kind it is, in their normal form."""
+        nodes, here = self.tree.nodes, node
+        said = list(noun_leaf(nodes[node]).words)
+        while nodes[here].figure:
+            inside = self.tree.children[here]
+            for mark in inside.get("l", ()):
+                # "Of tires" and "containing tires" name the same thing once more.
+                if self.annotated[mark] == self.annotated[node] or is_complement(nodes[here]):
+                    said += noun_leaf(nodes[mark]).words
+            here = inside["f"][0]
+        words = set(field_words(said)) - _FUNCTION
+        return {word for word in words if not concepts([word])}
+
+    def _others(self) -> Iterable[PhysicalObject]:
+        return (o for o in self.state.context.objects if o.id != self.robot)
+
+
+def worded(annotation: Annotation, start: State) -> Worded:
+    """A command's annotation in the start state of a world."""
+    own, world = annotation.context, start.context
+    same = own.id == world.id
+    now = {o.id: o.id for o in own.objects} if same else counterparts(own, world)
+    then = start_state(own)
+    fixed = {n for o, n in now.items() if _apart(then.thing(o), start.thing(n)) < FIXED_M}
+    now[own.agent_id] = world.agent_id
+    grounded = [
+        groundings if right is not False else ()
+        for groundings, right in zip(annotation.groundings, annotation.correct, strict=True)
+    ]
+    things = [[g for g in gs if isinstance(g, PhysicalObject)] for gs in grounded]
+    return Worded(
+        Tree(annotation.sdcs),
+        start,
+        same,
+        tuple(frozenset(o.id for o in several) for several in things),
+        tuple(frozenset(now[o.id] for o in several if o.id in now) for several in things),
+        tuple(frozenset(o.labels for o in gs if o.id != own.agent_id) for gs in things),
+        tuple(tuple(g for g in gs if isinstance(g, Place)) for gs in grounded),
+        frozenset(fixed),
+        replayed(own, own) if same else None,
+    )
+
+
+def _apart(one: PhysicalObject, other: PhysicalObject) -> float:
+    return float(np.linalg.norm(centre(one.prism) - centre(other.prism)))

@@ -1,0 +1,202 @@
+"""The second verdict: whether what was done is what the words say, wherever the log ends.
+
+It is independent of any model: it reads a command's annotated clauses and the geometry of the
+world. Any thing, side or place that the words allow is right. What the words ask for and isn't
+done is wrong, and so is what is done to a thing that they don't speak of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from eval.judging.allowed_places import Ending, ends_well
+from eval.judging.allowed_things import allowed
+from eval.judging.deeds import Carried, Deeds
+from eval.judging.judge import END_M, MOVED_M, PLACE_M, Verdict
+from eval.judging.judged_clauses import JudgedClause, judged_clauses, themes_of
+from eval.judging.layout import NEAR_M, nearest, seen
+from eval.judging.worded import Worded, worded
+from g3.actions.grounding_candidates import carrier, is_surface
+from g3.actions.robot_state import moved_to
+from g3.annotation import Annotation
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray
+from g3.inference.problem.clause_roles import is_source, ways
+from g3.inference.problem.phrases import unstressed
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.word_sets import HANDLING_VERBS
+
+ROWS = 60
+"""At so many points of its way it is looked whether the robot comes by something."""
+TURN = np.pi / 6
+"""A turn to a side is at least so wide,"""
+ASIDE_M = 1.0
+"""or leads so far to it."""
+
+
+def judge_by_words(annotation: Annotation, deeds: Deeds) -> Verdict:
+    """Compare what was done, in the command's own world or another one, with its words.
+
+    Parameters
+    ----------
+    annotation
+        The command with the groundings of its clauses.
+    deeds
+        What was done (:func:`eval.judging.deeds.logged`, :func:`eval.judging.deeds.planned`).
+    """
+    words = worded(annotation, deeds.start)
+    clauses = judged_clauses(words)
+    handles = any(c.handles for c in clauses)
+    reason = (_wrong if handles else _misdriven)(words, clauses, deeds)
+    return Verdict(not reason, reason)
+
+
+def _misdriven(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
+    """What isn't as words say that only drive; empty if all is."""
+    if any(c.id != deeds.start.held or c.lowered is not None for c in deeds.carried):
+        return "it moves a load, of which the words don't speak"
+    if any("staying" not in c.verbs for c in clauses) and not _drives(deeds.way):
+        return "the robot stays where it is"
+    return _astray(words, clauses, deeds)
+
+
+def _wrong(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
+    """What isn't as words say that handle a load; empty if all is."""
+    themes = themes_of(words, clauses)
+    wanted = frozenset(i for ids in themes.values() for i in ids)
+    strange = [c.id for c in deeds.carried if themes and c.id not in wanted]
+    if strange:
+        return f"it moves {', '.join(strange)}, which the words don't speak of"
+    for theme, ids in themes.items() if themes else [(None, None)]:
+        load = next((c for c in deeds.carried if ids is None or c.id in ids), None)
+        if load is None:
+            return "it doesn't move what the words say"
+        own = [c for c in clauses if c.handles and (theme is None or theme in c.themes)]
+        reason = _mishandled(words, own, load, deeds)
+        if reason:
+            return reason
+    return _astray(words, clauses, deeds)
+
+
+def _mishandled(words: Worded, clauses: Sequence[JudgedClause], load: Carried, deeds: Deeds) -> str:
+    """What is wrong with what is done to a load; what is done to it afterwards isn't."""
+    sources = [
+        n for c in clauses for n in ways(words.tree, c.root) if is_source(words.tree.nodes[n])
+    ]
+    if not all(_comes_from(words, node, load.id) for node in sources):
+        return "it isn't taken from where the words say"
+    first, last = deeds.start.thing(load.id), deeds.end.thing(load.id)
+    held = load.lowered is None
+    short = held and not deeds.whole
+    ending = Ending(load.id, first.prism, last.prism, deeds.end, short)
+    shift = float(np.linalg.norm(centre(last.prism) - centre(first.prism)))
+    if held and load.id == deeds.start.held and shift < MOVED_M:
+        return "nothing is done with the load on the forks"
+    verbs = clauses[-1].verbs & HANDLING_VERBS
+    if held and verbs == {"placing"} and not (short and clauses[-1].goals):
+        return "the load isn't put down"
+    told_where = [c.goals for c in clauses if c.goals]
+    only_taken = not told_where and all(c.verbs & HANDLING_VERBS == {"taking"} for c in clauses)
+    if deeds.whole and only_taken and not held:
+        return "it puts down what it is only to pick up"
+    return _misplaced(words, told_where[-1], ending) if told_where else ""
+
+
+def _misplaced(words: Worded, goals: Sequence[int], ending: Ending) -> str:
+    holds = ends_well(words, goals, ending)
+    if holds is None:
+        return _unlike_log(words, ending, PLACE_M)
+    return "" if holds else "the load doesn't end where the words say"
+
+
+def _unlike_log(words: Worded, ending: Ending, tolerance_m: float) -> str:
+    """What differs from the own log, for words that can't be measured; empty in other worlds."""
+    if words.state_after is None:
+        return ""
+    goal = centre(words.state_after.thing(ending.thing).prism)
+    apart = float(np.linalg.norm(goal - centre(ending.last))) - ending.slack
+    if apart <= tolerance_m:
+        return ""
+    return f"the words can't be measured, and it ends {apart:.1f} m from where the log ends"
+
+
+def _comes_from(words: Worded, node: int, load: str) -> bool:
+    marks = words.tree.below(node, ("l", "l2"), "OBJECT")
+    sources = frozenset(i for n in marks for i in allowed(words, n) | words.things[n])
+    things = [words.state.thing(i) for i in sorted(sources - {words.robot, load})]
+    if not things:
+        return True
+    under = carrier(words.state, load)
+    if under is not None:
+        return under.id in sources
+    # A load that is on the forks at first may have been taken from a deck before.
+    near = nearest(words.state.thing(load).prism, [o.prism for o in things]) <= NEAR_M
+    return near and (load == words.state.held or not any(map(is_surface, things)))
+
+
+def _astray(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
+    """What is wrong with where the robot drives: what clauses name comes in their order."""
+    end = len(deeds.way) - 1
+    row, measured = 0, any(c.handles for c in clauses)
+    # A log that starts with the load on the forks doesn't show how the robot came to it.
+    late = any(c.lifted == 0 for c in deeds.carried) and measured
+    moving = [c for c in clauses if c.verbs != {"staying"}]
+    for clause in moving:
+        late &= not clause.handles
+        if late or clause.handles:
+            continue
+        if not _turns(words, clause, deeds.way[row:]):
+            return "the robot doesn't turn as the words say"
+        rows = np.unique(np.linspace(row, end, ROWS).astype(int)).tolist()
+        if any(_reached(words, (n,), deeds, rows) is False for n in clause.passed):
+            return "the robot doesn't pass as the words say"
+        last = clause is moving[-1]
+        reached = _reached(words, clause.goals, deeds, [end] if last else rows)
+        if reached is False:
+            return f"the robot doesn't {'end' if last else 'come'} where the words say"
+        measured |= reached is not None
+        row = row if reached is None else int(reached)
+    return "" if measured else _unlike_log(words, _robot(deeds, end), END_M)
+
+
+def _reached(
+    words: Worded, nodes: Sequence[int], deeds: Deeds, rows: Sequence[int]
+) -> int | bool | None:
+    """The first row at which the robot is where clauses say; False if none, None if unknown."""
+    known = False
+    for row in rows:
+        holds = ends_well(words, nodes, _robot(deeds, row))
+        if holds:
+            return row
+        known |= holds is not None
+    return False if known else None
+
+
+def _turns(words: Worded, clause: JudgedClause, way: FloatArray) -> bool:
+    """Whether the robot turns or drives to the side that a clause without a goal tells."""
+    side = concepts(unstressed(field_words(words.tree.nodes[clause.root].relation))) & {
+        "left",
+        "right",
+    }
+    if len(side) != 1:
+        return True
+    sign = 1.0 if "left" in side else -1.0
+    turned = sign * np.unwrap(way[:, 2])
+    aside = sign * seen(way[0], way[:, :2])[:, 1]
+    return bool((turned - turned[0]).max() >= TURN or aside.max() >= ASIDE_M)
+
+
+def _drives(way: FloatArray) -> bool:
+    """Whether the robot drives or turns at all."""
+    far = np.linalg.norm(way[:, :2] - way[0, :2], axis=1).max() > MOVED_M
+    return bool(far or np.ptp(np.unwrap(way[:, 2])) >= TURN)
+
+
+def _robot(deeds: Deeds, row: int) -> Ending:
+    robot = deeds.start.context.agent
+    there = moved_to(robot, deeds.way[row], robot.prism.z_min)
+    state = deeds.end if row == len(deeds.way) - 1 else deeds.start
+    return Ending(robot.id, robot.prism, there.prism, state, robot=True)
