@@ -1,4 +1,4 @@
-"""Commands, their grounded SDC trees, and what people said of them (section 4.1)."""
+"""Commands, their grounded SDC trees, what was done, and what people said (section 4.1)."""
 
 from __future__ import annotations
 
@@ -109,3 +109,62 @@ class Judgment:
     rating: Rating
     subject: str
     study: str
+
+
+Put = Literal["on", "ground", "held", ""]
+"""Where a load was put: on a thing, on the ground, or nowhere, because the robot still held it
+at the end. Empty if nothing was put anywhere, or nobody knows."""
+
+Unknown = Literal["picked", "put", "on", "place", "rest"]
+"""What a log doesn't tell of a task.
+
+``picked``: what was picked up. ``put``: where it was put. ``on``: on which of several things.
+``place``: where exactly it ended. ``rest``: whether more was done, as something in the log was
+not understood.
+"""
+UNKNOWNS: tuple[Unknown, ...] = get_args(Unknown)
+
+
+@dataclass(frozen=True, slots=True)
+class TaskOutcome:
+    """What the robot did in a task. A video may show several, in the order of their log.
+
+    Parameters
+    ----------
+    id
+        Unique in the corpus.
+    scenario
+        What the video shows: the outcome is that of all its commands, unless `command` or
+        `video` says otherwise.
+    context
+        Id of the context whose objects are named.
+    command
+        Id of the only command that it belongs to; empty if there is no such one.
+    video
+        Id of the only video that it belongs to; empty if there is no such one.
+    picked
+        Ids of the things that were picked up; none when the robot only drove.
+    put
+        Where they were put in the end.
+    on
+        Ids of the things on which they were put: several, if it was on one of them and
+        nobody knows which. ``on`` is among the unknown then.
+    checkpoint
+        Number of the checkpoint where the task ended, in the robot's own map.
+    unknown
+        What is not known.
+    log
+        The line of the log that says so.
+    """
+
+    id: str
+    scenario: str
+    context: str
+    command: str = ""
+    video: str = ""
+    picked: tuple[str, ...] = ()
+    put: Put = ""
+    on: tuple[str, ...] = ()
+    checkpoint: int | None = None
+    unknown: tuple[Unknown, ...] = ()
+    log: str = ""

@@ -7,7 +7,7 @@ all coordinates are in the frame of the site that the context describes.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -145,6 +145,9 @@ class Path:
 
 Grounding: TypeAlias = PhysicalObject | Place | Path
 
+Aspect = Literal["labels", "size", "position", "heading"]
+"""What of an object may be assumed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Context:
@@ -160,12 +163,15 @@ class Context:
         Regions that a command might refer to.
     agent_id
         Which of the objects is the robot.
+    assumed
+        What of which object nobody has recorded, so that it is assumed: ids and aspects.
     """
 
     id: str
     objects: tuple[PhysicalObject, ...]
     places: tuple[Place, ...]
     agent_id: str
+    assumed: tuple[tuple[str, Aspect], ...] = ()
 
     @property
     def agent(self) -> PhysicalObject:

@@ -31,6 +31,10 @@ def import_() -> None:
 
 
 def _command(importer: Importer) -> click.Command:
+    first = f"{importer.name} {importer.name.replace('-', '_')}"
+    examples = [f"{first} --out corpus", f"{first} --out corpus --force --keep-going"]
+    examples += [f"{importer.name} {example}" for example in importer.examples]
+    listed = "\n      ".join(f"ct import {example}" for example in examples)
     help_text = f"""{importer.summary}
 
     {importer.description}
@@ -41,8 +45,7 @@ def _command(importer: Importer) -> click.Command:
 
     \b
     Examples:
-      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus
-      ct import {importer.name} {importer.name.replace("-", "_")} --out corpus --force --keep-going
+      {listed}
     """
 
     @click.command(importer.name, help=help_text, short_help=importer.summary)
@@ -68,7 +71,14 @@ def _command(importer: Importer) -> click.Command:
     )
     @FORMAT
     def command(
-        *, path: Path, out: Path, force: bool, keep_going: bool, salt: str | None, form: str
+        *,
+        path: Path,
+        out: Path,
+        force: bool,
+        keep_going: bool,
+        salt: str | None,
+        form: str,
+        **options: str,
     ) -> None:
         import secrets
 
@@ -82,16 +92,29 @@ def _command(importer: Importer) -> click.Command:
                 salt=salt or secrets.token_hex(16),
                 keep_going=keep_going,
                 on_progress=on_progress,
+                **options,
             )
         write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
         tell(form, {"folder": out, "report": report}, *_summary(report, out))
 
+    for option in importer.options:
+        command = click.option(
+            f"--{option.name.replace('_', '-')}",
+            option.name,
+            default=option.default,
+            show_default=True,
+            metavar=option.metavar,
+            type=click.Choice(option.choices) if option.choices else str,
+            help=option.summary,
+        )(command)
     return command
 
 
 def _summary(report: ImportReport, out: Path) -> Iterator[str]:
     from corpus_tools.importers.report import REPORT
 
+    if report.parts_there:
+        yield f"imported {', '.join(report.parts_taken)}; there are {', '.join(report.parts_there)}"
     for what, count in report.counts.items():
         yield f"{count:6} {what}"
     for note in report.notes:

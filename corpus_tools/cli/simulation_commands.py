@@ -144,6 +144,7 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
         commands=rated.commands.values(),
         annotations=rated.annotations,
         judgments=given,
+        outcomes=rated.outcomes,
         source=f"{rated.source} The judgments are simulated; see docs/simulation.md.",
         licence=rated.licence,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from g3.annotation import Annotation, Command, Judgment
+from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context
 
 
@@ -34,6 +34,8 @@ class Corpus:
     hash
         ``sha256:`` and the digest of the content, the subjects left out: it is the same
         whatever salt hides the subjects and whatever the corpus is called.
+    outcomes
+        What the robot did, where a log tells; a video's in the order in which it was done.
     """
 
     name: str
@@ -44,3 +46,4 @@ class Corpus:
     source: str
     licence: str
     hash: str
+    outcomes: tuple[TaskOutcome, ...] = ()

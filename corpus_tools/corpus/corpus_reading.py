@@ -18,12 +18,14 @@ from corpus_tools.corpus.corpus_records import (
     CONTEXTS,
     JUDGMENTS,
     MANIFEST,
+    OUTCOMES,
     TRAJECTORIES,
     AnnotationRecord,
     CommandRecord,
     ContextRecord,
     JudgmentRecord,
     Manifest,
+    OutcomeRecord,
 )
 from corpus_tools.corpus.encoding import Tables, content_hash
 from corpus_tools.corpus.trajectory_arrays import Arrays, read_arrays, unpack_one
@@ -32,7 +34,7 @@ from g3.errors import FormatError
 from g3.groundings import Trajectory
 
 T = TypeVar("T")
-R = TypeVar("R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord)
+R = TypeVar("R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord, OutcomeRecord)
 OnProblem = Callable[[FormatError], None]
 """Called with each problem; where it returns, the record with the problem is left out."""
 
@@ -140,12 +142,22 @@ def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tup
     judgments = tuple(
         judgment for _, judgment in _convert(judgment_lines, decoding.judgment, on_problem)
     )
+    outcome_lines: list[_Line[OutcomeRecord]] = []
+    if manifest.counts.outcomes or (folder / OUTCOMES).exists():
+        outcome_lines = _read_lines(folder / OUTCOMES, OutcomeRecord, on_problem)
+    outcomes = tuple(
+        outcome
+        for _, outcome in _convert(
+            outcome_lines, lambda record: decoding.outcome(record, world), on_problem
+        )
+    )
     tables = Tables(
         contexts=[line.record for line in context_lines],
         commands=[line.record for line in command_lines],
         annotations=[line.record for line in annotation_lines],
         judgments=[line.record for line in judgment_lines],
         trajectories=arrays,
+        outcomes=[line.record for line in outcome_lines],
     )
     corpus = Corpus(
         name=manifest.name,
@@ -156,6 +168,7 @@ def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tup
         source=manifest.source,
         licence=manifest.licence,
         hash=content_hash(tables),
+        outcomes=outcomes,
     )
     return corpus, tables
 

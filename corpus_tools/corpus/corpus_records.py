@@ -11,7 +11,8 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from g3.annotation import Rating, Source
+from g3.annotation import Put, Rating, Source, Unknown
+from g3.groundings import Aspect
 from g3.sdc.clauses import SDCType
 
 SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
@@ -22,6 +23,7 @@ CONTEXTS = "contexts.jsonl"
 COMMANDS = "commands.jsonl"
 ANNOTATIONS = "annotations.jsonl"
 JUDGMENTS = "judgments.jsonl"
+OUTCOMES = "outcomes.jsonl"
 TRAJECTORIES = "trajectories.npz"
 
 Index: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
@@ -53,13 +55,17 @@ class PlaceRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     name: str = ""
 
 
-class ContextRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A line of contexts.jsonl: the semantic map that commands were given in."""
+class ContextRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A line of contexts.jsonl: the semantic map that commands were given in.
+
+    ``assumed`` lists what was not recorded: ids of objects, and what of them is assumed.
+    """
 
     id: str
     agent_id: str
     objects: tuple[ObjectRecord, ...]
     places: tuple[PlaceRecord, ...]
+    assumed: tuple[tuple[str, Aspect], ...] = ()
 
 
 class CommandRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -161,7 +167,26 @@ class JudgmentRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     subject: str = ""
 
 
-class Counts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class OutcomeRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A line of outcomes.jsonl: what the robot did in a task.
+
+    It belongs to all commands of the scenario, or to the command or the video that it names.
+    """
+
+    id: str
+    scenario: str
+    context: str
+    command: str = ""
+    video: str = ""
+    picked: tuple[str, ...] = ()
+    put: Put = ""
+    on: tuple[str, ...] = ()
+    checkpoint: int | None = None
+    unknown: tuple[Unknown, ...] = ()
+    log: str = ""
+
+
+class Counts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """How many records each file holds."""
 
     contexts: int
@@ -169,6 +194,7 @@ class Counts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     annotations: int
     judgments: int
     trajectories: int
+    outcomes: int = 0
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -192,5 +218,6 @@ LINE_RECORDS: dict[str, type[msgspec.Struct]] = {
     COMMANDS: CommandRecord,
     ANNOTATIONS: AnnotationRecord,
     JUDGMENTS: JudgmentRecord,
+    OUTCOMES: OutcomeRecord,
 }
 """The record type of each JSONL file."""

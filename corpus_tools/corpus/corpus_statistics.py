@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
-from g3.annotation import SOURCES, Annotation
+from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
+from g3.annotation import SOURCES, UNKNOWNS, Annotation, TaskOutcome, Unknown
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 
 PAPER = {"subjects": 45.0, "videos": 22.0, "commands_per_video": 13.0}
@@ -27,7 +29,8 @@ class Statistics(msgspec.Struct, frozen=True):
     Videos, subjects, commands and SDCs are those of the commands that have a positive
     annotation. ``sdcs`` and ``sdcs_by_type`` count every clause of the positive
     annotations, the implicit figures (the unnamed robot of an imperative) among them;
-    ``implicit`` says how many of the OBJECTs those are.
+    ``implicit`` says how many of the OBJECTs those are. ``outcomes`` counts what is known of
+    tasks; it is empty where no task is told of.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Statistics(msgspec.Struct, frozen=True):
     judgments_same: int
     judgments_different: int
     scenarios: tuple[str, ...]
+    outcomes: dict[str, int]
 
 
 def statistics(corpus: Corpus) -> Statistics:
@@ -77,7 +81,27 @@ def statistics(corpus: Corpus) -> Statistics:
         judgments_same=same,
         judgments_different=len(corpus.judgments) - same,
         scenarios=tuple(sorted({command.scenario for command in corpus.commands.values()})),
+        outcomes=_outcomes(corpus),
     )
+
+
+def _outcomes(corpus: Corpus) -> dict[str, int]:
+    found = corpus.outcomes
+    if not found:
+        return {}
+    return {
+        "tasks": len(found),
+        "commands": sum(bool(outcomes_of(corpus, c)) for c in corpus.commands.values()),
+        "driven only": sum(is_drive(o) for o in found),
+        "held": sum(o.put == "held" for o in found),
+        "put on something": sum(o.put == "on" for o in found),
+        "put on the ground": sum(o.put == "ground" for o in found),
+        **{f"unknown: {name}": n for name in UNKNOWNS if (n := _unknown(found, name))},
+    }
+
+
+def _unknown(outcomes: Sequence[TaskOutcome], what: Unknown) -> int:
+    return sum(what in outcome.unknown for outcome in outcomes)
 
 
 def _by_type(clauses: list[SDC]) -> dict[str, int]:

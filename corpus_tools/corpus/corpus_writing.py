@@ -14,6 +14,7 @@ from corpus_tools.corpus.corpus_records import (
     CONTEXTS,
     JUDGMENTS,
     MANIFEST,
+    OUTCOMES,
     SCHEMA_VERSION,
     TRAJECTORIES,
     Manifest,
@@ -71,7 +72,7 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
         counts=tables.counts(),
     )
     encoder = msgspec.json.Encoder()
-    return {
+    files = {
         MANIFEST: manifest_to_bytes(sealed(manifest, tables)),
         CONTEXTS: encoder.encode_lines(tables.contexts),
         COMMANDS: encoder.encode_lines(tables.commands),
@@ -79,6 +80,9 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
         JUDGMENTS: encoder.encode_lines(tables.judgments),
         TRAJECTORIES: to_bytes(tables.trajectories),
     }
+    if tables.outcomes:
+        files[OUTCOMES] = encoder.encode_lines(tables.outcomes)
+    return files
 
 
 def manifest_to_bytes(manifest: Manifest) -> bytes:

@@ -6,8 +6,10 @@ the record; :mod:`corpus_tools.corpus.corpus_reading` adds the file and the reco
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+
+import msgspec
 
 from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
@@ -18,13 +20,14 @@ from corpus_tools.corpus.corpus_records import (
     ObjectGrounding,
     ObjectRecord,
     ObjectReference,
+    OutcomeRecord,
     PlaceGrounding,
     PlaceRecord,
     PrismRecord,
     SDCRecord,
     Word,
 )
-from g3.annotation import Annotation, Command, Judgment
+from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span, breadth_first
@@ -63,7 +66,14 @@ def context(record: ContextRecord, trajectory: GetTrajectory) -> Context:
             fix="name one of the objects, or add the agent to them",
         )
     places = tuple(_place(item, f"places[{i}]") for i, item in enumerate(record.places))
-    return Context(record.id, objects, places, record.agent_id)
+    for i, (name, _) in enumerate(record.assumed):
+        if name not in ids:
+            raise FormatError(
+                f"no object has the id {name!r}",
+                where=f"assumed[{i}]",
+                fix="name one of the objects, or leave this out",
+            )
+    return Context(record.id, objects, places, record.agent_id, record.assumed)
 
 
 def command(record: CommandRecord) -> Command:
@@ -82,6 +92,51 @@ def judgment(record: JudgmentRecord) -> Judgment:
         subject=record.subject,
         study=record.study,
     )
+
+
+def outcome(record: OutcomeRecord, world: World) -> TaskOutcome:
+    """What was done in a task; its ids are checked, and that its parts fit together."""
+    if record.context not in world.contexts:
+        raise _unknown("context", record.context, "contexts.jsonl")
+    if record.command:
+        its_command = world.commands.get(record.command)
+        if its_command is None:
+            raise _unknown("command", record.command, "commands.jsonl")
+        if its_command.scenario != record.scenario:
+            raise FormatError(
+                f"the command's scenario is {its_command.scenario!r}, not {record.scenario!r}",
+                where="scenario",
+                fix="correct one of them",
+            )
+    for field, names in (("picked", record.picked), ("on", record.on)):
+        for i, name in enumerate(names):
+            thing = (record.context, name)
+            if thing not in world.objects or name == world.contexts[record.context].agent_id:
+                raise FormatError(
+                    f"no thing {name!r} in the context {record.context!r}",
+                    where=f"{field}[{i}]",
+                    fix=f"correct the id; if it isn't known, write {field!r} into 'unknown'",
+                )
+    for what, where in _contradictions(record):
+        raise FormatError(what, where=where, fix="correct one of them")
+    return TaskOutcome(**msgspec.structs.asdict(record))
+
+
+def _contradictions(record: OutcomeRecord) -> Iterator[tuple[str, str]]:
+    """What of an outcome doesn't fit together, and in which field."""
+    unknown = set(record.unknown)
+    if record.put and not record.picked and "picked" not in unknown:
+        yield "something was put somewhere, but nothing was picked up", "put"
+    if record.put and "put" in unknown:
+        yield "it is told where things were put, and also that it is unknown", "put"
+    if record.on and record.put != "on":
+        yield f"things are told to be put on, while 'put' is {record.put!r}", "on"
+    if record.put == "on" and len(record.on) != 1 and "on" not in unknown:
+        yield f"{len(record.on)} things to be put on, and 'on' is not among the unknown", "on"
+    if set(record.picked) & set(record.on):
+        yield "a thing is picked up and put on itself", "on"
+    if len(unknown) < len(record.unknown):
+        yield "something occurs twice", "unknown"
 
 
 def annotation(record: AnnotationRecord, world: World, trajectory: GetTrajectory) -> Annotation:

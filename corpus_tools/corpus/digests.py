@@ -17,6 +17,7 @@ from corpus_tools.corpus.corpus_records import (
     CONTEXTS,
     JUDGMENTS,
     MANIFEST,
+    OUTCOMES,
     SCHEMA_VERSION,
     TRAJECTORIES,
     Manifest,
@@ -84,6 +85,8 @@ def _digests(manifest: Manifest, tables: Tables) -> dict[str, str]:
             for part in (f"{name} {array.shape}\n".encode(), array.tobytes())
         ],
     }
+    if tables.outcomes:
+        contents[OUTCOMES] = [encoder.encode_lines(tables.outcomes)]
     return {name: _digest(parts) for name, parts in contents.items()}
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import textwrap
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
-from g3.annotation import Annotation, Command
+from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
+from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
 from g3.sdc.clauses import SDC, all_words, breadth_first
@@ -21,7 +22,7 @@ LABELS = {True: "right", False: "wrong", None: "-"}
 
 
 def show(corpus: Corpus, name: str) -> str:
-    """Describe the command, annotation or context with an id.
+    """Describe the command, annotation, context or outcome with an id.
 
     Raises
     ------
@@ -31,11 +32,12 @@ def show(corpus: Corpus, name: str) -> str:
     found = [
         *(_command(corpus, command) for key, command in corpus.commands.items() if key == name),
         *(_annotation(a) for a in corpus.annotations if a.id == name),
-        *(_context(context) for key, context in corpus.contexts.items() if key == name),
+        *(_context(corpus, context) for key, context in corpus.contexts.items() if key == name),
+        *(f"outcome {o.id}\n  {_outcome(corpus, o)}" for o in corpus.outcomes if o.id == name),
     ]
     if not found:
         raise CorpusError(
-            f"no command, annotation or context has the id {name!r}",
+            f"no command, annotation, context or outcome has the id {name!r}",
             where=corpus.name,
             fix="`ct corpus show` without an id lists the scenarios and tells how ids look",
         )
@@ -51,9 +53,12 @@ def overview(corpus: Corpus) -> str:
         f"  licence  {corpus.licence}",
         f"  hash     {corpus.hash}",
         f"  {len(corpus.contexts)} contexts, {len(corpus.commands)} commands, "
-        f"{len(corpus.annotations)} annotations, {len(corpus.judgments)} judgments",
+        f"{len(corpus.annotations)} annotations, {len(corpus.judgments)} judgments, "
+        f"{len(corpus.outcomes)} outcomes",
         "",
-        *columns([("scenario", "typed", "annotated", "id", "an annotated command"), *rows]),
+        *columns(
+            [("scenario", "typed", "annotated", "id", "a command, annotated if any is"), *rows]
+        ),
     ]
     if corpus.annotations:
         example = corpus.annotations[0]
@@ -72,12 +77,16 @@ def overview_record(corpus: Corpus) -> Mapping[str, object]:
         "commands": len(corpus.commands),
         "annotations": len(corpus.annotations),
         "judgments": len(corpus.judgments),
+        "outcomes": len(corpus.outcomes),
         "scenarios": _scenarios(corpus),
     }
 
 
 def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
     typed = Counter(command.scenario for command in corpus.commands.values())
+    first: dict[str, dict[str, Command]] = {}
+    for command in corpus.commands.values():
+        first.setdefault(command.scenario, {command.id: command})
     annotated: dict[str, dict[str, Command]] = {}
     for annotation in corpus.annotations:
         command = annotation.command
@@ -85,15 +94,15 @@ def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
     rows = []
     for scenario, count in sorted(typed.items()):
         commands = annotated.get(scenario, {})
-        name, text = _example(commands)
+        name, text = _example(commands or first[scenario])
         row = {"typed": count, "annotated": len(commands), "id": name, "command": text}
         rows.append({"scenario": scenario, **row})
     return rows
 
 
-def _example(annotated: Mapping[str, Command]) -> tuple[str, str]:
+def _example(commands: Mapping[str, Command]) -> tuple[str, str]:
     """The id and the text of the first command, if there is any."""
-    for command in annotated.values():
+    for command in commands.values():
         text = " ".join(command.text.split())
         return command.id, textwrap.shorten(text, EXAMPLE_WIDTH, placeholder=" ...")
     return "", ""
@@ -126,6 +135,7 @@ def statistics_table(statistics: Statistics) -> str:
         ("judgments", str(s.judgments), ""),
         ("  of a command with its video", str(s.judgments_same), ""),
         ("  of a command with another video", str(s.judgments_different), ""),
+        *((f"outcomes, {name}", str(n), "") for name, n in s.outcomes.items()),
     ]
     return "\n".join(columns(rows))
 
@@ -148,6 +158,7 @@ def _command(corpus: Corpus, command: Command) -> str:
             f"  scenario {command.scenario}, video {command.video or '?'}, "
             f"subject {command.subject or '?'}",
             f"  annotations: {', '.join(ids) or 'none'}",
+            *(f"  done: {_outcome(corpus, o)}" for o in outcomes_of(corpus, command)),
         ]
     )
 
@@ -177,7 +188,25 @@ def _clause_words(sdc: SDC) -> str:
     return " ".join(span.text for span in all_words(sdc)) or "(implicit)"
 
 
-def _context(context: Context) -> str:
+def _outcome(corpus: Corpus, outcome: TaskOutcome) -> str:
+    """What was done, in words, and what of it isn't known."""
+    labels = {o.id: " ".join(o.labels) for o in corpus.contexts[outcome.context].objects}
+
+    def named(ids: Sequence[str]) -> str:
+        return " or ".join(f"{labels[i]} {i}" for i in ids) or "something"
+
+    parts = [
+        "drove" if is_drive(outcome) else f"picked up {named(outcome.picked)}",
+        {"on": f"put it on {named(outcome.on)}", "ground": "put it down", "held": "held it"}.get(
+            outcome.put, ""
+        ),
+        "" if outcome.checkpoint is None else f"at checkpoint {outcome.checkpoint}",
+    ]
+    said = ", ".join(filter(None, parts))
+    return f"{said} (unknown: {', '.join(outcome.unknown)})" if outcome.unknown else said
+
+
+def _context(corpus: Corpus, context: Context) -> str:
     rows: list[tuple[str, ...]] = [("object", "labels", "starts at", "moves")]
     rows += [
         (
@@ -188,7 +217,20 @@ def _context(context: Context) -> str:
         )
         for item in context.objects
     ]
-    return "\n".join([f"context {context.id}, {len(context.places)} places", "", *columns(rows)])
+    assumed: dict[str, list[str]] = {}
+    for name, aspect in context.assumed:
+        assumed.setdefault(aspect, []).append(name)
+    done = [_outcome(corpus, o) for o in corpus.outcomes if o.context == context.id]
+    return "\n".join(
+        [
+            f"context {context.id}, {len(context.places)} places",
+            "",
+            *columns(rows),
+            *(["", *(f"done: {text}" for text in done)] if done else []),
+            *([""] if assumed else []),
+            *(f"assumed {aspect}: {', '.join(names)}" for aspect, names in assumed.items()),
+        ]
+    )
 
 
 def _grounding(grounding: Grounding) -> str:

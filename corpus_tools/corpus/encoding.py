@@ -20,6 +20,7 @@ from corpus_tools.corpus.corpus_records import (
     ObjectGrounding,
     ObjectRecord,
     ObjectReference,
+    OutcomeRecord,
     PathGrounding,
     PlaceGrounding,
     PlaceRecord,
@@ -27,7 +28,7 @@ from corpus_tools.corpus.corpus_records import (
     SDCRecord,
 )
 from corpus_tools.corpus.trajectory_arrays import Arrays, pack
-from g3.annotation import Annotation, Command, Judgment
+from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
 
@@ -41,6 +42,7 @@ class Tables:
     annotations: Sequence[AnnotationRecord]
     judgments: Sequence[JudgmentRecord]
     trajectories: Arrays
+    outcomes: Sequence[OutcomeRecord] = ()
 
     def counts(self) -> Counts:
         """How many records each file holds."""
@@ -50,6 +52,7 @@ class Tables:
             annotations=len(self.annotations),
             judgments=len(self.judgments),
             trajectories=len(self.trajectories["offsets"]) - 1,
+            outcomes=len(self.outcomes),
         )
 
 
@@ -60,6 +63,7 @@ def make_corpus(
     commands: Iterable[Command],
     annotations: Iterable[Annotation],
     judgments: Iterable[Judgment] = (),
+    outcomes: Iterable[TaskOutcome] = (),
     source: str = "",
     licence: str = "",
 ) -> Corpus:
@@ -73,6 +77,7 @@ def make_corpus(
         source=source,
         licence=licence,
         hash="",
+        outcomes=tuple(outcomes),
     )
     return replace(corpus, hash=content_hash(encode(corpus)))
 
@@ -83,7 +88,10 @@ def content_hash(tables: Tables) -> str:
     encoder = msgspec.json.Encoder()
     anonymous_commands = [msgspec.structs.replace(r, subject="") for r in tables.commands]
     anonymous_judgments = [msgspec.structs.replace(r, subject="") for r in tables.judgments]
-    for records in (tables.contexts, anonymous_commands, tables.annotations, anonymous_judgments):
+    tables_of_all = [tables.contexts, anonymous_commands, tables.annotations, anonymous_judgments]
+    if tables.outcomes:  # corpora without any keep the hash that they have always had
+        tables_of_all.append(tables.outcomes)
+    for records in tables_of_all:
         digest.update(encoder.encode_lines(records))
         digest.update(b"\n")
     for name, array in tables.trajectories.items():
@@ -132,6 +140,7 @@ def encode(corpus: Corpus) -> Tables:
             for j in corpus.judgments
         ],
         trajectories=pack(trajectories.unique),
+        outcomes=[_outcome(outcome) for outcome in corpus.outcomes],
     )
 
 
@@ -144,6 +153,23 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
             for o in context.objects
         ),
         places=tuple(PlaceRecord(_prism(place.prism), place.name) for place in context.places),
+        assumed=context.assumed or (),
+    )
+
+
+def _outcome(outcome: TaskOutcome) -> OutcomeRecord:
+    return OutcomeRecord(
+        id=outcome.id,
+        scenario=outcome.scenario,
+        context=outcome.context,
+        command=outcome.command,
+        video=outcome.video,
+        picked=outcome.picked or (),
+        put=outcome.put,
+        on=outcome.on or (),
+        checkpoint=outcome.checkpoint,
+        unknown=outcome.unknown or (),
+        log=outcome.log,
     )
 
 

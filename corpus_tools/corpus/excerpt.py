@@ -8,33 +8,50 @@ from itertools import pairwise
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import encode
+from corpus_tools.corpus.task_outcomes import belongs_to
 from corpus_tools.corpus.trajectory_arrays import Arrays
 
 
 def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
     """The command, annotation or context with an id, and what belongs to it.
 
-    A command brings its annotations, and an annotation its command and its context.
+    A command brings its annotations and what was done, an annotation its command and its
+    context. An outcome can be asked for too; it brings its context.
 
     Returns
     -------
     mapping
-        ``commands``, ``annotations`` and ``contexts``, each a list of records; and
+        ``commands``, ``annotations``, ``contexts`` and ``outcomes``, each a list of records; and
         ``trajectories``, to which the records' numbers point: lists of ``t`` in s, ``xyz`` in m
         and ``yaw`` in rad.
     """
     annotations = tuple(a for a in corpus.annotations if name in (a.id, a.command.id))
     commands = {a.command.id: a.command for a in annotations}
     contexts = {a.context.id: a.context for a in annotations}
+    outcomes = tuple(
+        outcome
+        for outcome in corpus.outcomes
+        if name in (outcome.id, outcome.context)
+        or (name in corpus.commands and belongs_to(outcome, corpus.commands[name]))
+    )
+    contexts |= {outcome.context: corpus.contexts[outcome.context] for outcome in outcomes}
     commands |= {key: value for key, value in corpus.commands.items() if key == name}
     contexts |= {key: value for key, value in corpus.contexts.items() if key == name}
     tables = encode(
-        replace(corpus, contexts=contexts, commands=commands, annotations=annotations, judgments=())
+        replace(
+            corpus,
+            contexts=contexts,
+            commands=commands,
+            annotations=annotations,
+            judgments=(),
+            outcomes=outcomes,
+        )
     )
     return {
         "commands": tables.commands,
         "annotations": tables.annotations,
         "contexts": tables.contexts,
+        "outcomes": tables.outcomes,
         "trajectories": _trajectories(tables.trajectories),
     }
 

@@ -30,6 +30,7 @@ class ImportFunction(Protocol):
         salt: str,
         keep_going: bool = False,
         on_progress: OnProgress | None = None,
+        **options: str,
     ) -> tuple[Corpus, ImportReport]:
         """Read what is at `path`.
 
@@ -43,12 +44,39 @@ class ImportFunction(Protocol):
             Leave out and report the records that can't be read, rather than fail.
         on_progress
             Told how far the import has come.
+        options
+            By name, if the importer has any (:attr:`Importer.options`).
 
         Raises
         ------
         FormatError
             If something can't be read.
         """
+
+
+@dataclass(frozen=True, slots=True)
+class ImportOption:
+    """An option of an importer's command.
+
+    Parameters
+    ----------
+    name
+        As the function's keyword.
+    default
+        What it is if nothing is said.
+    summary
+        What it does.
+    choices
+        What it can be; anything if empty.
+    metavar
+        What stands for its value in the help.
+    """
+
+    name: str
+    default: str
+    summary: str
+    choices: tuple[str, ...] = ()
+    metavar: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +93,18 @@ class Importer:
         What the path may be, and what else a user should know.
     target
         The function: ``package.module:function``, an :class:`ImportFunction`.
+    options
+        What it can be told beside that.
+    examples
+        Further examples of the command, without ``ct import NAME``.
     """
 
     name: str
     summary: str
     description: str
     target: str
+    options: tuple[ImportOption, ...] = ()
+    examples: tuple[str, ...] = ()
 
     def load(self) -> ImportFunction:
         """Import the function."""
@@ -98,10 +132,31 @@ register(
         name="slu-core",
         summary="The AAAI-11 corpus, as its authors published it (h2r/slu_core).",
         description=(
-            "PATH is a clone of the repository h2r/slu_core, or its data folder. "
-            "Files may be compressed with bzip2 or plain."
+            "PATH is a clone of the repository h2r/slu_core, its data folder, or a folder with "
+            "some of its parts. Files may be compressed with bzip2 or plain. "
+            "docs/worlds.md describes the parts beside the paper's corpus."
         ),
-        target="corpus_tools.importers.slu_core.slu_corpus:import_slu_core",
+        target="corpus_tools.importers.slu_core.slu_parts:import_parts",
+        options=(
+            ImportOption(
+                "part",
+                "aaai11",
+                "What to import: the paper's corpus, random tasks without clauses but with what "
+                "was done, phrases of paths, or all that is there as one corpus.",
+                choices=("aaai11", "automatic", "spatial-relations", "all"),
+            ),
+            ImportOption(
+                "heading",
+                "loads",
+                "Which way the robot of random tasks faces, which nobody recorded: loads, things, "
+                "degrees from +x, or turned from one, such as loads+30.",
+                metavar="RULE",
+            ),
+        ),
+        examples=(
+            "slu_core --part automatic --out automatic",
+            "slu_core --part automatic --heading loads-45 --out turned",
+        ),
     )
 )
 

@@ -54,6 +54,10 @@ class ImportReport(msgspec.Struct, frozen=True):
     missing: tuple[str, ...]
     """Files that the source may have and this one doesn't."""
     files: tuple[SourceFile, ...]
+    parts_there: tuple[str, ...] = ()
+    """Parts of the source that were found, for sources that have parts."""
+    parts_taken: tuple[str, ...] = ()
+    """Those that were imported."""
 
     def to_bytes(self) -> bytes:
         """The file's content."""

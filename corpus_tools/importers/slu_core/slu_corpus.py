@@ -13,10 +13,13 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core.slu_files import (
     EASY_NEGATIVES,
+    IMPORTER,
+    LICENCE,
     NEGATIVES,
     NOT_IMPORTED,
     POSITIVES,
     SCENARIOS,
+    SOURCE,
     Layout,
     find_layout,
     read_records,
@@ -30,10 +33,7 @@ from g3.errors import FormatError
 from g3.groundings import Context, Grounding
 from g3.sdc.clauses import breadth_first
 
-IMPORTER = "slu-core"
 NAME = "aaai11"
-SOURCE = "The authors' release of the AAAI-11 corpus, https://github.com/h2r/slu_core"
-LICENCE = "The terms of h2r/slu_core apply; this toolkit's licence doesn't cover the data"
 
 FILES: dict[Source, str] = {"positive": POSITIVES, "random": NEGATIVES, "easy": EASY_NEGATIVES}
 UNSAID: dict[Source, bool | None] = {"positive": True, "random": False, "easy": None}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import codecs
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,10 @@ import yaml_rs
 
 from corpus_tools.importers.report import Journal, SourceFile
 from g3.errors import FormatError
+
+IMPORTER = "slu-core"
+SOURCE = "The authors' release of the AAAI-11 corpus, https://github.com/h2r/slu_core"
+LICENCE = "The terms of h2r/slu_core apply; this toolkit's licence doesn't cover the data"
 
 POSITIVES = "aaai11/forkliftMturkEsdcs.stefie10.groundings.withPaths.yaml"
 NEGATIVES = "aaai11/corpusNegativeExamples.annotated.yaml"
@@ -66,6 +71,29 @@ def _existing(data: Path, name: str) -> str | None:
     return None
 
 
+def read_text(data: Path, name: str, journal: Journal) -> str | None:
+    """Read a file as text, whatever its encoding. None if it isn't there, or can't be read.
+
+    What isn't UTF-8 is read as Windows-1252; the journal notes it.
+    """
+    try:
+        content = (data / name).read_bytes()
+    except FileNotFoundError:
+        journal.missing.append(name)
+        return None
+    except OSError as error:
+        problem = f"the file can't be read: {error.strerror}"
+        journal.skip(name, "", FormatError(problem, fix="check its permissions"))
+        return None
+    journal.files.append(SourceFile(name, hashlib.sha256(content).hexdigest(), 1))
+    is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        return content.decode("utf-16" if is_utf16 else "utf-8-sig")
+    except UnicodeDecodeError:
+        journal.note("the file is not UTF-8 text; it was read as Windows-1252", name)
+        return content.decode("cp1252", errors="replace")
+
+
 def read_records(layout: Layout, name: str, journal: Journal) -> tuple[str, list[Any]]:
     """Read a file that holds a list, compressed or not.
 
@@ -104,14 +132,28 @@ def _parse(content: bytes, *, compressed: bool) -> list[Any]:
         except (OSError, ValueError, EOFError) as error:
             raise FormatError("the compressed file is damaged or cut off", fix=fix) from error
     try:
-        value = yaml_rs.loads(content.decode("utf-8"))
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise FormatError(f"the file is not UTF-8 text: {error}", fix=fix) from error
-    except yaml_rs.YAMLDecodeError as error:
-        first_line, *_ = str(error).splitlines()
-        raise FormatError(f"the file is not valid: {first_line}", fix=fix) from error
+    value = parse_yaml(text)
     if value is None:
         return []
     if not isinstance(value, list):
         raise FormatError(f"the file holds a {type(value).__name__}, not a list", fix=fix)
     return value
+
+
+def parse_yaml(text: str) -> Any:
+    """Parse YAML.
+
+    Raises
+    ------
+    FormatError
+        If it isn't YAML.
+    """
+    try:
+        return yaml_rs.loads(text)
+    except yaml_rs.YAMLDecodeError as error:
+        first_line, *_ = str(error).splitlines()
+        problem = f"the file is not valid: {first_line}"
+        raise FormatError(problem, fix="fetch the file again") from error

@@ -1,0 +1,215 @@
+"""The random tasks in a larger yard: worlds, typed commands, and what was done.
+
+A video is a folder in ``forklift.automatic.v1`` and the like. Nobody has annotated the commands,
+so there are no clauses and no groundings.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_statistics import statistics
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.start_headings import HeadingRule, turn_robot
+from corpus_tools.importers.report import ImportReport, Journal
+from corpus_tools.importers.slu_core.automatic_tasks import (
+    SupervisorLog,
+    outcomes_of_log,
+    read_log,
+)
+from corpus_tools.importers.slu_core.automatic_worlds import Things, place_robot, read_things
+from corpus_tools.importers.slu_core.slu_files import (
+    ASSIGNMENTS,
+    IMPORTER,
+    LICENCE,
+    SOURCE,
+    parse_yaml,
+    read_text,
+)
+from corpus_tools.importers.slu_core.slu_tables import hash_subject
+from corpus_tools.runtime.progress import OnProgress
+from g3.annotation import Command, TaskOutcome
+from g3.errors import FormatError
+from g3.groundings import Context
+
+NAME = "forklift-automatic"
+OBJECTS = "objects.xml"
+PROPERTIES = "properties.yaml"
+STATUS = "simSupervisorStatus.txt"
+READ = (ASSIGNMENTS, OBJECTS, PROPERTIES, STATUS)
+
+
+@dataclass(frozen=True, slots=True)
+class WorldFolders:
+    """Where the worlds are: folders of videos in folders of groups, relative to `data`."""
+
+    data: Path
+    folders: tuple[str, ...]
+
+
+def import_automatic(
+    found: WorldFolders,
+    *,
+    salt: str,
+    heading: HeadingRule,
+    keep_going: bool = False,
+    on_progress: OnProgress | None = None,
+) -> tuple[Corpus, ImportReport]:
+    """Read the random tasks.
+
+    A context, a scenario and the folder have the same name, such as
+    ``forklift.automatic.v1/2011-07-18-21-04-08_1_manip_0_dest``; a command adds its number.
+
+    Parameters
+    ----------
+    found
+        The folders.
+    salt
+        Secret that goes into the hashes which stand for workers' ids.
+    heading
+        Which way the robot faces, which isn't recorded.
+    keep_going
+        Leave out and report the files that can't be read, rather than fail.
+    on_progress
+        Told how far the import has come.
+
+    Raises
+    ------
+    FormatError
+        If a file is no YAML or no XML.
+    """
+    journal = Journal(keep_going)
+    contexts: list[Context] = []
+    commands: list[Command] = []
+    outcomes: list[TaskOutcome] = []
+    others: Counter[str] = Counter()
+    for done, folder in enumerate(found.folders):
+        if on_progress is not None:
+            on_progress("reading", done, len(found.folders))
+        world = _World(found.data, folder, journal)
+        others.update(p.name for p in world.path.iterdir() if p.name not in READ)
+        video = world.video()
+        typed = list(world.commands(salt, video))
+        log = world.log()
+        context = place_robot(world.name, world.things(), log.start, world.remark)
+        contexts.append(turn_robot(context, heading))
+        commands += typed
+        outcomes += outcomes_of_log(log, context, world.only_video(typed, video), world.remark)
+    journal.check()
+    corpus = make_corpus(
+        NAME,
+        contexts=contexts,
+        commands=commands,
+        annotations=(),
+        outcomes=outcomes,
+        source=f"{SOURCE}; robots' headings and sizes of things that it doesn't tell are assumed",
+        licence=LICENCE,
+    )
+    return corpus, journal.report(IMPORTER, _counts(corpus), dict(sorted(others.items())))
+
+
+@dataclass(frozen=True, slots=True)
+class _World:
+    """The folder of a video."""
+
+    data: Path
+    folder: str
+    journal: Journal
+
+    @property
+    def path(self) -> Path:
+        return self.data / self.folder
+
+    @property
+    def name(self) -> str:
+        return "/".join(self.path.parts[-2:])
+
+    def remark(self, what: str, detail: str = "") -> None:
+        self.journal.note(what, f"{self.name}: {detail}" if detail else self.name)
+
+    def things(self) -> Things:
+        text = self._text(OBJECTS)
+        if text is None:
+            self.remark("without objects.xml the world is empty but for the robot")
+            return Things()
+        try:
+            return read_things(text, self.remark)
+        except FormatError as error:
+            self.journal.skip(f"{self.folder}/{OBJECTS}", "", error)
+            return Things()
+
+    def log(self) -> SupervisorLog:
+        return read_log(self._text(STATUS) or "")
+
+    def commands(self, salt: str, its_video: str) -> Iterator[Command]:
+        records = self._yaml(ASSIGNMENTS)
+        if not isinstance(records, list):
+            if records is not None:
+                self._skip_record("", f"the file holds a {type(records).__name__}, not a list")
+            records = []
+        if not records:
+            self.remark("nobody has typed a command")
+        assignments: set[str] = set()
+        for number, record in enumerate(records, start=1):
+            if not isinstance(record, dict):
+                self._skip_record(f"record {number}", "this is not a mapping")
+                continue
+            name = f"{self.name}-{number:02}"
+            text = _scalar(record.get("command"))
+            if not text.strip():
+                self.journal.note("nothing was typed", name)
+            assignment = _scalar(record.get("assignmentId"))
+            if assignment and assignment in assignments:
+                self.journal.note("an assignment occurs twice", name)
+            assignments.add(assignment)
+            video = _scalar(record.get("youtubeId")) or its_video
+            subject = hash_subject(record.get("workerId"), salt)
+            yield Command(name, text, self.name, video, subject)
+
+    def only_video(self, typed: list[Command], video: str) -> str:
+        """The video that shows this world, if its commands are of several videos."""
+        videos = {command.video for command in typed}
+        if len(videos) < 2:
+            return ""
+        self.remark("commands are of several videos; the outcome is that of one", video)
+        return video
+
+    def video(self) -> str:
+        """The video that was made of this world; empty if nothing tells it."""
+        properties = self._yaml(PROPERTIES)
+        return _scalar(properties.get("youtubeId")) if isinstance(properties, dict) else ""
+
+    def _yaml(self, name: str) -> Any:
+        text = self._text(name)
+        if text is None:
+            return None
+        try:
+            return parse_yaml(text)
+        except FormatError as error:
+            self.journal.skip(f"{self.folder}/{name}", "", error)
+            return None
+
+    def _text(self, name: str) -> str | None:
+        return read_text(self.data, f"{self.folder}/{name}", self.journal)
+
+    def _skip_record(self, record: str, what: str) -> None:
+        fix = "write a list of mappings with command, workerId and youtubeId"
+        self.journal.skip(f"{self.folder}/{ASSIGNMENTS}", record, FormatError(what, fix=fix))
+
+
+def _scalar(value: object) -> str:
+    return "" if value is None or isinstance(value, dict | list) else str(value)
+
+
+def _counts(corpus: Corpus) -> dict[str, int]:
+    told = statistics(corpus).outcomes
+    return {
+        "worlds of random tasks": len(corpus.contexts),
+        "commands typed for them": len(corpus.commands),
+        **{f"outcomes, {what}": count for what, count in told.items()},
+    }
