@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 from hypothesis import strategies as st
@@ -11,8 +12,17 @@ from hypothesis import strategies as st
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.world.state.recording import Recording, Step
-from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment
-from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
+from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment, TaskOutcome
+from g3.groundings import (
+    Aspect,
+    Context,
+    Grounding,
+    Path,
+    PhysicalObject,
+    Place,
+    Prism,
+    Trajectory,
+)
 from g3.sdc.clauses import SDC, SDC_TYPES, Span, breadth_first
 
 words = st.text(min_size=1, max_size=8).filter(
@@ -211,9 +221,40 @@ def judgments(draw: st.DrawFn, name: str = "j") -> Judgment:
 
 
 @st.composite
+def outcomes(draw: st.DrawFn, context: Context, command: Command, name: str = "o") -> TaskOutcome:
+    """Outcomes whose parts fit together, of a command or of its video."""
+    things = [o.id for o in context.objects if o.id != context.agent_id]
+    order = draw(st.permutations(things))
+    cut = draw(st.integers(0, len(order)))
+    picked, others = tuple(order[:cut]), order[cut:]
+    put = draw(st.sampled_from(["on", "ground", "held"])) if picked else ""
+    on = draw(st.lists(st.sampled_from(others), unique=True)) if others and put == "on" else []
+    unknown = {"on"} if put == "on" and len(on) != 1 else set()
+    unknown |= draw(st.sets(st.sampled_from(["place", "rest"])))
+    return TaskOutcome(
+        id=name,
+        scenario=command.scenario,
+        context=context.id,
+        command=draw(st.sampled_from(["", command.id])),
+        video=draw(st.sampled_from(["", command.video])),
+        picked=picked,
+        put=put,
+        on=tuple(on),
+        checkpoint=draw(st.none() | st.integers(0, 99)),
+        unknown=tuple(sorted(unknown)),
+        log=draw(st.text(max_size=4)),
+    )
+
+
+@st.composite
 def corpora(draw: st.DrawFn) -> Corpus:
     """Small corpora of one or two contexts; groundings may be another context's objects."""
     worlds = [draw(contexts(name=f"world {i}")) for i in range(draw(st.integers(1, 2)))]
+    aspects = st.sampled_from(get_args(Aspect))
+    worlds = [
+        replace(world, assumed=((world.agent_id, draw(aspects)),) * draw(st.integers(0, 1)))
+        for world in worlds
+    ]
     annotated = [
         draw(annotations(name=str(i), context=draw(st.sampled_from(worlds))))
         for i in range(draw(st.integers(0, 3)))
@@ -228,6 +269,11 @@ def corpora(draw: st.DrawFn) -> Corpus:
         commands=[a.command for a in annotated],
         annotations=annotated,
         judgments=[draw(judgments(name=str(i))) for i in range(draw(st.integers(0, 2)))],
+        outcomes=[
+            draw(outcomes(a.context, a.command, name=a.id))
+            for a in annotated
+            if draw(st.booleans())
+        ],
         source="made up",
         licence="none",
     )

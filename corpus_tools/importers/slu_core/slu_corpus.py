@@ -11,6 +11,7 @@ from typing import Any
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
+from corpus_tools.importers.slu_core.slu_alignment import read_groundings, read_labels
 from corpus_tools.importers.slu_core.slu_files import (
     EASY_NEGATIVES,
     IMPORTER,
@@ -30,8 +31,7 @@ from corpus_tools.importers.slu_core.slu_worlds import Instances
 from corpus_tools.runtime.progress import OnProgress
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.errors import FormatError
-from g3.groundings import Context, Grounding
-from g3.sdc.clauses import breadth_first
+from g3.groundings import Context
 
 NAME = "aaai11"
 
@@ -165,14 +165,16 @@ class _Desk:
         sdcs = read_trees(trees, text)
         context = self._context(record, assignment, typed, source)
         restored = self.worlds.headings_restored
-        groundings = self._groundings(record, context, sum(1 for _ in breadth_first(sdcs)))
+        groundings = read_groundings(
+            record, sdcs, lambda value, where: self.worlds.read_grounding(value, context, where)
+        )
         annotation = Annotation(
             id="",
             command=self._command(typed, assignment, text),
             context=context,
             sdcs=sdcs,
             groundings=groundings,
-            correct=_labels(record, groundings, UNSAID[source]),
+            correct=read_labels(record, groundings, UNSAID[source]),
             source=source,
         )
         if source == "positive":
@@ -228,57 +230,10 @@ class _Desk:
                 "the annotated text differs from what was typed in white space only", name
             )
 
-    def _groundings(
-        self, record: Any, context: Context, clauses: int
-    ) -> tuple[tuple[Grounding, ...], ...]:
-        lists = _aligned(record, "objectGroundings", clauses)
-        for i, values in enumerate(lists):
-            if not isinstance(values, list | None):
-                raise FormatError(
-                    "this is not a list of groundings", where=f"objectGroundings[{i}]", fix="[]"
-                )
-        return tuple(
-            tuple(
-                self.worlds.read_grounding(value, context, f"objectGroundings[{i}][{k}]")
-                for k, value in enumerate(values or [])
-            )
-            for i, values in enumerate(lists)
-        )
-
 
 def _base(assignment: str) -> str:
     """The assignment itself, without the number of a part of its command."""
     return assignment.partition("_")[0]
-
-
-def _labels(
-    record: Any, groundings: tuple[tuple[Grounding, ...], ...], unsaid: bool | None
-) -> tuple[bool | None, ...]:
-    """The labels; where nothing is said, `unsaid` if the clause is grounded at all."""
-    labels = _aligned(record, "groundingIsCorrect", len(groundings))
-    for i, label in enumerate(labels):
-        if not isinstance(label, bool | None):
-            raise FormatError(
-                f"{label!r} is not a label",
-                where=f"groundingIsCorrect[{i}]",
-                fix="use true, false or null",
-            )
-    return tuple(
-        unsaid if label is None and grounded else label
-        for label, grounded in zip(labels, groundings, strict=True)
-    )
-
-
-def _aligned(record: Any, name: str, clauses: int) -> list[Any]:
-    values = record.get(name)
-    if not isinstance(values, list) or len(values) != clauses:
-        found = f"{len(values)} entries" if isinstance(values, list) else "no list"
-        raise FormatError(
-            f"{found} for {clauses} clauses",
-            where=name,
-            fix="one entry for each clause, breadth first",
-        )
-    return values
 
 
 def _counts(corpus: Corpus) -> dict[str, int]:

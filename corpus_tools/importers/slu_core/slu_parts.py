@@ -20,7 +20,13 @@ from corpus_tools.importers.slu_core.automatic_corpus import (
     import_automatic,
 )
 from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
-from corpus_tools.importers.slu_core.slu_files import IMPORTER, SCENARIOS, find_layout
+from corpus_tools.importers.slu_core.slu_files import (
+    COMPRESSED,
+    IMPORTER,
+    SCENARIOS,
+    find_layout,
+)
+from corpus_tools.importers.slu_core.spatial_relations import RelationFiles, import_relations
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import FormatError
 
@@ -29,6 +35,8 @@ PARTS: tuple[Part, ...] = get_args(Part)
 ALL = "all"
 AUTOMATIC = "automatic"
 """What the names of folders with random tasks have in them."""
+RELATIONS, RELATION_FILES = "spatial_relations", "spatialRelations*.yaml"
+"""The folder of phrases of paths; how its files are called where they lie elsewhere."""
 
 
 def import_parts(
@@ -66,16 +74,19 @@ def import_parts(
         If the part isn't there, or something in it can't be read.
     """
     rule = parse_heading(heading)
-    found = find_automatic(path)
+    worlds, relations = find_automatic(path), find_relations(path)
     importers: Mapping[Part, Callable[[], tuple[Corpus, ImportReport]]] = {
         "aaai11": lambda: import_slu_core(
             path, salt=salt, keep_going=keep_going, on_progress=on_progress
         ),
         "automatic": lambda: import_automatic(
-            found, salt=salt, heading=rule, keep_going=keep_going, on_progress=on_progress
+            worlds, salt=salt, heading=rule, keep_going=keep_going, on_progress=on_progress
+        ),
+        "spatial-relations": lambda: import_relations(
+            relations, keep_going=keep_going, on_progress=on_progress
         ),
     }
-    there = tuple(_parts_there(path, found))
+    there = tuple(_parts_there(path, worlds, relations))
     taken = there if part == ALL else (part,)
     if part not in there and there and part != ALL:
         raise FormatError(
@@ -106,6 +117,21 @@ def find_automatic(path: Path) -> WorldFolders:
     return WorldFolders(path, tuple(world.name for world in worlds))
 
 
+def find_relations(path: Path) -> RelationFiles:
+    """Find the files with phrases of paths: in a clone, or in `path` itself."""
+    path = path.resolve()
+    for data, pattern in (
+        (path, f"{RELATIONS}/*.yaml"),
+        (path / "data", f"{RELATIONS}/*.yaml"),
+        (path, RELATION_FILES),
+    ):
+        files = chain(data.glob(pattern), data.glob(pattern + COMPRESSED))
+        names = {file.relative_to(data).as_posix().removesuffix(COMPRESSED) for file in files}
+        if names:
+            return RelationFiles(data, tuple(sorted(names)))
+    return RelationFiles(path, ())
+
+
 def _folders(path: Path) -> Iterator[Path]:
     if path.is_dir():
         yield from sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
@@ -119,15 +145,17 @@ def _is_group(folder: Path) -> bool:
     return has_log or (has_world and AUTOMATIC in folder.name)
 
 
-def _parts_there(path: Path, found: WorldFolders) -> Iterator[Part]:
+def _parts_there(path: Path, worlds: WorldFolders, relations: RelationFiles) -> Iterator[Part]:
     try:
         find_layout(path)
     except FormatError:
         pass
     else:
         yield "aaai11"
-    if found.folders:
+    if worlds.folders:
         yield "automatic"
+    if relations.names:
+        yield "spatial-relations"
 
 
 def _joined(reports: list[ImportReport]) -> ImportReport:

@@ -15,7 +15,7 @@ from corpus_tools.corpus.corpus_records import ObjectReference
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from corpus_tools.corpus.encoding import content_hash, encode, make_corpus
-from g3.annotation import Command, Judgment
+from g3.annotation import Command, Judgment, TaskOutcome
 from g3.groundings import PhysicalObject
 from tests.strategies import corpora
 
@@ -59,6 +59,7 @@ def test_the_hash_sees_everything_but_subjects_and_the_name(corpus: Corpus):
         commands=[replace(c, subject="somebody else") for c in corpus.commands.values()],
         annotations=corpus.annotations,
         judgments=[replace(j, subject="nobody") for j in corpus.judgments],
+        outcomes=corpus.outcomes,
     )
     assert renamed.hash == corpus.hash
 
@@ -69,6 +70,7 @@ def test_the_hash_sees_everything_but_subjects_and_the_name(corpus: Corpus):
         replace(corpus, commands={**corpus.commands, "extra": extra_command}),
         replace(corpus, judgments=(*corpus.judgments, extra_judgment)),
         replace(corpus, contexts={**corpus.contexts, "extra": replace(context, id="extra")}),
+        replace(corpus, outcomes=(*corpus.outcomes, TaskOutcome("extra", "s1", context.id))),
     ]
     if corpus.annotations:
         first, *rest = corpus.annotations
