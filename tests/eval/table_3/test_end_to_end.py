@@ -11,10 +11,10 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_3 import end_to_end
-from eval.table_3.end_to_end import run, table
+from eval.table_3.end_to_end import run
 from eval.table_3.kept_outcomes import kept_beside
 from eval.table_3.outcomes import Outcome
-from eval.table_3.plan_report import render
+from eval.table_3.plan_report import render, table
 from g3.errors import ModelError
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
