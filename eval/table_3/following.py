@@ -25,8 +25,8 @@ NOTHING_TO_LIFT = "there is no load to pick up"
 def follow_command(
     which: str,
     tested: JudgedCommand,
-    extracted: Sequence[SDC],
-    grounder: Grounder | None,
+    extracted: Sequence[SDC] = (),
+    grounder: Grounder | None = None,
     heading: str = "",
 ) -> Outcome:
     """Follow a command in its own world and judge the plan, however improbable it is.

@@ -29,7 +29,7 @@ from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
 """The paper's figures, which are people's judgments."""
-TITLES: dict[Subset, str] = {
+TITLES: dict[str, str] = {
     "all": "all commands",
     "determined": "commands whose outcome is fully known",
     "two-or-more": "commands in worlds with two loads or more",
@@ -74,7 +74,8 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
     """The rows of Table 3, and what else was measured."""
     found = table(result, draws=draws, seed=seed)
     if form == "csv":
-        return delimited(found, dict(result.metadata), columns=COLUMNS)
+        about = {key: value for key, value in result.metadata.items() if key not in COLUMNS}
+        return delimited(found, about, columns=COLUMNS)
     if form == "latex":
         return _latex(found, result)
     compared = comparisons(result.outcomes, result.facts, draws=draws, seed=seed)
@@ -175,7 +176,9 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in VERDICTS)
         yield f"{'':12}{''.join(heads)}{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}".rstrip()
         for row in own:
-            paper = PAPER.get(str(row["configuration"])) if subset == "all" else None
+            # The paper's figures are of its own corpus, or one like it.
+            is_alike = subset == "all" and "gold" in result.outcomes
+            paper = PAPER.get(str(row["configuration"])) if is_alike else None
             cells = "".join(_verdict_cells(row, verdict) for verdict in VERDICTS)
             rest = (
                 f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
