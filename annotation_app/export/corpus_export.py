@@ -92,6 +92,7 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
         commands=commands.values(),
         annotations=annotations,
         judgments=[*(original.judgments if original else ()), *export_judgments(session, study)],
+        outcomes=original.outcomes if original else (),
         source=f"ct annotate, study {study.name}",
         licence=licence,
     )
@@ -165,7 +166,9 @@ def _positive(
     groundings: list[tuple[Grounding, ...]] = []
     for node, sdc in enumerate(breadth_first(sdcs)):
         if sdc.type in ("EVENT", "PATH"):
-            groundings.append((_happening(world, sdc, trims[node]),))
+            # In a world of which no log tells what moved, nothing happens.
+            moves = len(world.context.agent.trajectory) > 1
+            groundings.append((_happening(world, sdc, trims[node]),) if moves else ())
             continue
         given = answer.body["groundings"].get(str(node))
         found: list[Grounding] = []

@@ -29,6 +29,7 @@ from annotation_app.store.models import (
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject, Place
@@ -87,26 +88,23 @@ def import_corpus(
     for key in corpus.contexts:
         add_video(session, study.id, shown[key])
         put_media(session, study.id, key, "corpus", folder)
+    contexts = contexts_of_commands(corpus)
     annotated: dict[str, list[Annotation]] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
+            if annotation.context.id != contexts[annotation.command.id]:
+                raise FormatError(
+                    "the command is annotated in several contexts, and so has no video of its own",
+                    where=f"{folder}: {annotation.command.id}",
+                    fix="import a corpus whose commands have one context each",
+                )
             annotated.setdefault(annotation.command.id, []).append(annotation)
-    contexts = _contexts(corpus)
     found = [
         (command, video, annotated.get(command.id, []))
         for command in corpus.commands.values()
-        if (video := contexts.get(command.id) or contexts.get(command.scenario)) is not None
+        if (video := contexts.get(command.id)) is not None
     ]
     return _Loader(session, study, corpus.hash, salt).load(found)
-
-
-def _contexts(corpus: Corpus) -> dict[str, str]:
-    """In which context commands were given, by their ids and by their scenarios' names."""
-    found: dict[str, str] = {}
-    for annotation in corpus.annotations:
-        found[annotation.command.id] = annotation.context.id
-        found.setdefault(annotation.command.scenario, annotation.context.id)
-    return found
 
 
 @dataclass(frozen=True, slots=True)

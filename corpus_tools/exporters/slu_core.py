@@ -1,7 +1,7 @@
 """A corpus in the layout of slu_core, the authors' release of the AAAI-11 corpus.
 
 ``ct import slu-core`` reads it again. What that layout has no room for is left out: names of
-places, hard negatives, and groundings of which nobody has said whether they are right (a
+places, hard negatives, outcomes, and groundings of which nobody has said whether they are right (a
 missing label means something there).
 """
 

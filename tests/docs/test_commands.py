@@ -13,6 +13,8 @@ import click
 import pytest
 
 from corpus_tools.cli.console import cli, run
+from tests.corpus_tools.importers.path_phrases import put_phrases
+from tests.corpus_tools.importers.random_tasks import put_world
 from tests.docs.blocks import ROOT, Shown, shown
 
 SHOWN = shown()
@@ -129,6 +131,9 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """
     folder = tmp_path_factory.mktemp("workshop")
     shutil.copytree(ROOT / "tests/data/slu_core_small", folder / "slu_core")
+    data = folder / "slu_core" / "data"
+    put_world(data / "corpusCommandsForVideoSmallFilesOnly" / "forklift.automatic.v1")
+    put_phrases(data / "spatial_relations")
     source, small = ROOT / "datasets/warehouse", folder / "datasets/warehouse"
     shutil.copytree(source / "layouts", small / "layouts")
     for part in ("dataset.yaml", *(f"scenarios/{s}.yaml" for s in SCENARIOS)):

@@ -124,10 +124,12 @@ def _outcome(line: str, context: Context, remark: Remark) -> TaskOutcome:
             checkpoint=int(lift["checkpoint"]),
             unknown=(*outcome.unknown, "place"),
         )
-    trailers = tuple(o.id for o in context.objects if o.labels == TRAILER)
+    trailers = tuple(
+        o.id for o in context.objects if o.labels == TRAILER and o.id not in outcome.picked
+    )
     which: tuple[Unknown, ...] = () if len(trailers) == 1 else ("on",)
     if not trailers:
-        remark("a load is put on a trailer, and there is none in objects.xml")
+        remark("a load is put on a trailer, and objects.xml has none for it")
     return replace(outcome, put="on", on=trailers, unknown=(*outcome.unknown, *which))
 
 

@@ -143,6 +143,8 @@ def _robot(recording: Recording) -> int:
 def _extent(recording: Recording) -> FloatArray:
     """Corners of all that moves, at any moment, of what steps name, and of what is near that.
 
+    Where nothing moves and there are no steps, of everything.
+
     Returns
     -------
     FloatArray
@@ -154,7 +156,7 @@ def _extent(recording: Recording) -> FloatArray:
     shown = [
         _corners(recording, i)
         for i, item in enumerate(start.objects)
-        if moves[i] or item.id in named
+        if moves[i] or item.id in named or not (moves.any() or recording.steps)
     ]
     for place in start.places:
         if place.name in named:

@@ -8,7 +8,6 @@ from corpus_tools.world.physics.controller import Load, Simulation
 from corpus_tools.world.planning.clearance import Boxes, Rect, clearance, outline, room
 from corpus_tools.world.state.dimensions import (
     BACKREST,
-    CAB_TOP,
     CHASSIS,
     FORK_LENGTH,
     FORK_THICKNESS,
@@ -19,7 +18,7 @@ from corpus_tools.world.state.dimensions import (
 )
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape
-from corpus_tools.world.state.solids import beside_deck
+from corpus_tools.world.state.solids import beside_deck, cab_top
 from corpus_tools.world.state.thing_kinds import kind_of
 from g3.actions.driving import direction
 from g3.geometry.plane import rotate
@@ -71,7 +70,9 @@ def boxes_of(sim: Simulation, *but: str | None) -> Boxes:
         under = 0.0 if kind.deck is not None else z0 + bottom
         solids = [(x0, x1, under, z1 + bottom)]
         if kind.deck is not None:
-            solids += [(a, b, z1 + bottom, CAB_TOP) for a, b in beside_deck(kind, shape)]
+            solids += [
+                (a, b, z1 + bottom, cab_top(z1 + bottom)) for a, b in beside_deck(kind, shape)
+            ]
         for a, b, low, high in solids:
             middle = xyz[:2] + rotate(np.array([(a + b) / 2, (y0 + y1) / 2]), yaw)
             rows.append((*middle, float(yaw), (b - a) / 2, (y1 - y0) / 2, low, high))

@@ -15,6 +15,9 @@ PALLET_KG, LOAD_KG = 25.0, 275.0
 
 FRICTION = 0.8
 
+CAB_OVER_DECK_M = 0.8
+"""So far a truck's cab rises above its deck at least, as it does in pictures."""
+
 
 def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 0.0) -> None:
     """Add the geoms that an object collides with.
@@ -35,7 +38,12 @@ def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 
     # Nothing drives under a deck: wheels and frame are in the way.
     box(body, ((x0, x1), (y0, y1), (ground_m, z1)))
     for cab in beside_deck(kind, shape):
-        box(body, (cab, (y0, y1), (z1, ground_m + CAB_TOP)))
+        box(body, (cab, (y0, y1), (z1, ground_m + cab_top(z1 - ground_m))))
+
+
+def cab_top(deck_m: float) -> float:
+    """Height of a truck's cab above the ground: over its deck, however high that is."""
+    return max(CAB_TOP, deck_m + CAB_OVER_DECK_M)
 
 
 def deck_of(kind: Kind, shape: Shape) -> tuple[float, float]:

@@ -56,6 +56,25 @@ def test_the_overview_shows_all_that_moves(turn, size):
             assert (pixels < size).all()
 
 
+def test_where_nothing_happens_the_overview_shows_everything():
+    recording = drive()
+    still = replace(
+        recording,
+        t_ns=recording.t_ns[:1],
+        position=recording.position[:1],
+        orientation=recording.orientation[:1],
+        fork_height_m=recording.fork_height_m[:1],
+        steps=(),
+    )
+    far = still.position.copy()
+    far[0, CRATE, :2] += 40
+    still = replace(still, position=far)
+    (camera,) = overview(still, SIZE)
+    pixels, ahead = camera.project(still.position[0], SIZE)
+    assert (ahead > 0).all()
+    assert ((pixels > 0) & (pixels < SIZE)).all()
+
+
 def test_left_of_the_robot_is_left_in_the_overview():
     recording = drive()
     (camera,) = overview(recording, SIZE)
