@@ -150,9 +150,13 @@ class Plans:
             if subset == WHOLE or 0 < sizes[subset] < sizes[WHOLE]
         }
 
-    def wrong(self, configuration: str) -> list[JudgedPlan]:
-        """Wrong plans of a configuration, those that were thought most probable first."""
-        found = [plan for plan in self.commands.get(configuration, ()) if not plan.correct]
+    def wrong(self) -> list[JudgedPlan]:
+        """Wrong plans, those that were thought most probable first.
+
+        Of annotated clauses, or of extracted ones where nobody has annotated any.
+        """
+        plans = self.commands.get("gold") or self.commands.get("auto", ())
+        found = [plan for plan in plans if not plan.correct]
         return sorted(found, key=lambda plan: (-plan.probability, plan.command))
 
 

@@ -86,7 +86,7 @@ def page(contents: Contents) -> str:
         confusions=_confusions(contents.validity),
         plan_parts=contents.plans.parts() if contents.plans else {},
         plan_comparisons=_comparisons(contents.plans),
-        wrong=contents.plans.wrong("gold")[:WRONG_PLANS] if contents.plans else [],
+        wrong=contents.plans.wrong()[:WRONG_PLANS] if contents.plans else [],
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
 
