@@ -100,8 +100,9 @@ def table_3(
     from eval.judging.judge_validity import known_validity
     from eval.table_3.baselines import missing
     from eval.table_3.end_to_end import run
+    from eval.table_3.judged_commands import OUTCOMES
     from eval.table_3.kept_outcomes import kept_beside
-    from eval.table_3.plan_report import render
+    from eval.table_3.plan_report import NOT_VALIDATED, render
     from g3.features.feature_registry import CATALOGUE_VERSION
 
     strength = l2 or 1.0
@@ -133,13 +134,14 @@ def table_3(
             workers=Workers(jobs, scheduler),
             on_progress=on_progress,
         )
-    corpora = (open_corpus(name) for name in (test, *train.split(",")))
+    is_by_logs = result.metadata["compared_with"] != OUTCOMES
+    corpora = (open_corpus(name) for name in (test, *train.split(",")) if is_by_logs)
     validity = known_validity(corpora, draws=draws, seed=seed)
     text = render(result, form, draws=draws, seed=seed)
     if form == "json":
         text = with_validity(text, validity)
     elif form == "text":
-        text = f"{text}\n{in_a_line(validity)}"
+        text = f"{text}\n{in_a_line(validity) if is_by_logs else NOT_VALIDATED}"
     write(text, out)
     if kept:
         kept.path.unlink(missing_ok=True)

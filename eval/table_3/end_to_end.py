@@ -19,7 +19,14 @@ from corpus_tools.runtime.progress import OnProgress
 from eval.table_3.baselines import missing
 from eval.table_3.following import CONFIGURATIONS, follow_command
 from eval.table_3.held_out import calibrated, costs_without, extractor_without
-from eval.table_3.judged_commands import Facts, JudgedCommand, facts, in_headings, judged_commands
+from eval.table_3.judged_commands import (
+    Facts,
+    JudgedCommand,
+    compared_with,
+    facts,
+    in_headings,
+    judged_commands,
+)
 from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_rows import MODELS
 from eval.table_3.search_examples import data_of, read, written
@@ -144,6 +151,7 @@ def run(
         "table": 3,
         "judge": "automatic",
         "protocol": "each scenario held out in turn",
+        "compared_with": compared_with(commands),
         "train": [c.hash for c in known],
         "test": tested.hash,
         "test_scenarios": names,
@@ -225,9 +233,10 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
     model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
     guesser = Grounder(RandomCost(asked.seed), without=without)
     outcomes: dict[str, list[Outcome]] = {name: [] for name in asked.configurations}
+    extracted: Sequence[tuple[SDC, ...]] = ()
     for heading, everything in lessons.tested.items():
         own = [t for t in everything if t.command.scenario == scenario]
-        extracted = _extracted(own, lessons.extractor_of, asked)
+        extracted = extracted or _extracted(own, lessons.extractor_of, asked)
         for which in asked.configurations:
             grounder = model if which in MODELS else guesser
             outcomes[which] += [

@@ -18,6 +18,8 @@ from g3.groundings import Context, PhysicalObject
 
 Subset: TypeAlias = Literal["all", "determined", "two-or-more"]
 SUBSETS: tuple[Subset, ...] = get_args(Subset)
+LOGS, OUTCOMES, BOTH = "logs", "outcomes", "logs and outcomes"
+"""What plans are compared with."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,6 +148,14 @@ def facts(tested: JudgedCommand) -> Facts:
         chance = 1 / count if len(picked) == 1 and count else 0.0
     is_determined = tested.done is None or tested.done.is_determined
     return Facts(tested.command.subject, chance, is_determined, count > 1)
+
+
+def compared_with(commands: Sequence[JudgedCommand]) -> str:
+    """What the plans for commands are compared with: `LOGS`, `OUTCOMES`, or `BOTH`."""
+    with_outcomes = sum(c.done is not None for c in commands)
+    if with_outcomes == len(commands):
+        return OUTCOMES
+    return BOTH if with_outcomes else LOGS
 
 
 def in_headings(corpus: Corpus, headings: Sequence[str]) -> Mapping[str, Corpus]:

@@ -47,6 +47,9 @@ COMPARED = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
     "clusters, which are worlds, with Holm's correction in each list; h is Cohen's effect size"
 )
+NOT_VALIDATED = (
+    "How well verdicts by outcomes agree with people isn't known: nobody has judged these videos."
+)
 JUDGED = (
     "The verdicts are a program's: it compares what moved and where it ended with the command's",
     "own log, or with its outcome where there is no log. The paper's are people's.",

@@ -100,6 +100,8 @@ def test_there_are_rows_without_a_log_for_all_parts(folders, tmp_path):
     assert rows["keywords", "two-or-more"]["theme"] == pytest.approx(4 / 5)
     assert rows["auto-all", "two-or-more"]["chance"] == pytest.approx(2 / 5)
     assert found["object_grounding_top1"] is None
+    # Nobody has compared verdicts by outcomes with people's.
+    assert (found["compared_with"], found["judge_validity"]) == ("outcomes", None)
     assert ("keywords", "auto") in {(c["one"], c["other"]) for c in found["comparisons"]}
 
 
