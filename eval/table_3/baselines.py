@@ -193,7 +193,9 @@ def _done_with(
         load = start.thing(start.held)
     if load is None:
         return []
-    goal = find(scene.words[place:], [o.labels for o in scene.others], scene.others)
+    known = {o.id: labels for o, labels in zip(scene.loads, _telling(scene.loads), strict=True)}
+    things = [o for o in (*scene.others, *scene.loads) if o.id != load.id]
+    goal = find(scene.words[place:], [known.get(o.id, o.labels) for o in things], things)
     spot = next(_spots(goal, verbs, load, scene), None)
     if spot is not None:
         return [Action("put down" if start.held else "carry", object_id=load.id, place=spot)]

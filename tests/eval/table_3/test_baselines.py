@@ -1,10 +1,12 @@
 """Baselines without a model, in a yard with two loads and a trailer."""
 
+import numpy as np
 import pytest
 
 from eval.table_3 import baselines, static_embeddings
 from eval.table_3.baselines import BASELINES, carried_out, missing, scene_of
 from g3.actions.grounding_candidates import carrier
+from g3.actions.logged_actions import centre
 from g3.actions.robot_state import start_state
 from tests.eval.yard import yard
 
@@ -93,6 +95,10 @@ def test_a_load_goes_where_a_second_thing_is_named(name, start):
     assert final.held is None
     (down,) = plan(name, "Pick up the refrigerator and set it down.", start)
     assert carrier(carried_out(start, [down]), FRIDGE) is None
+    (beside,) = plan(name, "Put the refrigerator beside the washing machine.", start)
+    apart = centre(beside.place.prism) - centre(start.thing(WASHER).prism)
+    assert beside.object_id == FRIDGE
+    assert np.linalg.norm(apart) < 3
     # Named before the load, and without a word that says so, it is no goal.
     near = "Past the trailer is a refrigerator: lift it."
     assert [a.kind for a in plan(name, near, start)] == ["pick up"]
