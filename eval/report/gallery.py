@@ -108,7 +108,7 @@ class Failed:
 def failures(plans: Plans, most: int) -> list[Failed]:
     """The most probable of the wrong plans, as far as their study's videos are here."""
     found: list[Failed] = []
-    for plan in plans.wrong("gold"):
+    for plan in plans.wrong():
         folder = Path(plans.study).parent / "videos" / plan.run
         if plan.run and (folder / "video.mp4").exists() and len(found) < most:
             video = _uri(folder / "video.mp4", "video/mp4")

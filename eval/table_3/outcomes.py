@@ -39,6 +39,12 @@ class Outcome:
         The judge's second verdict, by the command's words; None if it wasn't asked.
     words_reason
         Why that is wrong; empty if it isn't.
+    theme
+        Whether it picks up the right things and no other; None where that isn't known.
+    refused
+        Whether there is no plan, which counts as wrong.
+    heading
+        Which way the robot faced at the start; empty for the corpus's own.
     """
 
     command: str
@@ -52,6 +58,9 @@ class Outcome:
     evidence: tuple[float, ...] = ()
     by_words: bool | None = None
     words_reason: str = ""
+    theme: bool | None = None
+    refused: bool = False
+    heading: str = ""
 
 
 class JudgedRow(TypedDict):
