@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -222,9 +223,13 @@ def _automatic(rows: Sequence[JudgedRow]) -> Table:
     for row in rows:
         bounds = interval(row["low"], row["high"])
         around = interval(row["by_words_low"], row["by_words_high"])
-        shares = (f"{row['precision']:.2f}", bounds, f"{row['by_words']:.2f}", around)
+        shares = (f"{row['precision']:.2f}", bounds, _two(row["by_words"]), around)
         table.add_row(row["configuration"], *shares, str(row["n"]))
     return table
+
+
+def _two(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
 
 
 def _flat(row: RatedRow) -> dict[str, object]:

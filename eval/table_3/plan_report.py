@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -78,8 +79,9 @@ def _lines(rows: Sequence[JudgedRow]) -> list[str]:
         shown = "" if paper is None else f"{paper:.2f}"
         name, value, words = row["configuration"], row["precision"], row["by_words"]
         around = interval(row["by_words_low"], row["by_words_high"], "[{:.2f}, {:.2f}]")
+        by_words = "-" if math.isnan(words) else f"{words:.2f}"
         lines.append(
-            f"{name:12}{value:10.2f}{bounds:>16}{words:10.2f}{around:>16}{row['n']:6}{shown:>8}"
+            f"{name:12}{value:10.2f}{bounds:>16}{by_words:>10}{around:>16}{row['n']:6}{shown:>8}"
         )
     return lines
 

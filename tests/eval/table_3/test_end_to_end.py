@@ -60,6 +60,10 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
             assert row["precision"] in (0, 1)
         else:
             assert 0 <= row["low"] <= row["precision"] <= row["high"] <= 1
+        assert 0 <= row["by_words"] <= 1
+    told = [command for own in found["commands"].values() for command in own]
+    # Who is wrong by words is told why.
+    assert all(bool(c["words_reason"]) != c["by_words"] for c in told)
     assert 0 <= found["object_grounding_top1"] <= 1
     assert {(c["one"], c["other"]) for c in found["comparisons"]} == {
         ("random", "gold"), ("random", "auto"), ("gold", "auto"),
@@ -135,8 +139,9 @@ def test_scenarios_that_are_done_are_not_done_again(few):
     words = [line.split() for line in render(result, "text", draws=20).splitlines()]
     # Precision, its interval, how many, and the paper's figure where it has one.
     # Both scenarios say the same, so that resampling them says nothing.
-    assert ["gold-all", "1.00", "-", "2", "0.47"] in words
-    assert ["auto-all", "0.00", "-", "2"] in words
+    # Nobody asked for the verdict by words, nor is there an interval of it.
+    assert ["gold-all", "1.00", "-", "-", "-", "2", "0.47"] in words
+    assert ["auto-all", "0.00", "-", "-", "-", "2"] in words
     found = json.loads(render(result, "json", draws=20))
     (compared,) = found["comparisons"]
     assert (compared["difference"], compared["n"]) == (1.0, 2)
