@@ -25,7 +25,7 @@ from g3.inference.problem.phrases import is_pronoun, is_there, verb_class
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import HANDLING_VERBS
+from g3.language.lexicon.word_sets import COPULAS, HANDLING_VERBS
 from g3.sdc.clauses import SDC
 
 
@@ -66,6 +66,9 @@ def judged_clauses(words: Worded) -> list[JudgedClause]:
     for root in range(len(tree.sdcs)):
         sdc = tree.nodes[root]
         if sdc.type != "EVENT" or negated(sdc) or spares(tree, root, words.state.held):
+            continue
+        if "there" in (said := {bare(w.text) for w in sdc.relation}) and said & COPULAS:
+            # "There are two crates" asks for nothing.
             continue
         verbs = frozenset(verb_class(sdc).split("+"))
         named = [n for n in objects(tree, root) if words.robot not in words.things[n]]

@@ -70,14 +70,17 @@ def _wrong(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
     strange = [c.id for c in deeds.carried if themes and c.id not in wanted]
     if strange:
         return f"it moves {', '.join(strange)}, which the words don't speak of"
+    if len(deeds.carried) > max(sum(map(len, themes)), 1):
+        return "it moves more than the words say"
     for theme, ids in themes.items() if themes else [(None, None)]:
-        load = next((c for c in deeds.carried if ids is None or c.id in ids), None)
-        if load is None:
+        loads = [c for c in deeds.carried if ids is None or c.id in ids]
+        if len(loads) < max(len(theme or ()), 1):
             return "it doesn't move what the words say"
         own = [c for c in clauses if c.handles and (theme is None or theme in c.themes)]
-        reason = _mishandled(words, own, load, deeds)
-        if reason:
-            return reason
+        for load in loads:
+            reason = _mishandled(words, own, load, deeds)
+            if reason:
+                return reason
     return _astray(words, clauses, deeds)
 
 

@@ -235,6 +235,10 @@ def _automatic(rows: Sequence[JudgedRow]) -> Table:
     return table
 
 
+def _two(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
+
+
 def _flat(row: RatedRow) -> dict[str, object]:
     return {
         "configuration": row.configuration,

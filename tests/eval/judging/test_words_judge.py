@@ -75,6 +75,13 @@ def test_what_the_words_do_not_speak_of_stays_where_it_is(commands):
     assert wrong.reason == "it moves boxes-1, which the words don't speak of"
 
 
+def test_a_singular_speaks_of_one_thing(commands):
+    # "Get crate onto trailor"
+    own = commands["court_put_crate_on_trailer-04"]
+    both = [Action("carry", f"crate-{n}", place=on(own, "trailer-1", n)) for n in (1, 2)]
+    assert verdict(own, *both).reason == "it moves more than the words say"
+
+
 def test_what_is_asked_for_must_be_done(commands):
     begins = ("pick", "put", "move", "lift", "go", "drive to")
     asked = [a for a in commands.values() if a.command.text.lower().startswith(begins)]

@@ -66,6 +66,10 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
             assert row["precision"] in (0, 1)
         else:
             assert 0 <= row["low"] <= row["precision"] <= row["high"] <= 1
+        assert 0 <= row["by_words"] <= 1
+    told = [command for own in found["commands"].values() for command in own]
+    # Who is wrong by words is told why.
+    assert all(bool(c["words_reason"]) != c["by_words"] for c in told)
     assert 0 <= found["object_grounding_top1"] <= 1
     pairs = {(c["one"], c["other"]) for c in found["comparisons"] if c["subset"] == "all"}
     assert pairs >= {("random", "gold"), ("random", "auto"), ("gold", "auto"), ("nearest", "gold")}
