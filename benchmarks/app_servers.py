@@ -10,11 +10,13 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from annotation_app.core.config import Config
 
 PATIENCE_S = 60.0
+CT = ("-m", "corpus_tools")
+"""What Python is given to run ``ct``."""
 
 
 def free_port() -> int:
@@ -29,8 +31,9 @@ def free_port() -> int:
 class Server:
     """A process of ``ct annotate`` that can be killed and started again."""
 
-    def __init__(self, config: Config, threads: int) -> None:
+    def __init__(self, config: Config, threads: int, program: Sequence[str] = CT) -> None:
         self.config = config
+        self.program = program
         self.threads = threads
         self.port = free_port()
         self.process = self._start()
@@ -40,7 +43,7 @@ class Server:
         return f"http://127.0.0.1:{self.port}"
 
     def _start(self) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "corpus_tools", "annotate", "serve"]
+        command = [sys.executable, *self.program, "annotate", "serve"]
         options = ["--instance", str(self.config.instance), "--port", str(self.port)]
         options += ["--database", str(self.config.database), "--threads", str(self.threads)]
         return subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
@@ -65,8 +68,10 @@ class Server:
 
 
 @contextlib.contextmanager
-def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
-    running = [Server(config, threads) for _ in range(count)]
+def servers(
+    config: Config, count: int, threads: int, program: Sequence[str] = CT
+) -> Iterator[list[Server]]:
+    running = [Server(config, threads, program) for _ in range(count)]
     try:
         for server in running:
             server.wait()

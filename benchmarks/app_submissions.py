@@ -14,6 +14,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,18 @@ async def submit(client: Client, path: str) -> float:
     return time.perf_counter() - start
 
 
-async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> None:
+@dataclass(frozen=True)
+class Figures:
+    """What some submissions took: each in milliseconds, and the processor time of each."""
+
+    per_s: float
+    p50: float
+    p95: float
+    longest: float
+    processor: dict[str, float]
+
+
+async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> Figures:
     clients = [Client(ports[i % len(ports)], cookie) for i, cookie in enumerate(signed)]
     gate = asyncio.Semaphore(at_once)
 
@@ -83,14 +95,10 @@ async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> None
     seconds = await asyncio.gather(*map(submitted, clients, paths))
     wall_s = time.perf_counter() - start
     each = {name: 1000 * (s - before[name]) / len(seconds) for name, s in processor_s().items()}
-    p50, p95 = 1000 * np.percentile(seconds, [50, 95])
-    print(
-        f"  {at_once:3} at once: {len(seconds) / wall_s:5.0f} submissions/s, p50 {p50:.0f} ms, "
-        f"p95 {p95:.0f} ms; processor time each: "
-        + ", ".join(f"{name} {ms:.1f} ms" for name, ms in each.items())
-    )
     for client in clients:
         client.close()
+    p50, p95, longest = 1000 * np.percentile(seconds, [50, 95, 100])
+    return Figures(len(seconds) / wall_s, p50, p95, longest, each)
 
 
 def processor_s() -> dict[str, float]:
@@ -131,7 +139,12 @@ def main() -> None:
             config = open_instance(Path(folder) / f"{at_once}", new_database(url))
             signed = cookies(config, add_study(config, videos, given.workers))
             with servers(config, given.processes, threads=8) as running:
-                asyncio.run(run([server.port for server in running], signed, at_once))
+                found = asyncio.run(run([server.port for server in running], signed, at_once))
+            print(
+                f"  {at_once:3} at once: {found.per_s:5.0f} submissions/s, p50 {found.p50:.0f} ms, "
+                f"p95 {found.p95:.0f} ms; processor time each: "
+                + ", ".join(f"{name} {ms:.1f} ms" for name, ms in found.processor.items())
+            )
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ TRIALS = (
     Trial((), "ct annotate init my-study.yaml"),
     Trial(("app",), "ct annotate import tiny --videos videos --instance lab"),
     Trial(("app",), "ct annotate export answers.csv --format csv --instance lab"),
-    Trial(("app",), "ct publish links tiny --url https://lab.example.org --instance lab"),
+    Trial(("app",), "ct crowd publish links tiny --url https://lab.example.org --instance lab"),
     Trial(("app",), "ct annotate backup copy.gz --instance lab --without-keys"),
     Trial(("app",), "ct doctor database"),
     Trial(

@@ -1,1 +1,1 @@
-"""The commands ``ct annotate``, ``ct publish`` and ``ct collect``."""
+"""The commands ``ct annotate`` and ``ct crowd``."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.audit_commands import audit
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
-from annotation_app.cli.crowd_commands import reconcile
+from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init, slug
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
@@ -65,8 +65,7 @@ def annotate() -> None:
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     help="Folder that `ct render-videos` has filled, instead of the study's.",
 )
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
@@ -132,8 +131,7 @@ def serve(
     study_files: tuple[Path, ...],
     demo: bool,
     videos: Path | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     host: str,
     port: int,
     threads: int,
@@ -164,11 +162,11 @@ def serve(
     from annotation_app.core.config import open_instance
     from annotation_app.serving import server as serving
 
-    is_elsewhere = instance != Path("annotation")
-    demo = demo or not (study_files or is_elsewhere or database or instance.exists())
-    folder = _demo_instance() if demo and not is_elsewhere else instance
+    is_elsewhere = place.instance != Path("annotation")
+    demo = demo or not (study_files or is_elsewhere or place.database or place.instance.exists())
+    folder = _demo_instance() if demo and not is_elsewhere else place.instance
     config = replace(
-        open_instance(folder, database),
+        open_instance(folder, place.database),
         https=https,
         proxies=proxies,
         frame_ancestors=frame_ancestors,
@@ -209,16 +207,15 @@ def serve(
 @annotate.command()
 @click.argument("out", type=click.Path(path_type=Path))
 @STUDY_NAME
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["corpus", "slu-core", "conllu", "csv", "jsonl", "parquet"]),
+    metavar="FORMAT",
     default="corpus",
     show_default=True,
-    help="A corpus to train on, also in the layout of the AAAI-11 corpus; words with their "
-    "clauses; or all answers as they are.",
+    help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
+    "words with their clauses; csv, jsonl, parquet: all answers as they are.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option("--force", is_flag=True, help="Replace what is there.")
@@ -227,8 +224,7 @@ def export(
     *,
     out: Path,
     study_name: str | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
     licence: str,
     force: bool,
@@ -248,7 +244,7 @@ def export(
     from annotation_app.export import corpus_export as exports
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, reading
-    from annotation_app.store.schema import is_current
+    from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
     from corpus_tools.runtime.atomic_folder import write_folder
@@ -256,20 +252,21 @@ def export(
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
+    known = ("corpus", "slu-core", *answer_tables.TABLES)
+    if form not in known:
+        fix = f"use one of {', '.join(known)}"
+        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
     if form == "corpus":
         check_writable(out, force=force)
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     with (
         opened(config.database) as engine,
         reading(engine, one_state=True) as session,
     ):
-        if not is_current(engine):
-            raise FormatError(
-                "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
-            )
+        check_current(engine)
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
-            write_bytes(out, answer_tables.TABLES[form](session, study))
+            write_bytes(out, answer_tables.TABLES[form].write(session, study))
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
@@ -297,16 +294,14 @@ def export(
     help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
 )
 @STUDY_NAME
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def import_(
     *,
     corpus: str,
     videos: Path,
     study_name: str | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Make a study of a corpus, to look at it and go on with it.
@@ -325,7 +320,7 @@ def import_(
     from annotation_app.study_setup.rendered_study import rendered_videos
     from corpus_tools.importers.authored.bundled import open_corpus, resolve
 
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     serving.prepare(config)
     found = open_corpus(corpus)
     name = study_name or slug(found.name)
@@ -338,7 +333,7 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (audit, backup, check, copy_media, init, people, reconcile, restore, verify):
+for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
     annotate.add_command(_command)
 
 
@@ -366,8 +361,8 @@ def _demo(config: Config, videos: Path | None) -> int:
 
 
 def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
-    from annotation_app.studies.study_file import read_study
     from annotation_app.study_setup.rendered_study import rendered_videos
+    from annotation_app.study_setup.study_reading import read_study
 
     study = read_study(file)
     return study, rendered_videos(videos or file.parent / study.videos, study.only)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.study_commands import existing
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -24,12 +23,9 @@ NOTHING = "nothing like this was noted"
 @click.option(
     "--most", type=click.IntRange(1), default=100, show_default=True, help="How many entries."
 )
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def audit(
-    *, person: str, action: str, most: int, instance: Path, database: str | None, form: str
-) -> None:
+def audit(*, person: str, action: str, most: int, place: Place, form: str) -> None:
     """List who did what that matters, and when, newest first.
 
     Signing in, exporting, paying, blocking and erasing are among it.
@@ -42,11 +38,11 @@ def audit(
     from annotation_app.store.audit import trail
     from g3.errors import FormatError
 
-    with existing(instance, database) as session:
+    with existing(place) as session:
         if session is None:
             raise FormatError(
                 "there is no installation here",
-                where=str(instance),
+                where=str(place.instance),
                 fix="name it with --instance, or serve it once with `ct annotate`",
             )
         entries = trail(session, person=person, action=action, most=most)

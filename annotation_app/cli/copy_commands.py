@@ -6,16 +6,15 @@ from pathlib import Path
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, tell
 
 
 @click.command("copy-media")
 @click.argument("target")
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def copy_media(*, target: str, instance: Path, database: str | None, form: str) -> None:
+def copy_media(*, target: str, place: Place, form: str) -> None:
     """Copy all videos and pictures to a folder or an object store.
 
     TARGET may be s3://bucket/prefix; a web server or a CDN can then give them out.
@@ -34,7 +33,7 @@ def copy_media(*, target: str, instance: Path, database: str | None, form: str) 
     from corpus_tools.runtime.progress import progress_bar
 
     with (
-        opened(open_instance(instance, database).database) as engine,
+        opened(open_instance(*place).database) as engine,
         reading(engine) as session,
         progress_bar("copying videos and pictures") as on_progress,
     ):
@@ -58,16 +57,14 @@ PASSPHRASE_FILE = click.option(
     help="Leave the keys out. To restore it you need the instance's file secret-key.",
 )
 @PASSPHRASE_FILE
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def backup(
     *,
     archive: Path,
     without_keys: bool,
     passphrase_file: Path | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Write the database to a file.
@@ -88,7 +85,7 @@ def backup(
     if without_keys and passphrase_file is not None:
         raise click.UsageError("give --without-keys or --passphrase-file, not both")
     passphrase = None if without_keys else _passphrase(passphrase_file, str(archive), is_new=True)
-    rows = back_up(open_instance(instance, database), archive, passphrase)
+    rows = back_up(open_instance(*place), archive, passphrase)
     keys = "without the keys" if without_keys else "with the keys encrypted"
     record = {"files": [archive], "rows": rows, "keys": not without_keys}
     tell(form, record, f"wrote {archive}: {rows} rows, {keys}")
@@ -129,8 +126,7 @@ def verify(*, archive: Path, form: str) -> None:
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
     help="Whose data were erased since [default: erased.jsonl beside the backup or the instance].",
 )
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def restore(
     *,
@@ -138,8 +134,7 @@ def restore(
     keys: Path | None,
     passphrase_file: Path | None,
     erased: Path | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Fill an empty database with what a backup holds.
@@ -158,12 +153,12 @@ def restore(
     from annotation_app.copies.restoring import verify as verify_
     from annotation_app.store.tombstones import find_tombstones, joined, read_tombstones
 
-    files = [erased] if erased is not None else find_tombstones(archive, instance)
+    files = [erased] if erased is not None else find_tombstones(archive, place.instance)
     gone = joined(*(read_tombstones(file) for file in files)).values()
     passphrase = None
     if passphrase_file is not None or (keys is None and verify_(archive).head.keys is not None):
         passphrase = _passphrase(passphrase_file, str(archive), is_new=False)
-    done = restore_(archive, instance, database, keys=keys, passphrase=passphrase, erased=gone)
+    done = restore_(archive, *place, keys=keys, passphrase=passphrase, erased=gone)
     is_verified = bool(done.contents.sha256)
     rows = done.contents.rows
     record = {"rows": rows, "verified": is_verified, "erased_again": done.erased}

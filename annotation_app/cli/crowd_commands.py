@@ -1,14 +1,12 @@
-"""``ct publish``, ``ct collect`` and ``ct annotate reconcile``: studies at crowd platforms."""
+"""``ct crowd``: studies at crowd platforms."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, old_name
 from annotation_app.crowds.crowd_registry import Provider, providers
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -19,7 +17,6 @@ if TYPE_CHECKING:
     from annotation_app.crowds.reconciliation import Finding
     from annotation_app.crowds.settlement import Deed
 
-TASK_NAMES = ("describe", "segment", "ground", "check", "rate")
 SANDBOX = click.option(
     "--sandbox", is_flag=True, help="Use the platform's test mode, in which no money is paid."
 )
@@ -62,17 +59,31 @@ ENDPOINT = click.option(
 
 
 @click.group()
+def crowd() -> None:
+    """Offer a study's work at crowd platforms, and pay for it.
+
+    "publish" offers it, "collect" approves and pays it, and "reconcile" shows how things stand.
+
+    \b
+    Examples:
+      ct crowd publish links my-study --url https://lab.example.org --people 20
+      ct crowd collect mturk my-study --sandbox --dry-run
+      ct crowd reconcile mturk my-study --sandbox
+    """
+
+
+@crowd.group()
 def publish() -> None:
     """Offer a study's work at a crowd platform.
 
     \b
     Examples:
-      ct publish links my-study --url https://lab.example.org --people 20
-      ct publish mturk my-study --sandbox --url https://lab.example.org --task rate --people 30
+      ct crowd publish links my-study --url https://lab.example.org --people 20
+      ct crowd publish mturk my-study --url https://lab.example.org --people 30 --sandbox
     """
 
 
-@click.group()
+@crowd.group()
 def collect() -> None:
     """Fetch what workers sent in at a crowd platform, and pay.
 
@@ -80,17 +91,16 @@ def collect() -> None:
 
     \b
     Example:
-      ct collect mturk my-study --sandbox --dry-run
+      ct crowd collect mturk my-study --sandbox --dry-run
     """
 
 
-@click.command()
+@crowd.command()
 @click.argument("provider_name", metavar="PROVIDER")
 @click.argument("study_name", metavar="STUDY")
 @SANDBOX
 @ENDPOINT
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
     """Hold what was received here against what a crowd platform has. Nothing is paid.
@@ -100,8 +110,8 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
 
     \b
     Examples:
-      ct annotate reconcile mturk my-study --sandbox
-      ct annotate reconcile prolific my-study --json
+      ct crowd reconcile mturk my-study --sandbox
+      ct crowd reconcile prolific my-study --json
     """
     from g3.errors import FormatError
 
@@ -113,7 +123,7 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
     from annotation_app.crowds.crowd_session import open_session
     from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
 
-    with open_session(known[provider_name], study_name, **options) as session:
+    with open_session(known[provider_name], study_name, **_whereabouts(options)) as session:
         findings, entries = session.findings(), session.ledger.entries()
     record = {"assignments": _records(findings), "ledger": entry_records(entries)}
     tell(form, record, *_lines(findings), *total_lines(entries), *doubt_lines(entries))
@@ -127,7 +137,7 @@ def _publish_command(provider: Provider) -> click.Command:
 
     \b
     Example:
-      ct publish {provider.name} my-study --url https://lab.example.org --people 10
+      ct crowd publish {provider.name} my-study --url https://lab.example.org --people 10
     """
 
     @click.command(provider.name, help=help_text, short_help=provider.summary)
@@ -140,9 +150,7 @@ def _publish_command(provider: Provider) -> click.Command:
         show_default=True,
         help="How many people are to take part in all.",
     )
-    @click.option(
-        "--task", type=click.Choice(TASK_NAMES), help="Which task [default: the study's first]."
-    )
+    @click.option("--task", metavar="NAME", help="Which of its tasks [default: the study's first].")
     @click.option(
         "--items",
         type=click.IntRange(1, 1000),
@@ -150,24 +158,13 @@ def _publish_command(provider: Provider) -> click.Command:
         show_default=True,
         help="How many items an assignment asks for.",
     )
-    @INSTANCE
-    @DATABASE
+    @INSTALLATION
     @FORMAT
-    def command(
-        *, study_name: str, instance: Path, database: str | None, form: str, **options: Any
-    ) -> None:
+    def command(*, study_name: str, form: str, **options: Any) -> None:
         from annotation_app.crowds.crowd_session import open_session
         from annotation_app.crowds.publishing import publish_links, publish_posting
 
-        sandbox, endpoint = options.pop("sandbox", False), options.pop("endpoint", None)
-        with open_session(
-            provider,
-            study_name,
-            instance=instance,
-            database=database,
-            sandbox=sandbox,
-            endpoint=endpoint,
-        ) as session:
+        with open_session(provider, study_name, **_whereabouts(options)) as session:
             if not provider.pays:
                 links = list(publish_links(session, **options))
                 tell(form, {"links": links}, *links)
@@ -177,9 +174,9 @@ def _publish_command(provider: Provider) -> click.Command:
         tell(form, posted, added, posted.address)
 
     if provider.pays:
-        for option in (*ABOUT_WORKERS, PUBLISH_AGAIN):
+        for option in (*ABOUT_WORKERS, PUBLISH_AGAIN, SANDBOX, ENDPOINT):
             command = option(command)
-    return _for_platforms(provider, command)
+    return command
 
 
 def _collect_command(provider: Provider) -> click.Command:
@@ -193,10 +190,10 @@ def _collect_command(provider: Provider) -> click.Command:
 
     \b
     Examples:
-      ct collect {provider.name} my-study --dry-run
-      ct collect {provider.name} my-study --confirm-paid 12 --pay-again 15
-      ct collect {provider.name} my-study --hold-flagged --pay-partial
-      ct collect {provider.name} my-study --bonus ASSIGNMENT 0.50 "For the careful comments"
+      ct crowd collect {provider.name} my-study --dry-run
+      ct crowd collect {provider.name} my-study --confirm-paid 12 --pay-again 15
+      ct crowd collect {provider.name} my-study --hold-flagged --pay-partial
+      ct crowd collect {provider.name} my-study --bonus ASSIGNMENT 0.50 "For the careful comments"
     """
 
     @click.command(
@@ -250,16 +247,13 @@ def _collect_command(provider: Provider) -> click.Command:
         metavar="ID",
         help="What is in doubt under this ID was not done, as you have seen: do it now.",
     )
-    @INSTANCE
-    @DATABASE
+    @INSTALLATION
     @FORMAT
+    @ENDPOINT
+    @SANDBOX
     def command(
         *,
         study_name: str,
-        instance: Path,
-        database: str | None,
-        sandbox: bool,
-        endpoint: str | None,
         dry_run: bool,
         confirm_paid: tuple[int, ...],
         pay_again: tuple[int, ...],
@@ -272,14 +266,7 @@ def _collect_command(provider: Provider) -> click.Command:
 
         if dry_run and (confirm_paid or pay_again):
             raise click.UsageError("--dry-run decides nothing: leave it out.")
-        with open_session(
-            provider,
-            study_name,
-            instance=instance,
-            database=database,
-            sandbox=sandbox,
-            endpoint=endpoint,
-        ) as session:
+        with open_session(provider, study_name, **_whereabouts(options)) as session:
             wishes = read_wishes(session, **options)
             deeds = [] if dry_run else session.settle(wishes, confirm_paid, pay_again)
             findings, doubts = session.findings(), session.ledger.entries(*OPEN)
@@ -291,15 +278,13 @@ def _collect_command(provider: Provider) -> click.Command:
         tell(form, record, *map(_deed_line, deeds), *_lines(findings), *doubt_lines(doubts))
         _check(provider, deeds, doubts)
 
-    return _for_platforms(provider, command)
-
-
-def _for_platforms(provider: Provider, command: Callable[..., Any]) -> click.Command:
-    assert isinstance(command, click.Command)  # noqa: S101 - it was made by click
-    if provider.pays:
-        for option in (SANDBOX, ENDPOINT):
-            command = option(command)
     return command
+
+
+def _whereabouts(options: dict[str, Any]) -> dict[str, Any]:
+    """Take out of the options what says where a study and its platform are."""
+    there = {name: options.pop(name) for name in ("sandbox", "endpoint") if name in options}
+    return {**options.pop("place")._asdict(), **there}
 
 
 def _check(provider: Provider, deeds: Sequence[Deed], doubts: Sequence[Entry]) -> None:
@@ -366,3 +351,7 @@ for _provider in providers():
     publish.add_command(_publish_command(_provider))
     if _provider.pays:
         collect.add_command(_collect_command(_provider))
+
+old_publish = old_name(publish, "publish", "crowd publish")
+old_collect = old_name(collect, "collect", "crowd collect")
+old_reconcile = old_name(reconcile, "annotate reconcile", "crowd reconcile")

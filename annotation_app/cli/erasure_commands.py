@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.runtime.terminal import note
 
@@ -32,8 +31,7 @@ if TYPE_CHECKING:
 )
 @click.option("--dry-run", is_flag=True, help="Only show what would be erased.")
 @click.option("--yes", is_flag=True, help="Don't ask before erasing.")
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def erase(
     *,
@@ -43,8 +41,7 @@ def erase(
     study_name: str | None,
     dry_run: bool,
     yes: bool,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Erase a person's data, and what was made of their words.
@@ -67,7 +64,7 @@ def erase(
         raise click.UsageError(
             "name one person, with --platform if you like, or give --expired, with --study"
         )
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     if who is None:
         _erase_expired(config, study_name, dry_run=dry_run, form=form)
     else:
@@ -117,7 +114,7 @@ def _lines(traces: Traces) -> list[str]:
     if traces.unpaid:
         lines.append(
             f"{traces.unpaid} of these assignments were sent in and have no payment in the books. "
-            "Pay first with `ct collect`: afterwards nobody can tell what for."
+            "Pay first with `ct crowd collect`: afterwards nobody can tell what for."
         )
     return lines
 

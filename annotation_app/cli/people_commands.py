@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.erasure_commands import erase
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -66,8 +65,7 @@ def people() -> None:
 @click.option("--ask", is_flag=True, help="Type the password here, twice; it isn't shown.")
 @URL
 @DAYS
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 def add(
     *,
@@ -77,8 +75,7 @@ def add(
     ask: bool,
     url: str,
     days: int,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Add a login. Without a password you get a link by which the person sets it, once.
@@ -96,7 +93,7 @@ def add(
     password = password_file.readline().rstrip("\r\n") if password_file else None
     if ask:
         password = click.prompt("Password", hide_input=True, confirmation_prompt=True, err=True)
-    with _changing(instance, database, login) as session:
+    with _changing(place, login) as session:
         person = accounts.add_login(session, login, role, password, actor=COMMAND_LINE)
         if password is not None:
             record = {"login": person.login, "role": role}
@@ -112,12 +109,9 @@ def add(
 @ROLE
 @URL
 @DAYS
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def invite(
-    *, role: Role, url: str, days: int, instance: Path, database: str | None, form: str
-) -> None:
+def invite(*, role: Role, url: str, days: int, place: Place, form: str) -> None:
     """Make a link by which somebody gets a login.
 
     They choose the login and the password. The link works once.
@@ -130,17 +124,16 @@ def invite(
     from annotation_app.people import account_links
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(instance, database) as session:
+    with _changing(place) as session:
         token = account_links.invite(session, role, days, actor=COMMAND_LINE)
     told = f"by this link somebody becomes {role}:"
     _tell_link(form, _link(url, token), days, told, role=role)
 
 
 @people.command("list")
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def list_(*, instance: Path, database: str | None, form: str) -> None:
+def list_(*, place: Place, form: str) -> None:
     """List everybody with a login, and open invitations.
 
     \b
@@ -150,7 +143,7 @@ def list_(*, instance: Path, database: str | None, form: str) -> None:
     """
     from annotation_app.people import account_links, accounts
 
-    with _changing(instance, database, is_new_fine=False) as session:
+    with _changing(place, is_new_fine=False) as session:
         found = accounts.accounts(session)
         links = account_links.open_invitations(session)
         invitations = [
@@ -173,10 +166,9 @@ def list_(*, instance: Path, database: str | None, form: str) -> None:
 
 @people.command()
 @LOGIN
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def block(*, login: str, instance: Path, database: str | None, form: str) -> None:
+def block(*, login: str, place: Place, form: str) -> None:
     """End somebody's sessions at once, and let them sign in no more.
 
     \b
@@ -185,16 +177,15 @@ def block(*, login: str, instance: Path, database: str | None, form: str) -> Non
     """
     from annotation_app.people import accounts
 
-    name = _change(login, instance, database, accounts.block)
+    name = _change(login, place, accounts.block)
     tell(form, {"login": name, "done": "blocked"}, f"{name}: blocked")
 
 
 @people.command()
 @LOGIN
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def unblock(*, login: str, instance: Path, database: str | None, form: str) -> None:
+def unblock(*, login: str, place: Place, form: str) -> None:
     """Let somebody sign in again, at once.
 
     Waits after wrong passwords end, too.
@@ -205,17 +196,16 @@ def unblock(*, login: str, instance: Path, database: str | None, form: str) -> N
     """
     from annotation_app.people import accounts
 
-    name = _change(login, instance, database, accounts.unblock)
+    name = _change(login, place, accounts.unblock)
     tell(form, {"login": name, "done": "unblocked"}, f"{name}: unblocked")
 
 
 @people.command()
 @LOGIN
 @click.argument("role", type=click.Choice(["annotator", "adjudicator", "admin"]))
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def role(*, login: str, role: Role, instance: Path, database: str | None, form: str) -> None:
+def role(*, login: str, role: Role, place: Place, form: str) -> None:
     """Give somebody another role. Their sessions end.
 
     \b
@@ -224,7 +214,7 @@ def role(*, login: str, role: Role, instance: Path, database: str | None, form: 
     """
     from annotation_app.people import accounts
 
-    name = _change(login, instance, database, accounts.change_role, role=role)
+    name = _change(login, place, accounts.change_role, role=role)
     tell(form, {"login": name, "role": role}, f"{name}: now {role}")
 
 
@@ -232,12 +222,9 @@ def role(*, login: str, role: Role, instance: Path, database: str | None, form: 
 @LOGIN
 @URL
 @DAYS
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def reset(
-    *, login: str, url: str, days: int, instance: Path, database: str | None, form: str
-) -> None:
+def reset(*, login: str, url: str, days: int, place: Place, form: str) -> None:
     """Replace a lost or stolen password.
 
     It stops working, and you get a link by which the person sets a new one.
@@ -251,7 +238,7 @@ def reset(
     from annotation_app.people import account_links, accounts
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(instance, database, login, is_new_fine=False) as session:
+    with _changing(place, login, is_new_fine=False) as session:
         person = accounts.required_login(session, login)
         accounts.reset(session, person, actor=COMMAND_LINE)
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
@@ -263,10 +250,9 @@ def reset(
 @people.command()
 @LOGIN
 @click.option("--yes", is_flag=True, help="Don't ask.")
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
-def remove(*, login: str, yes: bool, instance: Path, database: str | None, form: str) -> None:
+def remove(*, login: str, yes: bool, place: Place, form: str) -> None:
     """Take somebody's login away. What they have answered stays; see also `erase`.
 
     \b
@@ -277,16 +263,16 @@ def remove(*, login: str, yes: bool, instance: Path, database: str | None, form:
 
     if not yes:
         click.confirm(f"Remove the login {login}? This can't be undone", abort=True, err=True)
-    name = _change(login, instance, database, accounts.remove)
+    name = _change(login, place, accounts.remove)
     tell(form, {"login": name, "done": "removed"}, f"{name}: removed")
 
 
-def _change(login: str, instance: Path, database: str | None, change: Any, **more: Any) -> str:
+def _change(login: str, place: Place, change: Any, **more: Any) -> str:
     """Change somebody's login; the login as it is kept."""
     from annotation_app.people import accounts
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(instance, database, login, is_new_fine=False) as session:
+    with _changing(place, login, is_new_fine=False) as session:
         person = accounts.required_login(session, login)
         name = str(person.login)
         change(session, person, actor=COMMAND_LINE, **more)
@@ -318,9 +304,7 @@ def _moment(at: Any) -> str:
 
 
 @contextmanager
-def _changing(
-    instance: Path, database: str | None, login: str = "", *, is_new_fine: bool = True
-) -> Iterator[Session]:
+def _changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iterator[Session]:
     """An installation's database, to be changed; refusals become errors of the command line."""
     from annotation_app.core.config import open_instance
     from annotation_app.core.problems import Refusal
@@ -329,13 +313,13 @@ def _changing(
     from annotation_app.store.database import opened, transaction
     from g3.errors import FormatError
 
-    if not (is_new_fine or database or instance.is_dir()):
+    if not (is_new_fine or place.database or place.instance.is_dir()):
         raise FormatError(
             "there is no installation here",
-            where=str(instance),
+            where=str(place.instance),
             fix="name it with --instance, or start one with `ct annotate`",
         )
-    config = open_instance(instance, database)
+    config = open_instance(*place)
     serving.prepare(config)
     with opened(config.database) as engine:
         app = create_app(config, engine)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import DATABASE, INSTANCE
+from annotation_app.cli.command_options import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
@@ -45,8 +45,7 @@ def init(*, study_file: Path, form: str) -> None:
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     help="Folder that `ct render-videos` has filled, instead of the study's.",
 )
-@INSTANCE
-@DATABASE
+@INSTALLATION
 @FORMAT
 @click.pass_context
 def check(
@@ -54,8 +53,7 @@ def check(
     *,
     study_files: tuple[Path, ...],
     videos: Path | None,
-    instance: Path,
-    database: str | None,
+    place: Place,
     form: str,
 ) -> None:
     """Say what would stop people in a study.
@@ -71,7 +69,6 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
-    from annotation_app.studies.study_file import read_study
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -80,13 +77,16 @@ def check(
         study_obstacles,
     )
     from annotation_app.study_setup.rendered_study import check_videos, rendered_videos
+    from annotation_app.study_setup.study_reading import read_study
     from g3.errors import CorpusError, FormatError
 
     found: list[Obstacle] = []
-    with existing(instance, database) as session:
+    with existing(place) as session:
         if session is None and not study_files:
             raise FormatError(
-                "there is no installation here", where=str(instance), fix="name it, or STUDY.yaml"
+                "there is no installation here",
+                where=str(place.instance),
+                fix="name it, or STUDY.yaml",
             )
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
@@ -100,7 +100,7 @@ def check(
             found += study_obstacles(study, logins, {})
         if session is not None and not study_files:
             found += obstacles(session)
-    what = ", ".join(map(str, study_files)) or str(instance)
+    what = ", ".join(map(str, study_files)) or str(place.instance)
     record = {"obstacles": found}
     tell(form, record, *(map(str, found) if found else [f"{what}: nothing would stop people"]))
     ctx.exit(2 if found else 0)
@@ -114,7 +114,7 @@ def slug(text: str) -> str:
 
 
 @contextmanager
-def existing(instance: Path, database: str | None) -> Iterator[Session | None]:
+def existing(place: Place) -> Iterator[Session | None]:
     """An installation's database, only read; None if there is none yet.
 
     Nothing is made: not the folder, nor the key.
@@ -126,19 +126,13 @@ def existing(instance: Path, database: str | None) -> Iterator[Session | None]:
     """
     from annotation_app.core.config import DATABASE_FILE
     from annotation_app.store.database import opened, reading
-    from annotation_app.store.schema import is_current
-    from g3.errors import FormatError
+    from annotation_app.store.schema import check_current
 
-    file = instance / DATABASE_FILE
-    if database is None and not file.is_file():
+    file = place.instance / DATABASE_FILE
+    if place.database is None and not file.is_file():
         yield None
         return
-    with opened(database or file) as engine:
-        if not is_current(engine):
-            raise FormatError(
-                "the database is not set up, or is an older program's",
-                where=engine.url.render_as_string(hide_password=True),
-                fix="run `ct annotate`, which brings it up to date",
-            )
+    with opened(place.database or file) as engine:
+        check_current(engine)
         with reading(engine, one_state=True) as session:
             yield session

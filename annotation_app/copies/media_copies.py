@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.media import TYPES, public_name
 from annotation_app.store.models import Media
-from annotation_app.tasks.media import TYPES, public_name
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError
 

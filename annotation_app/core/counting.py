@@ -1,8 +1,7 @@
 """Counting requests in a process of many threads, for the limits on how often people do things.
 
-The storage that comes with ``limits`` starts a thread to forget what is old, and two
-requests at once may start the same one, which fails. It also goes by the machine's clock: where
-that is set back, what was done before counts until the clock is there again.
+The storage that comes with ``limits`` goes by the machine's clock. Where that is set back, what
+was done before counts until the clock is there again; here it counts for as long as it should.
 """
 
 from __future__ import annotations
@@ -10,23 +9,12 @@ from __future__ import annotations
 import threading
 import time
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from collections import defaultdict
 
 from limits.storage import MovingWindowSupport, Storage
 
 FORGET_S = 60.0
 """How often what is old is forgotten."""
-
-
-@dataclass(slots=True)
-class _Window:
-    """When somebody did something, oldest first, and how long that counts."""
-
-    expiry_s: float
-    times: list[float] = field(default_factory=list)
-
-    def forget(self, now: float) -> None:
-        del self.times[: bisect_right(self.times, now - self.expiry_s)]
 
 
 class ProcessStorage(Storage, MovingWindowSupport):
@@ -35,8 +23,8 @@ class ProcessStorage(Storage, MovingWindowSupport):
     STORAGE_SCHEME = ["process"]  # noqa: RUF012 - the base class says so
 
     def __init__(self, uri: str | None = None, wrap_exceptions: bool = False, **_: str) -> None:
-        self._lock = threading.Lock()
-        self._windows: dict[str, _Window] = {}
+        self._lock = threading.RLock()
+        self._ends: dict[str, list[float]] = defaultdict(list)  # until when each thing counts
         self._forgot_at = 0.0
         super().__init__(uri, wrap_exceptions=wrap_exceptions)
 
@@ -45,44 +33,36 @@ class ProcessStorage(Storage, MovingWindowSupport):
         """What can go wrong in it."""
         return ValueError
 
-    def acquire_entry(self, key: str, limit: int, expiry: int, amount: int = 1) -> bool:
+    def acquire_entry(self, key: str, limit: float, expiry: float, amount: int = 1) -> bool:
         """Count something, unless the limit is reached; whether it was counted."""
         with self._lock:
-            now = time.monotonic()
-            self._forget(now)
-            window = self._window(key, expiry, now)
-            if len(window.times) + amount > limit:
+            ends = self._counting(key)
+            if len(ends) + amount > limit:
                 return False
-            window.times += [now] * amount
+            ends += [time.monotonic() + expiry] * amount
             return True
 
     def get_moving_window(self, key: str, limit: int, expiry: int) -> tuple[float, int]:
         """When the oldest thing was done that counts, and how many there are."""
         with self._lock:
-            now = time.monotonic()
-            times = self._window(key, expiry, now).times
-            return _by_clock(times[0] if times else now), len(times)
+            ends = self._counting(key)
+            return _by_clock(ends[0] - expiry if ends else time.monotonic()), len(ends)
 
     def incr(self, key: str, expiry: float, amount: int = 1) -> int:
         """Count something; how many there are."""
         with self._lock:
-            now = time.monotonic()
-            window = self._window(key, expiry, now)
-            window.times += [now] * amount
-            return len(window.times)
+            self.acquire_entry(key, float("inf"), expiry, amount)
+            return self.get(key)
 
     def get(self, key: str) -> int:
         """How many there are."""
         with self._lock:
-            window = self._windows.get(key, _Window(0.0))
-            window.forget(time.monotonic())
-            return len(window.times)
+            return len(self._counting(key))
 
     def get_expiry(self, key: str) -> float:
         """When the oldest one stops to count."""
         with self._lock:
-            window = self._windows.get(key, _Window(0.0))
-            return _by_clock(window.times[0] + window.expiry_s) if window.times else time.time()
+            return _by_clock(next(iter(self._counting(key)), time.monotonic()))
 
     def check(self) -> bool:
         """Whether it works."""
@@ -91,28 +71,25 @@ class ProcessStorage(Storage, MovingWindowSupport):
     def reset(self) -> int:
         """Forget everything; how much there was."""
         with self._lock:
-            count = len(self._windows)
-            self._windows.clear()
+            count = len(self._ends)
+            self._ends.clear()
             return count
 
     def clear(self, key: str) -> None:
         """Forget what somebody did."""
         with self._lock:
-            self._windows.pop(key, None)
+            self._ends.pop(key, None)
 
-    def _window(self, key: str, expiry: float, now: float) -> _Window:
-        window = self._windows.setdefault(key, _Window(expiry))
-        window.forget(now)
-        return window
-
-    def _forget(self, now: float) -> None:
-        if now - self._forgot_at < FORGET_S:
-            return
-        self._forgot_at = now
-        for key, window in list(self._windows.items()):
-            window.forget(now)
-            if not window.times:
-                del self._windows[key]
+    def _counting(self, key: str) -> list[float]:
+        """Until when each thing counts that still does, oldest first."""
+        now = time.monotonic()
+        if now - self._forgot_at >= FORGET_S:
+            self._forgot_at = now
+            for other in [other for other, ends in self._ends.items() if ends[-1:] <= [now]]:
+                del self._ends[other]
+        ends = self._ends[key]
+        del ends[: bisect_right(ends, now)]
+        return ends
 
 
 def _by_clock(moment: float) -> float:

@@ -18,15 +18,16 @@ from annotation_app.crowds.participation import (
     receive,
 )
 from annotation_app.crowds.platform import Arrival
+from annotation_app.items.assignment import Lease
 from annotation_app.people.browser_sessions import current_person, is_signed_in, sign_in
 from annotation_app.people.participants import add_anonymous, find_or_add
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Participation, Person, Study
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.assignment import Lease
-from annotation_app.tasks.work import take_work
+from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.limits import arrivals, limited
+from annotation_app.work.handing_out import take_work
 
 IN_COOKIE = "participation"
 NOTHING_LEFT = ("done", "all taken", "nothing to do", "closed")
@@ -145,5 +146,10 @@ def _person(session: Session, arrival: Arrival) -> Person:
 
 def _preview(provider: Provider, offer: Offer, config: StudyConfig) -> str:
     return flask.render_template(
-        "crowds/preview.html", title=config.title, provider=provider, offer=offer, config=config
+        "crowds/preview.html",
+        title=config.title,
+        provider=provider,
+        offer=offer,
+        words=task_of(offer.task).words,
+        config=config,
     )

@@ -27,7 +27,7 @@ from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import open_database, reading, transaction
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
-from annotation_app.store.schema import is_current
+from annotation_app.store.schema import check_current
 from annotation_app.studies.study_file import restored
 from g3.errors import FormatError
 
@@ -110,8 +110,8 @@ def open_session(
     *,
     instance: Path,
     database: str | None,
-    sandbox: bool,
-    endpoint: str | None,
+    sandbox: bool = False,
+    endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
     """A study, and the platform with credentials from the environment.
 
@@ -124,10 +124,7 @@ def open_session(
     with ExitStack() as opened:
         engine = open_database(config.database)
         opened.callback(engine.dispose)
-        if not is_current(engine):
-            raise FormatError(
-                "there is no study", where=str(instance), fix="serve one with `ct annotate` first"
-            )
+        check_current(engine)
         with reading(engine) as session:
             study = find_only_study(session, study_name)
         connect = provider.load().connect

@@ -92,19 +92,19 @@ def _find(known: Mapping[int, Entry], number: int, option: str) -> Entry:
         raise FormatError(
             f"the ledger has no entry {number}",
             where=option,
-            fix="`ct annotate reconcile` shows what is in doubt",
+            fix="`ct crowd reconcile` shows what is in doubt",
         )
     if entry.state != "in doubt":
         raise FormatError(
             f"entry {number} is not in doubt but {entry.state}",
             where=option,
-            fix="`ct annotate reconcile` shows what is in doubt",
+            fix="`ct crowd reconcile` shows what is in doubt",
         )
     if entry.call.what == "publish":
         raise FormatError(
             f"entry {number} offers work and pays nobody",
             where=option,
-            fix="`ct publish` looks whether the work is offered, and takes --publish-again",
+            fix="`ct crowd publish` looks whether the work is offered, and takes --publish-again",
         )
     return entry
 

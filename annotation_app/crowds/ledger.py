@@ -18,7 +18,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from annotation_app.crowds.platform import LostReplyError, PlatformError
-from annotation_app.export.corpus_export import subject_of
+from annotation_app.people.participants import subject_of
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now

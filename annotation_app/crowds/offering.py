@@ -94,7 +94,7 @@ def offer_again(ledger: Ledger, numbers: tuple[int, ...]) -> None:
             raise FormatError(
                 f"the ledger has no offer {number} in doubt",
                 where=AGAIN,
-                fix="`ct annotate reconcile` shows what is in doubt",
+                fix="`ct crowd reconcile` shows what is in doubt",
             )
     for number in dict.fromkeys(numbers):
         ledger.decide(known[number], "refused", "to be offered again")

@@ -34,7 +34,7 @@ def one_at_a_time(engine: Engine, study_id: str) -> Iterator[None]:
     with locked(engine, study_id) as is_mine:
         if not is_mine:
             raise CorpusError(
-                "another `ct publish` or `ct collect` is at work on this study",
+                "another `ct crowd publish` or `ct crowd collect` is at work on this study",
                 fix="wait until it is done",
             )
         yield

@@ -14,8 +14,9 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
-from annotation_app.store.models import TASKS, Answer, Item, Participation, Person, Study, Task
-from annotation_app.tasks.assignment import lock_person
+from annotation_app.items.assignment import lock_person
+from annotation_app.store.models import Answer, Item, Participation, Person, Study, TaskName
+from annotation_app.tasks.task_registry import find_task
 
 CODE_CHARACTERS = 10
 
@@ -25,7 +26,7 @@ class Offer:
     """What an address offers: so many items of a task of a study."""
 
     study_id: str
-    task: Task
+    task: TaskName
     items: int
 
 
@@ -47,7 +48,8 @@ def read_offer(secret_key: bytes, token: str) -> Offer:
     except BadSignature:
         raise Refusal(404, "This link is not complete. Open it from the platform again.") from None
     study_id, task, items = value
-    assert task in TASKS  # noqa: S101 - it is signed
+    if find_task(task) is None:
+        raise Refusal(404, "The task of this link is not here any more.")
     return Offer(str(study_id), task, int(items))
 
 
@@ -137,10 +139,10 @@ def done(session: Session, study: Study, provider: str | None = None) -> Mapping
     wanted = select(Participation).where(Participation.study_id == study.id)
     if provider is not None:
         wanted = wanted.where(Participation.provider == provider)
-    groups: dict[tuple[str, Task], list[Participation]] = {}
+    groups: dict[tuple[str, TaskName], list[Participation]] = {}
     for one in session.scalars(wanted):
         groups.setdefault((one.person_id, one.task), []).append(one)
-    answers: dict[tuple[str, Task], list[float]] = {}
+    answers: dict[tuple[str, TaskName], list[float]] = {}
     rows = session.execute(
         select(Answer.person_id, Answer.task, Answer.at)
         .join(Item, Item.id == Answer.item_id)

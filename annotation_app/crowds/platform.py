@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Literal, Protocol, TypeAlias
 
-from annotation_app.store.models import Participation, Task
+from annotation_app.store.models import Participation, TaskName
 from g3.errors import CorpusError
 
 Standing: TypeAlias = Literal["working", "submitted", "approved", "rejected", "returned"]
@@ -52,7 +52,7 @@ class Posting:
     study_id: str
     title: str
     description: str
-    task: Task
+    task: TaskName
     items: int
     people: int
     reward: Decimal

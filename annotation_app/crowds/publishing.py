@@ -14,24 +14,17 @@ from annotation_app.crowds.one_at_a_time import one_at_a_time
 from annotation_app.crowds.participation import Offer, completion_code, sign_offer
 from annotation_app.crowds.platform import Posted, Posting
 from annotation_app.people.participants import invitation
-from annotation_app.store.models import Task
+from annotation_app.store.models import TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.tasks.task_registry import task_of
 from g3.errors import FormatError
-
-DESCRIPTIONS: dict[Task, str] = {
-    "describe": "Watch short videos and type a command for each.",
-    "segment": "Mark the parts of short commands.",
-    "ground": "Show in pictures what the parts of commands refer to.",
-    "check": "Tell whether parts of commands match what is shown.",
-    "rate": "Watch short videos and tell how well commands fit them.",
-}
 
 
 def publish_posting(
     session: CrowdSession,
     *,
     url: str,
-    task: Task | None,
+    task: TaskName | None,
     items: int,
     people: int,
     minutes: int,
@@ -63,7 +56,7 @@ def publish_posting(
     posting = Posting(
         study_id=session.study.id,
         title=study.title,
-        description=DESCRIPTIONS[offer.task],
+        description=task_of(offer.task).words.offer,
         task=offer.task,
         items=items,
         people=people,
@@ -83,7 +76,7 @@ def publish_posting(
 
 
 def publish_links(
-    session: CrowdSession, *, url: str, task: Task | None, items: int, people: int
+    session: CrowdSession, *, url: str, task: TaskName | None, items: int, people: int
 ) -> Iterator[str]:
     """The open link of a study, or new links for each person who is invited.
 
@@ -103,7 +96,7 @@ def publish_links(
         yield _address(session, url, offer, urlencode({INVITATION: token}))
 
 
-def _offer(session: CrowdSession, study: StudyConfig, task: Task | None, items: int) -> Offer:
+def _offer(session: CrowdSession, study: StudyConfig, task: TaskName | None, items: int) -> Offer:
     chosen = task or next(iter(study.tasks))
     if chosen not in study.tasks:
         raise FormatError(

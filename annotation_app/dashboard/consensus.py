@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, get_args
 
-import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Event, Item, Record, Task
-from annotation_app.tasks.agreement import Measure, mean_pairwise
-from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
-from g3.sdc.sdc_notation import from_json
+from annotation_app.store.models import Answer, Event, Item, Record, TaskName
+from annotation_app.tasks.task_registry import tasks
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +23,7 @@ class Agreement:
         What was answered by two people or more: commands, clauses, pairs.
     """
 
-    task: Task
+    task: TaskName
     measure: str
     value: float | None
     units: int
@@ -36,21 +31,6 @@ class Agreement:
 
 def agreement(session: Session, study_id: str) -> list[Agreement]:
     """What can be measured so far, of all tasks that are answered by several people."""
-    by_item = _bodies(session, study_id)
-    trees = [[from_json(body["sdcs"]) for body in item] for item in by_item("segment")]
-    found = []
-    for measure in get_args(Measure):
-        scored = mean_pairwise(trees, measure)
-        value, pairs = scored or (None, 0)
-        found.append(Agreement("segment", f"{measure} F, mean over pairs", value, pairs))
-    found += _ratings("ground", _by_node(by_item("ground"), "groundings", _grounding))
-    found += _ratings("check", _by_node(by_item("check"), "verdicts", str))
-    ratings = [[body["rating"] for body in item] for item in by_item("rate")]
-    found += _ratings("rate", ratings, ("ordinal", "interval"))
-    return found
-
-
-def _bodies(session: Session, study_id: str) -> Any:
     rows = session.execute(
         select(Answer.task, Answer.item_id, Answer.body)
         .join(Item, Item.id == Answer.item_id)
@@ -59,29 +39,11 @@ def _bodies(session: Session, study_id: str) -> Any:
         .where(Item.study_id == study_id, Item.attention.is_(False), Event.name != "adjudicate")
         .order_by(Answer.id)
     )
-    found: dict[str, dict[str, list[Record]]] = {}
-    for task, item_id, body in rows:
-        found.setdefault(task, {}).setdefault(item_id, []).append(body)
-    return lambda task: list(found.get(task, {}).values())
-
-
-def _by_node(items: Iterable[list[Record]], part: str, value: Any) -> Iterator[list[Hashable]]:
-    for bodies in items:
-        for node in dict.fromkeys(node for body in bodies for node in body[part]):
-            yield [value(body[part][node]) for body in bodies if node in body[part]]
-
-
-def _grounding(grounding: Record) -> Hashable:
-    shown = sorted(grounding["objects"]), grounding["places"], grounding["cant_tell"]
-    return msgspec.json.encode(shown)
-
-
-def _ratings(
-    task: Task, units: Iterable[list[Any]], levels: tuple[Level, ...] = ("nominal",)
-) -> list[Agreement]:
-    rated = [unit for unit in units if len(unit) > 1]
-    found = [
-        Agreement(task, f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
-        for level in levels
+    bodies: dict[TaskName, dict[str, list[Record]]] = {}
+    for task_name, item_id, body in rows:
+        bodies.setdefault(task_name, {}).setdefault(item_id, []).append(body)
+    return [
+        Agreement(task.name, found.measure, found.value, found.units)
+        for task in tasks()
+        for found in task.agreement(list(bodies.get(task.name, {}).values()))
     ]
-    return [*found, Agreement(task, "Fleiss' κ", fleiss_kappa(rated), len(rated))]

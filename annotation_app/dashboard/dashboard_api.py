@@ -13,10 +13,10 @@ from sqlalchemy.orm import Session
 from annotation_app.dashboard.adjudication_queue import Dispute, disputes
 from annotation_app.dashboard.consensus import Agreement, agreement
 from annotation_app.dashboard.study_statistics import (
-    Collected,
     Duration,
     Progress,
     collected,
+    collected_type,
     durations,
     progress_by_task,
     progress_by_video,
@@ -26,7 +26,8 @@ from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
-from annotation_app.tasks.work import find_study
+from annotation_app.tasks.task_registry import task_names
+from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboard")
 
@@ -93,7 +94,7 @@ _VIEWS: dict[str, tuple[Callable[..., Response], Any]] = {
     "progress": (progress, list[Progress]),
     "videos": (videos, list[Progress]),
     "times": (times, list[Duration]),
-    "corpus": (corpus, Collected),
+    "corpus": (corpus, collected_type()),
     "agreement": (agreement_, list[Agreement]),
     "people": (people, list[Worker]),
     "queue": (queue, list[Dispute]),
@@ -125,8 +126,13 @@ def paths() -> dict[str, Any]:
 
 
 def schemas() -> dict[str, Any]:
-    """What :func:`paths` refers to."""
-    return _described()[1]
+    """What :func:`paths` refers to. The types of records can't tell which tasks there are."""
+    found = _described()[1]
+    names = sorted(task_names())
+    for schema in found.values():
+        if "task" in schema["properties"]:
+            schema["properties"]["task"] = {"enum": names}
+    return found
 
 
 def _described() -> tuple[Any, dict[str, Any]]:

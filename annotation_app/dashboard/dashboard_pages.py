@@ -32,10 +32,12 @@ from annotation_app.people.participants import RANKS
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Item, Person, Record, Role, Study
-from annotation_app.tasks.work import find_study
+from annotation_app.store.models import Item, Person, Role, Study
+from annotation_app.tasks.task_record import Adjudication
+from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.api import UUID
 from annotation_app.web.needs_login import refused
+from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_writing import corpus_files
 from corpus_tools.exporters.slu_core import slu_core_files
 from g3.errors import CorpusError
@@ -49,7 +51,6 @@ blueprint = Blueprint(
 )
 blueprint.register_error_handler(Refusal, refused)
 FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
-TYPES = {**answer_tables.TYPES, "corpus": "application/zip", "slu-core": "application/zip"}
 
 
 @blueprint.get("/")
@@ -77,6 +78,8 @@ def overview(study_name: str) -> str:
             by_video=by_video if sees_all else [],
             durations=durations(session, study.id),
             collected=collected(session, study.id),
+            counts=[task.counts for task in tasks() if task.counts is not None],
+            tables=answer_tables.TABLES,
             agreement=agreement(session, study.id) if sees_all else [],
             flagged=[worker for worker in people if worker.reasons],
             disputes=queue.disputes(session, study.id) if sees_all else [],
@@ -120,7 +123,7 @@ def dispute(study_name: str, item_id: str) -> str:
     """The answers to an item, side by side."""
     with reading(installation().engine) as session:
         person, study = _opened(session, study_name, "adjudicator")
-        return _comparison(session, person, study, _item(session, study, item_id))
+        return _comparison(session, person, study, *_item(session, study, item_id))
 
 
 @blueprint.post("/<study_name>/queue/<item_id>")
@@ -129,7 +132,7 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
     form = flask.request.form
     with transaction(installation().engine) as session:
         person, study = _opened(session, study_name, "adjudicator")
-        item = _item(session, study, item_id)
+        item, adjudication = _item(session, study, item_id)
         uuid = _uuid(form.get("uuid", ""))
         try:
             if form.get("choice", "").isdecimal():
@@ -137,11 +140,11 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
                     session, study, item, person, int(form["choice"][:18]), uuid=uuid, now=now()
                 )
             else:
-                body = _edited(session, item)
+                body = adjudication.edited(session, item, form)
                 queue.edit(session, study, item, person, body, uuid=uuid, now=now())
         except Refusal as refusal:
             page = _comparison(
-                session, person, study, item, refusal=refusal, notation=form.get("notation")
+                session, person, study, item, adjudication, refusal=refusal, form=form
             )
             return page, refusal.status
         following = queue.disputes(session, study.id)
@@ -159,26 +162,14 @@ def export(study_name: str, form: str) -> Response:
     with reading(installation().engine) as session:
         person, study = _opened(session, study_name, "adjudicator")
         try:
-            content, name = _exported(session, study, form)
+            content, name, media_type = _exported(session, study, form)
         except CorpusError as error:  # something isn't installed
             raise Refusal(501, str(error)) from error
     with transaction(installation().engine) as session:
         note(session, name_of(person), "exported", study.name, format=form)
-    response = Response(content, mimetype=TYPES[form])
+    response = Response(content, mimetype=media_type)
     response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return response
-
-
-def _edited(session: Session, item: Item) -> Record:
-    form = flask.request.form
-    if item.task == "segment":
-        return queue.edited_trees(item, form.get("notation", ""))
-    choices = {
-        name.removeprefix("node-"): int(value[:18])
-        for name, value in form.items()
-        if name.startswith("node-") and value.isdecimal()
-    }
-    return queue.mixed_groundings(session, item, choices)
 
 
 def _comparison(
@@ -186,19 +177,18 @@ def _comparison(
     person: Person,
     study: Study,
     item: Item,
+    adjudication: Adjudication,
     *,
     refusal: Refusal | None = None,
-    notation: str | None = None,
+    form: Mapping[str, str] | None = None,
 ) -> str:
-    found = queue.compare(session, item)
-    first = found.sides[0].notation if found.sides else ""
-    return _page(
-        "compare.html",
-        person,
+    return flask.render_template(
+        adjudication.template,
+        person=person,
         study=study,
-        found=found,
+        found=queue.compare(session, item, adjudication),
         refusal=refusal,
-        notation=first if notation is None else notation,
+        typed=form or {},
         uuid=str(uuid4()),
     )
 
@@ -208,11 +198,12 @@ def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Stud
     return person, find_study(session, study_name)
 
 
-def _item(session: Session, study: Study, item_id: str) -> Item:
+def _item(session: Session, study: Study, item_id: str) -> tuple[Item, Adjudication]:
     item = session.get(Item, item_id)
-    if item is None or item.study_id != study.id or item.task not in queue.ADJUDICATED:
+    adjudication = None if item is None else queue.adjudication_of(item)
+    if item is None or item.study_id != study.id or adjudication is None:
         raise Refusal(404, "There is no such item.")
-    return item
+    return item, adjudication
 
 
 def _uuid(value: str) -> str:
@@ -226,12 +217,13 @@ def _page(template: str, person: Person, **values: object) -> str:
     return flask.render_template(f"dashboard/{template}", person=person, **values)
 
 
-def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str]:
-    if form in answer_tables.TABLES:
-        return answer_tables.TABLES[form](session, study), f"{study.name}.{form}"
+def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str, str]:
+    table = answer_tables.TABLES.get(form)
+    if table is not None:
+        return table.write(session, study), f"{study.name}.{form}", table.media_type
     if form in FOLDERS:
         files = FOLDERS[form](export_corpus(session, study))
-        return _zipped(study.name, files), f"{study.name}.zip"
+        return _zipped(study.name, files), f"{study.name}.zip", "application/zip"
     raise Refusal(404, "There is no such export.")
 
 

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import dataclasses
 from dataclasses import dataclass
+from typing import Any, get_type_hints
 
 import numpy as np
 from sqlalchemy import and_, func, select
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import TASKS, Answer, Event, Item, Slot, Task
-from g3.sdc.clauses import SDC_TYPES, breadth_first
-from g3.sdc.sdc_notation import from_json
+from annotation_app.store.models import Answer, Event, Item, Record, Slot, TaskName
+from annotation_app.tasks.task_registry import task_names, tasks
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
     """How many answers there are of those that are wanted. `video` is None for all videos."""
 
-    task: Task
+    task: TaskName
     video: str | None
     wanted: int
     answered: int
@@ -34,27 +34,11 @@ class Progress:
 class Duration:
     """How long a task's items were with people, in seconds: quartiles."""
 
-    task: Task
+    task: TaskName
     answers: int
     lower_s: float
     median_s: float
     upper_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Collected:
-    """What there is for a corpus."""
-
-    commands: int
-    words: int
-    vocabulary: int
-    annotators: int
-    trees: int
-    clauses: dict[str, int]
-    groundings: int
-    checks: int
-    ratings: dict[int, int]
-    surplus: int
 
 
 def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Progress]:
@@ -74,14 +58,15 @@ def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Pr
         .where(Item.study_id == study_id, Item.attention.is_(False))
         .group_by(Item.task, video)
     )
-    found = [Progress(*row) for row in rows]
-    return sorted(found, key=lambda p: (TASKS.index(p.task), p.video or ""))
+    known = task_names()
+    found = [Progress(*row) for row in rows if row[0] in known]
+    return sorted(found, key=lambda p: (known.index(p.task), p.video or ""))
 
 
 def progress_by_task(by_video: list[Progress]) -> list[Progress]:
     """Progress of each task over all videos."""
     totals: list[Progress] = []
-    for task in TASKS:
+    for task in task_names():
         mine = [p for p in by_video if p.task == task]
         if mine:
             totals.append(
@@ -103,19 +88,19 @@ def durations(session: Session, study_id: str) -> list[Duration]:
         .join(Item, Item.id == Answer.item_id)
         .where(Item.study_id == study_id)
     )
-    seconds: dict[Task, list[float]] = {}
+    seconds: dict[TaskName, list[float]] = {}
     for task, taken in rows:
         if taken is not None:
             seconds.setdefault(task, []).append(taken)
     return [
         Duration(task, len(seconds[task]), *map(float, np.percentile(seconds[task], (25, 50, 75))))
-        for task in TASKS
+        for task in task_names()
         if task in seconds
     ]
 
 
-def collected(session: Session, study_id: str) -> Collected:
-    """What people have given so far."""
+def collected(session: Session, study_id: str) -> Record:
+    """What people have given so far: the counts of all tasks, ``annotators`` and ``surplus``."""
     rows = session.execute(
         select(
             Answer.task,
@@ -127,33 +112,29 @@ def collected(session: Session, study_id: str) -> Collected:
         .join(Event, Event.id == Answer.event_id)
         .where(Item.study_id == study_id, Item.attention.is_(False))
     ).all()
-    texts = [body["text"].split() for task, body, _, _ in rows if task == "describe"]
-    trees = [
-        from_json(body["sdcs"]) for task, body, adopted, _ in rows if task == "segment" and adopted
-    ]
-    clauses = Counter(
-        sdc.type for tree in trees for sdc in breadth_first(tree) if not sdc.is_implicit
-    )
-    ratings = Counter(body["rating"] for task, body, _, _ in rows if task == "rate")
+    answers: dict[TaskName, list[tuple[Record, bool]]] = {}
+    for task_name, body, adopted, _ in rows:
+        answers.setdefault(task_name, []).append((body, adopted))
+    found: Record = {}
+    for task in tasks():
+        if task.counts is not None:
+            found |= dataclasses.asdict(task.counts.of(answers.get(task.name, [])))
     people = (
         select(func.count(Answer.person_id.distinct()))
         .join(Item, Item.id == Answer.item_id)
         .where(Item.study_id == study_id)
     )
-    return Collected(
-        commands=len(texts),
-        words=sum(map(len, texts)),
-        vocabulary=len({word.casefold().strip(".,;:!?") for text in texts for word in text}),
-        annotators=session.scalar(people) or 0,
-        trees=len(trees),
-        clauses={name: clauses[name] for name in SDC_TYPES},
-        groundings=sum(
-            not grounding["cant_tell"]
-            for task, body, adopted, _ in rows
-            if task == "ground" and adopted
-            for grounding in body["groundings"].values()
-        ),
-        checks=sum(len(body["verdicts"]) for task, body, _, _ in rows if task == "check"),
-        ratings={value: ratings[value] for value in range(1, 6)},
-        surplus=sum(is_late for _, _, _, is_late in rows),
-    )
+    found["annotators"] = session.scalar(people) or 0
+    found["surplus"] = sum(is_late for _, _, _, is_late in rows)
+    return found
+
+
+def collected_type() -> type[Any]:
+    """The type of what :func:`collected` gives, which the interface's description tells."""
+    counts = [task.counts.type for task in tasks() if task.counts is not None]
+    of_tasks = [pair for found in counts for pair in get_type_hints(found).items()]
+    fields = [*of_tasks, ("annotators", int), ("surplus", int)]
+    return dataclasses.make_dataclass("Collected", fields, namespace={"__doc__": _COLLECTED})
+
+
+_COLLECTED = "What there is for a corpus."

@@ -10,18 +10,16 @@ from typing import TypeAlias
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.export.corpus_export import subject_of
-from annotation_app.store.models import Answer, Item, Person, Record, Task
+from annotation_app.people.participants import subject_of
+from annotation_app.store.models import Answer, Item, Person, Record, TaskName
+from annotation_app.tasks.task_record import Task
+from annotation_app.tasks.task_registry import find_task, tasks
 
 FEWEST = 5
 """Answers of a task by which a person can be told from others."""
 FAST = 1 / 3
 """Of the others' median time."""
-FEWEST_RATINGS = 8
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3
-SAME_TEXTS = 3
-AGREES, DISAGREES = 4, 2
-"""From and up to which rating an attention check was understood."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,23 +41,22 @@ class Worker:
     provider: str
     is_blocked: bool
     answers: int
-    median_s: dict[Task, float]
+    median_s: dict[TaskName, float]
     checks: int
     failed: int
     reasons: tuple[str, ...]
 
 
-_Medians: TypeAlias = dict[str, dict[Task, float]]
+_Medians: TypeAlias = dict[str, dict[TaskName, float]]
 """Seconds for an item, by person and task."""
 
 
 @dataclass(slots=True)
 class _Work:
     answers: int = 0
-    seconds: dict[Task, list[float]] = field(default_factory=dict)
+    seconds: dict[TaskName, list[float]] = field(default_factory=dict)
     checks: list[bool] = field(default_factory=list)
-    ratings: list[int] = field(default_factory=list)
-    texts: list[str] = field(default_factory=list)
+    bodies: dict[TaskName, list[Record]] = field(default_factory=dict)
 
 
 def workers(session: Session, study_id: str) -> list[Worker]:
@@ -74,8 +71,8 @@ def workers(session: Session, study_id: str) -> list[Worker]:
         .order_by(Answer.id)
     )
     for person_id, task, seconds, body, attention, payload in rows:
-        right = payload["right"] if attention else None
-        _add(work.setdefault(person_id, _Work()), task, seconds, body, right=right)
+        check = payload if attention else None
+        _add(work.setdefault(person_id, _Work()), find_task(task), seconds, body, check)
     medians = {
         person_id: {task: median(seconds) for task, seconds in mine.seconds.items()}
         for person_id, mine in work.items()
@@ -90,23 +87,18 @@ def flagged_people(session: Session, study_id: str) -> Iterator[str]:
     return (worker.person_id for worker in workers(session, study_id) if worker.reasons)
 
 
-def passes(right: bool, rating: int) -> bool:
-    """Whether an attention check was answered as it should be."""
-    return rating >= AGREES if right else rating <= DISAGREES
-
-
 def _add(
-    mine: _Work, task: Task, seconds: float | None, body: Record, *, right: bool | None
+    mine: _Work, task: Task | None, seconds: float | None, body: Record, check: Record | None
 ) -> None:
     mine.answers += 1
+    if task is None:
+        return
     if seconds is not None:
-        mine.seconds.setdefault(task, []).append(seconds)
-    if right is not None:
-        mine.checks.append(passes(right, body["rating"]))
-    elif task == "rate":
-        mine.ratings.append(body["rating"])
-    elif task == "describe":
-        mine.texts.append(body["text"].casefold())
+        mine.seconds.setdefault(task.name, []).append(seconds)
+    if check is not None and task.passes is not None:
+        mine.checks.append(task.passes(check, body))
+    elif task.oddities is not None:
+        mine.bodies.setdefault(task.name, []).append(body)
 
 
 def _worker(person: Person, mine: _Work, medians: _Medians) -> Worker:
@@ -127,17 +119,15 @@ def _worker(person: Person, mine: _Work, medians: _Medians) -> Worker:
 def _reasons(person_id: str, mine: _Work, failed: int, medians: _Medians) -> Iterator[str]:
     if failed >= FAILED_CHECKS and failed > FAILED_SHARE * len(mine.checks):
         yield f"failed {failed} of {len(mine.checks)} attention checks"
-    for task, own in medians[person_id].items():
+    for name, own in medians[person_id].items():
         others = [
-            theirs[task]
+            theirs[name]
             for other, theirs in medians.items()
-            if other != person_id and task in theirs
+            if other != person_id and name in theirs
         ]
-        if len(mine.seconds[task]) >= FEWEST and others and own < FAST * median(others):
+        if len(mine.seconds[name]) >= FEWEST and others and own < FAST * median(others):
             usual = median(others)
-            yield f"too fast: {own:.0f} s for an item of {task}, others take {usual:.0f} s"
-    if len(mine.ratings) >= FEWEST_RATINGS and len(set(mine.ratings)) == 1:
-        yield f"always the same rating: {mine.ratings[0]}, {len(mine.ratings)} times"
-    same = max((mine.texts.count(text) for text in set(mine.texts)), default=0)
-    if same >= SAME_TEXTS:
-        yield f"typed the same command {same} times"
+            yield f"too fast: {own:.0f} s for an item of {name}, others take {usual:.0f} s"
+    for task in tasks():
+        if task.oddities is not None:
+            yield from task.oddities(mine.bodies.get(task.name, []))

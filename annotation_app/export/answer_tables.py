@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 
 import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.export.corpus_export import subject_of
+from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Item, Person, Record, Study
+from annotation_app.tasks.task_record import AnswerTable
+from annotation_app.tasks.task_registry import tasks
 from g3.errors import FormatError
-from g3.sdc.sdc_notation import from_json
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
@@ -65,46 +66,13 @@ def to_parquet(session: Session, study: Study) -> bytes:
     return content.getvalue()
 
 
-def to_conllu(session: Session, study: Study) -> bytes:
-    """The words of commands with the clauses that they are in, as far as those are adopted.
-
-    Raises
-    ------
-    FormatError
-        If the parser of English isn't installed.
-    """
-    from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
-    from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
-
-    found = session.execute(
-        select(Answer, Item)
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study.id, Item.task == "segment", Answer.adopted)
-        .order_by(Answer.id)
-    ).all()
-    analyses = analyse(item.payload["text"] for _, item in found)
-    sentences = (
-        f"# sent_id = {study.name}-{answer.id}\n"
-        + sentence(analysis, from_json(answer.body["sdcs"]))
-        for (answer, _), analysis in zip(found, analyses, strict=True)
-    )
-    return "".join(f"{text}\n" for text in sentences).encode()
-
-
-TABLES: dict[str, Callable[[Session, Study], bytes]] = {
-    "csv": to_csv,
-    "jsonl": to_jsonl,
-    "parquet": to_parquet,
-    "conllu": to_conllu,
+TABLES: Mapping[str, AnswerTable] = {
+    "csv": AnswerTable("Answers (CSV)", "text/csv", to_csv),
+    "jsonl": AnswerTable("Answers (JSONL)", "application/x-ndjson", to_jsonl),
+    "parquet": AnswerTable("Answers (Parquet)", "application/vnd.apache.parquet", to_parquet),
+    **{name: table for task in tasks() for name, table in task.tables.items()},
 }
 """What can be written to one file, by its format."""
-TYPES = {
-    "csv": "text/csv",
-    "jsonl": "application/x-ndjson",
-    "parquet": "application/vnd.apache.parquet",
-    "conllu": "text/plain; charset=utf-8",
-}
-"""Media types of `TABLES`."""
 
 
 def safe_cell(value: object) -> object:

@@ -22,9 +22,9 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Record, Study
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.work import EXPLANATIONS, find_study
 from annotation_app.web.limits import arrivals, limited
 from annotation_app.web.needs_login import sign_in_page
+from annotation_app.work.handing_out import EXPLANATIONS, find_study
 
 LONGEST_ANSWER = 500
 

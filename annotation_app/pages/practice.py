@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import functools
-from importlib import resources
-from typing import Any
-
 import flask
-import msgspec
 from flask import Blueprint
 from sqlalchemy import select
 
+from annotation_app.core.problems import Refusal
 from annotation_app.people.browser_sessions import current_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
-from annotation_app.tasks.task_words import KEYS, LIKERT, TASK_WORDS
+from annotation_app.tasks.practice_example import practice_example
+from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import read_task
-
-STATEMENT = "The boat in the video is executing the above spoken command"
 
 blueprint = Blueprint("practice", __name__)
 
@@ -27,6 +22,9 @@ blueprint = Blueprint("practice", __name__)
 def practice_page(task_name: str) -> str:
     """A practice example with feedback; nothing that is done there is kept."""
     task = read_task(task_name)
+    of_task = task_of(task)
+    if of_task.example is None:
+        raise Refusal(404, "There is no practice example for this task.")
     name = flask.request.args.get("study", "")
     with reading(installation().engine) as session:
         study = session.scalars(select(Study).where(Study.name == name)).first()
@@ -36,31 +34,20 @@ def practice_page(task_name: str) -> str:
         "item": f"practice-{task}",
         "task": task,
         "draft": None,
-        "payload": examples()[task],
+        "payload": of_task.example(practice_example()),
         "practice": True,
         "signed_in": person is not None,
         "next": onwards,
         "who": "practice",
     }
     return flask.render_template(
-        "task.html",
+        of_task.template,
         study=study,
         title=None,
         task=task,
-        words=TASK_WORDS[task],
-        keys=KEYS[task],
-        statement=STATEMENT,
-        likert=LIKERT,
+        words=of_task.words,
         progress=None,
         person=person,
         data=data,
         is_practice=True,
     )
-
-
-@functools.cache
-def examples() -> dict[str, Any]:
-    """The payload of each task's example."""
-    file = resources.files("annotation_app.pages") / "practice.json"
-    found: dict[str, Any] = msgspec.json.decode(file.read_bytes())
-    return found

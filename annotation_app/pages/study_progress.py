@@ -9,9 +9,10 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import RANKS, has_practised
-from annotation_app.store.models import TASKS, Answer, Draft, Item, Person, Study, Task
+from annotation_app.store.models import Answer, Draft, Item, Person, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.task_words import TASK_WORDS, TaskWords
+from annotation_app.tasks.task_record import TaskWords
+from annotation_app.tasks.task_registry import tasks
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,15 +29,18 @@ class TaskProgress:
         Whether there is a draft to go on with.
     wants_login, wants_practice
         What must come first.
+    has_practice
+        Whether there is a practice example.
     """
 
-    task: Task
+    task: TaskName
     words: TaskWords
     done: int
     items: int
     is_begun: bool
     wants_login: bool
     wants_practice: bool
+    has_practice: bool
 
 
 def progress(session: Session, study: Study, person: Person) -> list[TaskProgress]:
@@ -47,16 +51,17 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
     begun = _begun(session, study, person)
     return [
         TaskProgress(
-            task,
-            TASK_WORDS[task],
-            done.get(task, 0),
-            max(total.get(task, 0), done.get(task, 0)),
-            task in begun,
-            RANKS[person.role] < RANKS[config.tasks[task].role],
-            config.tasks[task].practice and not has_practised(person, task),
+            task.name,
+            task.words,
+            done.get(task.name, 0),
+            max(total.get(task.name, 0), done.get(task.name, 0)),
+            task.name in begun,
+            RANKS[person.role] < RANKS[config.tasks[task.name].role],
+            config.tasks[task.name].practice and not has_practised(person, task.name),
+            task.example is not None,
         )
-        for task in TASKS
-        if task in config.tasks
+        for task in tasks()
+        if task.name in config.tasks
     ]
 
 
@@ -65,7 +70,7 @@ def wants_consent(config: StudyConfig) -> bool:
     return bool(config.consent.strip() or config.questions or config.qualification)
 
 
-def _answered(session: Session, study: Study, person: Person) -> Mapping[Task, int]:
+def _answered(session: Session, study: Study, person: Person) -> Mapping[TaskName, int]:
     rows = session.execute(
         select(Item.task, func.count())
         .join(Answer, Answer.item_id == Item.id)
@@ -75,7 +80,7 @@ def _answered(session: Session, study: Study, person: Person) -> Mapping[Task, i
     return dict(rows.all())
 
 
-def _items(session: Session, study: Study) -> Mapping[Task, int]:
+def _items(session: Session, study: Study) -> Mapping[TaskName, int]:
     rows = session.execute(
         select(Item.task, func.count())
         .where(Item.study_id == study.id, Item.attention.is_(False))
@@ -84,7 +89,7 @@ def _items(session: Session, study: Study) -> Mapping[Task, int]:
     return dict(rows.all())
 
 
-def _begun(session: Session, study: Study, person: Person) -> set[Task]:
+def _begun(session: Session, study: Study, person: Person) -> set[TaskName]:
     answered = select(Answer.item_id).where(Answer.person_id == person.id)
     rows = session.scalars(
         select(Item.task)

@@ -6,19 +6,19 @@ import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
 
+from annotation_app.items.assignment import Lease
 from annotation_app.pages.entrance import wants_welcome
 from annotation_app.pages.study_progress import TaskProgress, progress
 from annotation_app.people.browser_sessions import had_login
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Person, Study, Task
+from annotation_app.store.models import Person, Study, TaskName
 from annotation_app.studies.study_file import restored
-from annotation_app.tasks.assignment import Lease
-from annotation_app.tasks.payloads import page_data
-from annotation_app.tasks.task_words import KEYS, LIKERT, STATEMENT, TASK_WORDS
-from annotation_app.tasks.work import EXPLANATIONS, Reason, take_work, visit
+from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import read_task
 from annotation_app.web.needs_login import sign_in_page
+from annotation_app.work.handing_out import EXPLANATIONS, Reason, take_work, visit
+from annotation_app.work.page_data import page_data
 
 blueprint = Blueprint("tasks", __name__)
 
@@ -29,6 +29,7 @@ WHO_CHARACTERS = 8
 def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     """An item to work on."""
     task = read_task(task_name)
+    of_task = task_of(task)
     # What only reads is done beside whoever writes; a suggestion may take seconds.
     engine = installation().engine
     with reading(engine) as session:
@@ -48,15 +49,12 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)
     return flask.render_template(
-        "task.html",
+        of_task.template,
         study=study,
-        # The title may name what is in the videos.
-        title=None if task == "describe" else restored(study.config).title,
+        title=None if of_task.hides_title else restored(study.config).title,
         task=task,
-        words=TASK_WORDS[task],
-        keys=KEYS[task],
-        statement=STATEMENT,
-        likert=LIKERT,
+        words=of_task.words,
+        has_practice=of_task.example is not None,
         progress=mine,
         person=person,
         data=data,
@@ -65,7 +63,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
 
 
 def _why(
-    study: Study, task: Task, person: Person, reason: Reason, tasks: list[TaskProgress]
+    study: Study, task: TaskName, person: Person, reason: Reason, tasks: list[TaskProgress]
 ) -> ResponseReturnValue:
     if reason == "no practice":
         return flask.redirect(f"/practice/{task}?study={study.name}")
@@ -77,7 +75,7 @@ def _why(
         study=study,
         config=restored(study.config),
         task=task,
-        words=TASK_WORDS[task],
+        words=task_of(task).words,
         reason=reason,
         message=EXPLANATIONS[reason],
         tasks=others,

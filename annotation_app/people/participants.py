@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.person_codes import new_code
 from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
+from annotation_app.store.audit import SUBJECT_CHARACTERS
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Record, Role
 
@@ -143,3 +144,8 @@ def keep_practice(person: Person, task: str) -> None:
     """Keep that somebody has done a task's practice example."""
     if not has_practised(person, task):
         person.profile = {**person.profile, "practice": [*person.profile.get("practice", []), task]}
+
+
+def subject_of(person: Person) -> str:
+    """What exports tell of who somebody is: a part of a salted hash."""
+    return person.external_hash[:SUBJECT_CHARACTERS]

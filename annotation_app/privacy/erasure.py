@@ -11,6 +11,8 @@ from typing import TypeVar
 from sqlalchemy import ColumnElement, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
+from annotation_app.items.assignment import lock_person
+from annotation_app.items.new_items import REPLACED, about_answer
 from annotation_app.store.audit import COMMAND_LINE, forget, note
 from annotation_app.store.compaction import ask
 from annotation_app.store.models import (
@@ -28,8 +30,7 @@ from annotation_app.store.models import (
     Slot,
 )
 from annotation_app.store.tombstones import Tombstone, joined
-from annotation_app.tasks.assignment import lock_person
-from annotation_app.tasks.pipeline import REPLACED
+from annotation_app.tasks.task_registry import find_task, makers
 
 ERASED = "erased"
 """The provider of people whose data were erased."""
@@ -89,8 +90,8 @@ def traces_of(session: Session, person: Person) -> Traces:
     """What there is of a person. Nobody else changes it until the transaction ends.
 
     An item that shows their command, their clauses or their groundings is found by its payload
-    and its subject (see `annotation_app.tasks.pipeline`), and so is what was made of other people's
-    answers to it.
+    and its subject (see `annotation_app.items.new_items`), and so is what was made of other
+    people's answers to it.
     """
     lock_person(session, person.id)
     traces = Traces(person.id)
@@ -181,16 +182,12 @@ def erase_again(session: Session, tombstones: Collection[Tombstone]) -> int:
 def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
     """The ids of items that were made of answers, locked."""
     answers = list(answers)
-    typed = [answer.id for answer in answers if answer.task == "describe"]
-    marked = [f"answer {a.id}" for a in answers if a.task in ("segment", "ground")]
     command = Item.payload["command"].as_integer()
-    for ids in _batches(typed):
-        yield from _locked(session, command.in_(ids))
-    for subjects in _batches(marked):
-        yield from _locked(session, Item.subject.in_(subjects), Item.task.in_(("ground", "check")))
+    for some in _batches(answers):
+        yield from _locked(session, command.in_([answer.id for answer in some]))
+        yield from _locked(session, Item.subject.in_(map(about_answer, some)))
     for answer in answers:
-        if answer.task in ("segment", "ground"):
-            yield from _withdrawn(session, answer)
+        yield from _withdrawn(session, answer)
 
 
 def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
@@ -198,29 +195,25 @@ def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
 
     They show its command, and clauses or groundings that nobody else's answer accounts for.
     """
+    task = find_task(answer.task)
+    makes = () if task is None or task.adjudication is None else makers(task.gives)
     item = session.get_one(Item, answer.item_id)
     number = item.payload.get("command")
-    if number is None:
+    if not makes or number is None:
         return
     others = session.scalars(
         select(Answer).where(Answer.item_id == item.id, Answer.person_id != answer.person_id)
     ).all()
-    kept_ids = {other.id for other in others}
-    kept = [other.body.get("sdcs") for other in others]
     rows = session.scalars(
         select(Item).where(
             Item.payload["command"].as_integer() == number,
-            Item.task == ("ground" if answer.task == "segment" else "check"),
+            Item.task.in_([maker.name for maker in makes]),
             Item.subject.startswith(REPLACED),
         )
     ).all()
+    shows = {maker.name: maker.source.shows for maker in makes if maker.source is not None}
     for row in rows:
-        by_others = (
-            row.payload["sdcs"] in kept
-            if answer.task == "segment"
-            else row.payload["grounding"] in kept_ids
-        )
-        if not by_others:
+        if not any(shows[row.task](row.payload, other) for other in others):
             yield from _locked(session, Item.id == row.id)
 
 

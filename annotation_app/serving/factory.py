@@ -18,6 +18,7 @@ from annotation_app.crowds import crowd_pages as crowds
 from annotation_app.dashboard import audit_pages, login_admin
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
+from annotation_app.items import media
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.people.session_cookies import LONGEST, SessionCookies, wants_json
 from annotation_app.serving import openapi
@@ -26,7 +27,7 @@ from annotation_app.store.database import open_database
 from annotation_app.store.installation import Installation, install, installation
 from annotation_app.store.outages import ADVICE, AGAIN_S, TITLE, Outage, outage_of
 from annotation_app.store.salt import installation_salt
-from annotation_app.tasks import media
+from annotation_app.tasks.task_registry import tasks
 from annotation_app.trying import try_pages as trying
 from annotation_app.trying.attempt_queue import Attempts
 from annotation_app.web import api
@@ -67,7 +68,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     Attempts(config.instance, config.model).install(app)
     CSRFProtect(app)
     modules = (api, openapi, media, crowds, dashboard, login_admin, audit_pages, interface, trying)
-    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS):
+    of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
+    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *of_tasks):
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)

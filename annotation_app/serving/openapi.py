@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import flask
 import msgspec
-from flask import Blueprint, Response
+from flask import Blueprint, Flask, Response
 
 from annotation_app.dashboard import dashboard_api as interface
-from annotation_app.store.models import TASKS
+from annotation_app.tasks.task_registry import task_names
+from annotation_app.trying import try_pages
 from annotation_app.trying.try_pages import TryRequest
+from annotation_app.web import api
 from annotation_app.web.api import REQUESTS
 from corpus_tools import __version__
 
 _JSON = "application/json"
+REFUSALS = (400, 401, 403, 404, 429, 503)
+"""What any request may be answered; those that change something also with others."""
 
 blueprint = Blueprint("openapi", __name__, url_prefix="/api")
 
@@ -26,7 +32,7 @@ def openapi() -> Response:
 
 
 def description() -> dict[str, Any]:
-    """The whole description, version 3.1."""
+    """The whole description, version 3.1, made of the routes and of what they say of themselves."""
     requests = {**REQUESTS, "try": TryRequest}
     schemas = msgspec.json.schema_components(
         requests.values(), ref_template="#/components/schemas/{name}"
@@ -43,50 +49,27 @@ def description() -> dict[str, Any]:
             },
         },
         "security": [{"session": [], "csrf": []}],
-        "paths": {
-            "/api/session": {
-                "get": {**_operation("session", "Who this is, and the CSRF token"), "security": []}
-            },
-            "/api/studies/{study}/tasks/{task}/lease": {
-                "parameters": [_parameter("study"), _parameter("task", TASKS)],
-                "post": _operation("lease", "Take an item", refusals=(401, 404, 409)),
-            },
-            "/api/items/{item}": {
-                "parameters": [_parameter("item")],
-                "get": _operation("item", "An item, with its draft", refusals=(401, 404)),
-            },
-            "/api/items/{item}/answers": {
-                "parameters": [_parameter("item")],
-                "get": _operation("answers", "All answers of an item", refusals=(401, 403, 404)),
-            },
-            "/api/items/{item}/draft": {
-                "parameters": [_parameter("item")],
-                "put": _operation("draft", "Keep a draft", bodies["draft"]),
-            },
-            **{
-                f"/api/items/{{item}}/{name}": {
-                    "parameters": [_parameter("item")],
-                    "post": _operation(name, summary, bodies[name]),
-                }
-                for name, summary in (
-                    ("adjudicate", "Decide what the answer is"),
-                    ("answer", "Answer an item"),
-                    ("skip", "Give an item back"),
-                    ("flag", "Tell that something is wrong with an item"),
-                )
-            },
-            "/api/practice/{task}": {
-                "parameters": [_parameter("task", TASKS)],
-                "post": _operation("practice", "Practice is done", refusals=(401, 404)),
-            },
-            "/api/try": {"post": _operation("try", "Try a command", bodies["try"])},
-            "/api/try/{name}": {
-                "parameters": [_parameter("name")],
-                "get": _operation("tried", "How far an attempt is", refusals=(401, 403, 404)),
-            },
-            **interface.paths(),
-        },
+        "paths": {**_paths(bodies), **interface.paths()},
     }
+
+
+def _paths(bodies: Mapping[str, Any]) -> dict[str, Any]:
+    app = Flask(__name__)
+    for one in (api, try_pages):
+        app.register_blueprint(one.blueprint)
+    found: dict[str, dict[str, Any]] = {}
+    for rule in app.url_map.iter_rules():
+        if rule.rule.startswith("/api/"):
+            path = re.sub(r"<(\w+?)(?:_name|_id)?>", r"{\1}", rule.rule)
+            name = rule.endpoint.partition(".")[2].rstrip("_")
+            (method,) = (rule.methods or set()) - {"HEAD", "OPTIONS"}
+            summary = str(app.view_functions[rule.endpoint].__doc__).partition(".")[0]
+            operation = _operation(name, summary, method, bodies.get(name))
+            found[path] = {method.lower(): operation}
+            if names := re.findall(r"{(\w+)}", path):
+                found[path]["parameters"] = [_parameter(one) for one in names]
+    found["/api/session"]["get"]["security"] = []
+    return found
 
 
 _ERROR = {
@@ -107,31 +90,23 @@ _ERROR = {
 }
 
 
-def _parameter(name: str, values: tuple[str, ...] = ()) -> dict[str, Any]:
+def _parameter(name: str) -> dict[str, Any]:
     schema: dict[str, Any] = {"type": "string", "minLength": 1}
-    if values:
-        schema["enum"] = list(values)
+    if name == "task":
+        schema["enum"] = list(task_names())
     return {"name": name, "in": "path", "required": True, "schema": schema}
 
 
-def _operation(
-    name: str,
-    summary: str,
-    body: dict[str, Any] | None = None,
-    refusals: tuple[int, ...] = (401, 403, 404, 422),
-) -> dict[str, Any]:
+def _operation(name: str, summary: str, method: str, body: dict[str, Any] | None) -> dict[str, Any]:
     reply = {"description": "Done", "content": {_JSON: {"schema": {"type": "object"}}}}
     error = {"$ref": "#/components/schemas/Error"}
     refused = {"description": "Refused, and why", "content": {_JSON: {"schema": error}}}
+    refusals = {*REFUSALS, *(() if method == "GET" else (409,)), *((413, 422) if body else ())}
     operation: dict[str, Any] = {
         "operationId": name,
         "summary": summary,
-        "responses": {
-            "200": reply,
-            **{str(status): refused for status in (400, 429, 503, *refusals)},
-        },
+        "responses": {"200": reply, **{str(status): refused for status in sorted(refusals)}},
     }
     if body is not None:
         operation["requestBody"] = {"required": True, "content": {_JSON: {"schema": body}}}
-        operation["responses"]["413"] = refused
     return operation

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import msgspec
 
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.answers import ANSWERS
+from annotation_app.tasks.task_registry import tasks
 from annotation_app.trying.attempt import Shown
 from annotation_app.web.api import REQUESTS
 from corpus_tools.corpus.corpus_records import (
@@ -24,7 +24,8 @@ def record_types() -> Iterable[type]:
     """All types that requests may need."""
     of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
     of_logs = (channel.message for channel in CHANNELS.values())
-    return (StudyConfig, Shown, *of_corpora, *of_logs, *REQUESTS.values(), *ANSWERS.values())
+    answers = (task.answer for task in tasks())
+    return (StudyConfig, Shown, *of_corpora, *of_logs, *REQUESTS.values(), *answers)
 
 
 def learn_types() -> None:

@@ -28,9 +28,9 @@ from annotation_app.store.installation import now
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import migrate
-from annotation_app.studies.suggestions import warm_up
 from annotation_app.study_setup.readiness import Obstacle
 from annotation_app.study_setup.readiness import obstacles as found_obstacles
+from annotation_app.tasks.task_registry import tasks
 from annotation_app.trying.attempt_queue import attempts
 from g3.errors import FormatError
 
@@ -71,11 +71,14 @@ def addresses(config: Config, base: str) -> list[tuple[str, str]]:
     return found
 
 
-def _segments(config: Config) -> bool:
-    """Whether people segment commands in some study."""
+def _warm_up(config: Config) -> None:
+    """Get the tasks of open studies ready, beside whatever else is done."""
     with opened(config.database) as engine, reading(engine) as session:
         studies = session.scalars(select(Study).where(Study.closed_at.is_(None)))
-        return any("segment" in study.config["tasks"] for study in studies)
+        names = {name for study in studies for name in study.config["tasks"]}
+    for task in tasks():
+        if task.warm_up is not None and task.name in names:
+            task.warm_up()
 
 
 def prepare(config: Config) -> None:
@@ -177,8 +180,7 @@ def serve(
     FormatError
         If somebody else listens there.
     """
-    if _segments(config):
-        warm_up()
+    _warm_up(config)
     logging.basicConfig()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     room = Room(_most_connections())

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import sqlite3
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
@@ -15,18 +14,15 @@ from sqlalchemy import (
     Connection,
     Dialect,
     Engine,
-    SelectBase,
     Table,
-    UpdateBase,
     create_engine,
     event,
     func,
     select,
 )
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.dialects.postgresql import psycopg
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, InvalidatePoolError, OperationalError
+from sqlalchemy.exc import ArgumentError, InvalidatePoolError, OperationalError
 from sqlalchemy.orm import DeclarativeBase, Session
 
 from annotation_app.store.database_file import keep_to
@@ -287,8 +283,7 @@ def _begin(connection: Connection) -> None:
     what = connection.get_execution_options().get("to", "write")
     statement = _BEGIN.get((connection.dialect.name, what))
     if statement is not None:
-        with _known_errors(connection, statement):
-            connection.connection.cursor().execute(statement)
+        connection.exec_driver_sql(statement)
 
 
 _BEGIN = {
@@ -298,62 +293,6 @@ _BEGIN = {
     ("sqlite", "read one state"): "BEGIN",
     ("postgresql", "write"): "BEGIN",
     ("postgresql", "read one state"): "BEGIN ISOLATION LEVEL REPEATABLE READ",
-}
-
-
-def connection_of(session: Session) -> Connection:
-    """The connection of a session of this module; what the session holds must be flushed before."""
-    return cast("Connection", session.bind)
-
-
-def run(
-    session: Session, statement: SelectBase | UpdateBase, values: Mapping[str, Any]
-) -> Sequence[Any]:
-    """Run a statement with the driver alone, and give its rows. It takes half of the time.
-
-    What the session holds must be flushed before. Values and rows are the driver's, so that
-    JSON is text.
-    """
-    connection = connection_of(session)
-    text, fixed = _compiled(statement, connection.dialect.name)
-    with _known_errors(connection, text):
-        cursor = connection.connection.cursor()
-        cursor.execute(text, {**fixed, **values})
-        return cursor.fetchall()
-
-
-@contextmanager
-def _known_errors(connection: Connection, text: str) -> Iterator[None]:
-    """Raise the driver's errors as SQLAlchemy does, and give a broken connection up."""
-    dialect = connection.dialect
-    driver_error = dialect.loaded_dbapi.Error
-    try:
-        yield
-    except driver_error as error:
-        is_broken = dialect.is_disconnect(error, connection.connection.dbapi_connection, None)
-        if is_broken:
-            connection.invalidate(error)
-            connection.engine.dispose()  # the others that wait are as old
-        raise DBAPIError.instance(
-            text,
-            None,
-            error,
-            driver_error,
-            hide_parameters=True,
-            connection_invalidated=is_broken,
-            dialect=dialect,
-        ) from error
-
-
-@functools.cache
-def _compiled(statement: SelectBase | UpdateBase, dialect: str) -> tuple[str, Mapping[str, Any]]:
-    compiled = statement.compile(dialect=_DIALECTS[dialect])
-    return compiled.string, compiled.params
-
-
-_DIALECTS = {
-    "sqlite": sqlite.dialect(paramstyle="named"),
-    "postgresql": psycopg.dialect(),  # type: ignore[no-untyped-call]
 }
 
 

@@ -22,8 +22,8 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
-Task: TypeAlias = Literal["describe", "segment", "ground", "check", "rate"]
-TASKS: tuple[Task, ...] = ("describe", "segment", "ground", "check", "rate")
+TaskName: TypeAlias = str
+"""The name of a task: :mod:`annotation_app.tasks.task_registry` has the tasks."""
 
 Role: TypeAlias = Literal["worker", "annotator", "adjudicator", "admin"]
 
@@ -74,10 +74,10 @@ class Item(Base):
 
     id: Mapped[str] = mapped_column(primary_key=True)
     study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
-    task: Mapped[Task] = mapped_column(String(20))
+    task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))
     payload: Mapped[Record]
-    """What the server knows of it; :mod:`annotation_app.tasks.payloads` tells people their part."""
+    """What the server knows of it; its task tells people their part."""
     rank: Mapped[float] = mapped_column(index=True)
     """Items with a lower rank are given out first, ratings in random order."""
     author_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
@@ -180,7 +180,7 @@ class Answer(Base):
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
-    task: Mapped[Task] = mapped_column(String(20))
+    task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), unique=True)
     body: Mapped[Record]
@@ -216,7 +216,7 @@ class Participation(Base):
     provider: Mapped[str]
     assignment: Mapped[str]
     """The platform's id of the assignment, which says nothing about the person."""
-    task: Mapped[Task] = mapped_column(String(20))
+    task: Mapped[TaskName] = mapped_column(String(20))
     items: Mapped[int]
     """How many items of the task the assignment asks for."""
     code: Mapped[str | None]

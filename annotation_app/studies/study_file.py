@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
 
-from annotation_app.store.models import TASKS, Task
-from corpus_tools.world.scenarios.documents import Problem, convert, read_document
-from g3.errors import FormatError
-
-MANUAL = "docs/annotation.md"
+from annotation_app.store.models import TaskName
 
 Name: TypeAlias = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=10_000)]
@@ -114,7 +108,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     title: Line
     videos: Line = "videos"
     only: tuple[str, ...] = ()
-    tasks: dict[Task, TaskConfig]
+    tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
     consent: Text = CONSENT
     questions: tuple[Question, ...] = ()
@@ -127,46 +121,6 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
 
 
-def read_study(path: Path) -> StudyConfig:
-    """Read a study's file.
-
-    Raises
-    ------
-    FormatError
-        If something in it is wrong, with its line.
-    """
-    document = read_document(path)
-    for task, value in _tasks(document.value):
-        wrong = convert(value, TaskConfig, ("tasks", task), MANUAL)
-        if task not in TASKS:
-            wrong = Problem(("tasks", task), "there is no such task", f"use {', '.join(TASKS)}")
-        if isinstance(wrong, Problem):
-            raise document.error(wrong)
-    found = convert(document.value, StudyConfig, (), MANUAL)
-    problem = found if isinstance(found, Problem) else _problem(found)
-    if problem is not None:
-        raise document.error(problem)
-    assert isinstance(found, StudyConfig)  # noqa: S101 - else there is a problem
-    return found
-
-
-def study_from_form(value: dict[str, Any]) -> StudyConfig:
-    """A study from what a form's fields hold.
-
-    Raises
-    ------
-    FormatError
-        If something in it is wrong.
-    """
-    found = convert(value, StudyConfig, (), MANUAL)
-    problem = found if isinstance(found, Problem) else _problem(found)
-    if problem is not None:
-        where = ".".join(str(key) for key in problem.field)
-        raise FormatError(problem.what, where=where, fix=problem.fix)
-    assert isinstance(found, StudyConfig)  # noqa: S101 - else there is a problem
-    return found
-
-
 def stored(config: StudyConfig) -> dict[str, Any]:
     """A study as the database keeps it: its pairs are items, and would be read at each request."""
     value: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(config, pairs=()))
@@ -176,31 +130,3 @@ def stored(config: StudyConfig) -> dict[str, Any]:
 def restored(value: dict[str, Any]) -> StudyConfig:
     """The study that the database has kept."""
     return msgspec.convert(value, StudyConfig)
-
-
-def _tasks(value: Any) -> Iterable[tuple[str, Any]]:
-    tasks = value.get("tasks") if isinstance(value, dict) else None
-    return tasks.items() if isinstance(tasks, dict) else ()
-
-
-def _problem(study: StudyConfig) -> Problem | None:
-    if not study.tasks:
-        return Problem(("tasks",), "there are no tasks", f"name some of {', '.join(TASKS)}")
-    if study.attention_checks and not study.known_commands:
-        return Problem(
-            ("attention_checks",), "there are no known commands to check with", "add known_commands"
-        )
-    if study.pairs and "rate" not in study.tasks:
-        return Problem(("pairs",), "the study has no task to rate them in", "add the task rate")
-    ids = [question.id for question in study.questions]
-    for i, name in enumerate(ids):
-        if name in ids[:i]:
-            return Problem(("questions", i, "id"), "two questions have this id", "change one")
-    for i, known in enumerate(study.known_commands):
-        if known.video == known.wrong_video:
-            return Problem(
-                ("known_commands", i, "wrong_video"),
-                "the command can't be wrong for the video that it is right for",
-                "name another video",
-            )
-    return None

@@ -6,12 +6,12 @@ import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
+from annotation_app.items.new_items import about_answer
 from annotation_app.people.participants import hashed
 from annotation_app.store.installation import now
 from annotation_app.store.models import (
@@ -24,16 +24,15 @@ from annotation_app.store.models import (
     Record,
     Slot,
     Study,
-    Task,
+    TaskName,
 )
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
+from annotation_app.tasks.exported_groundings import shown_groundings
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
-from g3.groundings import PhysicalObject, Place
-from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import to_json
 
 PROVIDER = "import"
@@ -111,7 +110,7 @@ def import_corpus(
 class _Given:
     """An answer, and what it answers."""
 
-    task: Task
+    task: TaskName
     subject: str
     payload: Record
     person: Person
@@ -154,10 +153,14 @@ class _Loader:
         groundings = [
             _Given(
                 "ground",
-                f"answer {answer.id}",
+                about_answer(answer),
                 {name: given.payload[name] for name in ("text", "command", "video")} | given.body,
                 given.person,
-                {"groundings": _groundings(annotation), "trims": {}, "imported": annotation.id},
+                {
+                    "groundings": shown_groundings(annotation),
+                    "trims": {},
+                    "imported": annotation.id,
+                },
                 given.rank,
             )
             for (annotation, given), answer in zip(trees, segmented, strict=True)
@@ -203,7 +206,7 @@ class _Loader:
             self.people[subject] = person
         return self.people[subject]
 
-    def item(self, task: Task, subject: str, payload: Record, rank: int) -> Item:
+    def item(self, task: TaskName, subject: str, payload: Record, rank: int) -> Item:
         """An item with one slot."""
         item = Item(
             id=new_id(),
@@ -259,27 +262,3 @@ class _Loader:
     def _add(self, rows: Sequence[Base]) -> None:
         self.session.add_all(rows)
         self.session.flush()
-
-
-def _groundings(annotation: Annotation) -> dict[str, Any]:
-    """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
-    places = {id(place): i for i, place in enumerate(annotation.context.places)}
-    known = {item.id for item in annotation.context.objects}
-    found = {}
-    pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
-    for node, (sdc, groundings) in enumerate(pairs):
-        if sdc.type not in ("OBJECT", "PLACE") or not groundings:
-            continue
-        found[str(node)] = {
-            "objects": [
-                g.id for g in groundings if isinstance(g, PhysicalObject) and g.id in known
-            ],
-            "places": [
-                {"place": places[id(g)]} if id(g) in places else {"xy": g.prism.xy.tolist()}
-                for g in groundings
-                if isinstance(g, Place)
-            ],
-            "cant_tell": False,
-            "time_s": 0.0,
-        }
-    return found

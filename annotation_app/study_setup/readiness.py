@@ -10,18 +10,10 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import RANKS
-from annotation_app.store.models import TASKS, Item, Person, Role, Study, Task
+from annotation_app.store.models import Item, Person, Role, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
-
-DISPUTED: tuple[Task, ...] = ("segment", "ground")
-"""Tasks whose answers somebody must decide between where they differ."""
-SOURCES: Mapping[Task, tuple[Task, ...]] = {
-    "segment": ("describe",),
-    "ground": ("segment",),
-    "check": ("ground",),
-    "rate": ("describe",),
-}
-"""The answers of which task make a task's items."""
+from annotation_app.tasks.task_record import Task
+from annotation_app.tasks.task_registry import find_task, tasks
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +54,7 @@ def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacl
         counts = session.execute(
             select(Item.task, func.count()).where(Item.study_id == study.id).group_by(Item.task)
         )
-        items: dict[Task, int] = dict(counts.all())
+        items: dict[TaskName, int] = dict(counts.all())
         found += study_obstacles(restored(study.config), logins, items)
     return found
 
@@ -88,7 +80,7 @@ NOBODY: Mapping[Role, int] = dict.fromkeys(RANKS, 0)
 
 
 def study_obstacles(
-    config: StudyConfig, logins: Mapping[Role, int], items: Mapping[Task, int]
+    config: StudyConfig, logins: Mapping[Role, int], items: Mapping[TaskName, int]
 ) -> Iterator[Obstacle]:
     """What would stop people in a study.
 
@@ -99,41 +91,54 @@ def study_obstacles(
     items
         How many there are already, by task.
     """
-    for task in TASKS:
-        if task in config.tasks:
-            yield from _task_obstacles(config, task, logins, items)
+    for task in tasks():
+        if task.name in config.tasks:
+            yield from _nobody_does(config, task, logins)
+            yield from _nothing_comes(config, task, items)
+    for name in config.tasks:
+        if find_task(name) is None:
+            yield Obstacle(
+                config.name,
+                f"the task {name} is not installed here",
+                "pip install the distribution that has it, or close the study",
+            )
 
 
-def _task_obstacles(
-    config: StudyConfig, task: Task, logins: Mapping[Role, int], items: Mapping[Task, int]
-) -> Iterator[Obstacle]:
-    of_task = config.tasks[task]
+def _nobody_does(config: StudyConfig, task: Task, logins: Mapping[Role, int]) -> Iterator[Obstacle]:
+    of_task = config.tasks[task.name]
     if of_task.role != "worker":
         there = logins[of_task.role]
         if not there:
             yield Obstacle(
                 config.name,
-                f"nobody may do the task {task}, which asks for the role {of_task.role}",
+                f"nobody may do the task {task.name}, which asks for the role {of_task.role}",
                 f"ct annotate people invite --role {of_task.role}, or give the task role: worker",
             )
         elif there < of_task.answers:
             yield Obstacle(
                 config.name,
-                f"the task {task} asks for {of_task.answers} answers to each item, "
+                f"the task {task.name} asks for {of_task.answers} answers to each item, "
                 f"by different people with a login, and {there} may do it",
                 f"ct annotate people invite --role {of_task.role}, or ask for fewer answers",
             )
-    if task in DISPUTED and of_task.answers > 1 and not logins["adjudicator"]:
+    if task.adjudication is not None and of_task.answers > 1 and not logins["adjudicator"]:
         yield Obstacle(
             config.name,
-            f"nobody may decide where answers to {task} differ",
+            f"nobody may decide where answers to {task.name} differ",
             "ct annotate people invite --role adjudicator",
         )
-    made_of = SOURCES.get(task, ())
-    has_own = task == "rate" and bool(config.pairs)
-    if made_of and not has_own and not items.get(task) and not set(made_of) & set(config.tasks):
+
+
+def _nothing_comes(
+    config: StudyConfig, task: Task, items: Mapping[TaskName, int]
+) -> Iterator[Obstacle]:
+    if task.source is None or items.get(task.name):
+        return
+    before = [other.name for other in tasks() if other.gives == task.source.made_of]
+    has_own = any(not new.attention for new in task.of_study(config))
+    if before and not has_own and not set(before) & (set(config.tasks) - {task.name}):
         yield Obstacle(
             config.name,
-            f"nothing ever comes to the task {task}",
-            f"add the task {made_of[0]}, whose answers it is about",
+            f"nothing ever comes to the task {task.name}",
+            f"add the task {before[0]}, whose answers it is about",
         )

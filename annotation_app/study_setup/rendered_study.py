@@ -11,12 +11,13 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
+from annotation_app.items.media import digest
+from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
 from annotation_app.studies.study_file import StudyConfig, stored
-from annotation_app.tasks.media import digest
-from annotation_app.tasks.pipeline import NewItem, add_item
+from annotation_app.tasks.task_registry import tasks
 from g3.errors import FormatError
 
 FILES = {
@@ -87,9 +88,8 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     session.flush()
     for item in videos:
         add_video(session, study.id, item)
-    for new in (*_described(session, study, videos), *_checks(config), *_pairs(config)):
-        if new.task in config.tasks:
-            add_item(session, study, config, new)
+    for new in _first_items(session, study, config, videos):
+        add_item(session, study, config, new)
     _add_slots(session, study, config)
     return study
 
@@ -139,49 +139,20 @@ def _id(manifest: Path) -> str:
         ) from error
 
 
-def _described(session: Session, study: Study, videos: list[Rendered]) -> Iterator[NewItem]:
-    """Videos to describe. A video is the same for a person in any study, if its file is."""
+def _first_items(
+    session: Session, study: Study, config: StudyConfig, videos: list[Rendered]
+) -> Iterator[NewItem]:
+    """What the study's tasks ask of videos and of the study's file."""
     rows = session.execute(
         select(Media.video, Media.sha256).where(Media.study_id == study.id, Media.role == "video")
     )
     shas = {row.video: row.sha256 for row in rows}
-    for item in videos:
-        if item.video in shas:
-            yield NewItem("describe", f"video {shas[item.video]}", {"video": item.video})
-
-
-def _checks(config: StudyConfig) -> Iterator[NewItem]:
-    if not config.attention_checks:
-        return
-    for known in config.known_commands:
-        for video in (known.video, known.wrong_video):
-            yield NewItem(
-                "rate",
-                f"known {known.text[:200]} video {video}",
-                {
-                    "text": known.text,
-                    "command": None,
-                    "own_video": known.video,
-                    "video": video,
-                    "right": video == known.video,
-                },
-                attention=True,
-            )
-
-
-def _pairs(config: StudyConfig) -> Iterator[NewItem]:
-    for pair in config.pairs:
-        yield NewItem(
-            "rate",
-            f"pair {pair.own_video} {pair.text[:200]} video {pair.video}",
-            {
-                "text": pair.text,
-                "command": None,
-                "own_video": pair.own_video,
-                "video": pair.video,
-                "right": None,
-            },
-        )
+    shown = [item.video for item in videos if item.video in shas]
+    for task in tasks():
+        if task.name in config.tasks:
+            if task.of_video is not None:
+                yield from (task.of_video(video, shas[video]) for video in shown)
+            yield from task.of_study(config)
 
 
 def _check_pairs(config: StudyConfig, videos: set[str]) -> None:

@@ -1,17 +1,37 @@
-"""How much annotators' SDC trees agree: F scores of their clauses."""
+"""How much people agree: F scores of the clauses of SDC trees, and α and κ of what they choose."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from annotation_app.store.models import Record
+from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
 Measure: TypeAlias = Literal["span", "tree"]
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A measure of agreement.
+
+    Parameters
+    ----------
+    value
+        None where too little has been answered twice, or everybody says the same all the time.
+    units
+        What was answered by two people or more: commands, clauses, pairs.
+    """
+
+    measure: str
+    value: float | None
+    units: int
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
@@ -35,6 +55,26 @@ def mean_pairwise(
     score = span_f if measure == "span" else tree_f
     scores = [score(a, b) for trees in items for a, b in combinations(trees, 2)]
     return (float(np.mean(scores)), len(scores)) if scores else None
+
+
+def measured(
+    units: Iterable[Sequence[Any]], levels: Sequence[Level] = ("nominal",)
+) -> Iterator[Measured]:
+    """Krippendorff's α and Fleiss' κ of what people chose for each unit."""
+    rated = [unit for unit in units if len(unit) > 1]
+    for level in levels:
+        value = krippendorff_alpha(rated, level)
+        yield Measured(f"Krippendorff's α, {level}", value, len(rated))
+    yield Measured("Fleiss' κ", fleiss_kappa(rated), len(rated))
+
+
+def by_clause(
+    items: Iterable[Sequence[Record]], part: str, value: Callable[[Any], Hashable]
+) -> Iterator[list[Hashable]]:
+    """What people chose for each clause, from the part of their answers that has it by node."""
+    for bodies in items:
+        for node in dict.fromkeys(node for body in bodies for node in body[part]):
+            yield [value(body[part][node]) for body in bodies if node in body[part]]
 
 
 def _f_score(one: Counter[Hashable], other: Counter[Hashable]) -> float:

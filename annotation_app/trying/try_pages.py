@@ -10,12 +10,12 @@ from flask import Blueprint, Response, send_file
 from flask.typing import ResponseReturnValue
 
 from annotation_app.core.problems import Refusal
+from annotation_app.core.sent_text import clean_text
 from annotation_app.pages.entrance import may_try
 from annotation_app.people.browser_sessions import current_person, unknown
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person
-from annotation_app.tasks.answers import clean_text
 from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, scenarios
 from annotation_app.trying.attempt_queue import attempts
 from annotation_app.web.api import read_request
@@ -53,8 +53,8 @@ def page() -> ResponseReturnValue:
 
 @blueprint.post("/api/try")
 @limited(tries)
-def begin() -> ResponseReturnValue:
-    """Begin an attempt."""
+def try_() -> ResponseReturnValue:
+    """Try a command."""
     _require()
     request = read_request(TryRequest)
     text = clean_text(request.text)
@@ -68,7 +68,7 @@ def begin() -> ResponseReturnValue:
 
 
 @blueprint.get("/api/try/<name>")
-def state(name: str) -> Response:
+def tried(name: str) -> Response:
     """How far an attempt is."""
     return Response(msgspec.json.encode(_found(name)), mimetype="application/json")
 

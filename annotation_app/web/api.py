@@ -12,19 +12,21 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.core.sent_text import check_json
+from annotation_app.items.assignment import Lease, Work, extend, skip
+from annotation_app.items.submissions import add_event, save_draft, submit, was_received
 from annotation_app.people.browser_sessions import current_person, required_person, unknown
 from annotation_app.people.participants import keep_practice
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import TASKS, Answer, Item, Record, Study, Task
+from annotation_app.store.models import Answer, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import restored
-from annotation_app.tasks import pipeline
-from annotation_app.tasks.answers import check_json, read_answer, shown_again
-from annotation_app.tasks.assignment import Lease, Work, extend, skip
-from annotation_app.tasks.payloads import page_data
-from annotation_app.tasks.submissions import add_event, save_draft, submit, was_received
-from annotation_app.tasks.work import EXPLANATIONS, item_of, lease_s, take_work, visit
+from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
+from annotation_app.work import adoption
+from annotation_app.work.answer_reading import read_answer
+from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
+from annotation_app.work.page_data import page_data
 
 blueprint = Blueprint("api", __name__, url_prefix="/api")
 
@@ -136,10 +138,17 @@ def answer(item_id: str) -> Response:
         kept = read_answer(session, found, request.body, installation().salt)
     with transaction(engine) as session:
         receipt = submit(
-            session, found, found.who, uuid=request.uuid, sent=request.body, body=kept, now=now()
+            session,
+            found,
+            found.who,
+            uuid=request.uuid,
+            sent=request.body,
+            body=kept,
+            now=now(),
+            adopted=task_of(found.task).adjudication is None,
         )
         if receipt.answer is not None:
-            pipeline.answered(session, found.task, receipt.answer)
+            adoption.answered(session, found.task, receipt.answer)
     return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 
@@ -181,7 +190,7 @@ def answers(item_id: str) -> Response:
                 "answer": a.id,
                 "adopted": a.adopted,
                 "surplus": a.surplus,
-                "body": shown_again(session, found, a.body, salt),
+                "body": task_of(found.task).sent_form(session, found, a.body, salt),
             }
             for a in given
         ]
@@ -200,7 +209,7 @@ def adjudicate(item_id: str) -> Response:
         kept = read_answer(session, found, request.body, salt)
         if not was_received(session, person.id, request.uuid):
             study = session.get_one(Study, found.study_id)
-            pipeline.adjudicate(
+            adoption.adjudicate(
                 session,
                 study,
                 found,
@@ -223,7 +232,7 @@ def practice(task_name: str) -> Response:
     return _answer({"kept": True})
 
 
-def read_task(name: str) -> Task:
+def read_task(name: str) -> TaskName:
     """A task by its name.
 
     Raises
@@ -231,7 +240,7 @@ def read_task(name: str) -> Task:
     Refusal
         If there is none.
     """
-    if name not in TASKS:
+    if find_task(name) is None:
         raise Refusal(404, "There is no such task.")
     return name
 

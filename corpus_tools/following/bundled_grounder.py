@@ -12,25 +12,20 @@ from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.state.recording import Recording, to_context
 from corpus_tools.world.state.robot_script import (
-    APPROACH,
-    BACK_UP,
-    DRIVE_PAST,
     DRIVE_TO,
-    FORWARD,
     PICK_UP,
     PUT_DOWN,
-    TURN,
-    WAIT,
     Script,
     ScriptStep,
+    in_script,
 )
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.grounding_candidates import GROUND_M, ground, square
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
-from g3.groundings import Context, PhysicalObject, Place, Prism
+from g3.geometry.footprints import centre
+from g3.groundings import PhysicalObject, Place, Prism
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
@@ -107,24 +102,25 @@ def _steps(
     action: Action, end: Place, places: dict[str, Place], floor_m: float
 ) -> list[ScriptStep]:
     """The steps of an action that ends in a place; the places they use get names."""
-    numbers = {
-        "turn": (TURN, float(np.rad2deg(action.amount))),
-        "go straight": (FORWARD, action.amount),
-        "back up": (BACK_UP, -action.amount),
-        "wait": (WAIT, WAIT_S),
-    }
-    if action.kind in numbers:
-        kind, number = numbers[action.kind]
-        return [ScriptStep(kind.name, number)]
-    if action.kind.startswith("drive"):
+    kind = action.kind
+    if (told := in_script(kind, "number")) is not None:
+        return [ScriptStep(told.name, _number(action))]
+    if not kind.handles:
         return [_drive(action, end, places)]
     steps = []
-    if action.kind in ("pick up", "carry"):
+    if kind.takes:
         steps.append(ScriptStep(PICK_UP.name, action.object_id))
-    if action.place is not None:
+    if kind.leaves and action.place is not None:
         place = _within_reach(action.place, floor_m)
         steps.append(ScriptStep(PUT_DOWN.name, _placed(place, places)))
     return steps
+
+
+def _number(action: Action) -> float:
+    """An action's amount in the unit of scripts, which never count backwards metres."""
+    if action.kind.unit == "rad":
+        return float(np.rad2deg(action.amount))
+    return abs(action.amount) if action.kind.unit == "m" else WAIT_S
 
 
 def _within_reach(place: Place, floor_m: float) -> Place:
@@ -137,13 +133,12 @@ def _within_reach(place: Place, floor_m: float) -> Place:
 
 
 def _drive(action: Action, end: Place, places: dict[str, Place]) -> ScriptStep:
-    target = action.target[0]
-    if action.kind in ("drive to", "drive past") and len(action.target) == 1:
-        if isinstance(target, PhysicalObject):
-            kind = DRIVE_PAST if action.kind == "drive past" else APPROACH
-            return ScriptStep(kind.name, target.id)
-        if isinstance(target, Place):
-            return ScriptStep(DRIVE_TO.name, _placed(target, places))
+    """The step of an action that drives; to where it ends where scripts can't say it."""
+    target = action.target[0] if len(action.target) == 1 else None
+    if isinstance(target, PhysicalObject) and (told := in_script(action.kind, "object")):
+        return ScriptStep(told.name, target.id)
+    if isinstance(target, Place) and (told := in_script(action.kind, "place")):
+        return ScriptStep(told.name, _placed(target, places))
     return ScriptStep(DRIVE_TO.name, _placed(end, places))
 
 
@@ -165,8 +160,3 @@ def _at_end(thing: PhysicalObject) -> PhysicalObject:
     pose = np.array([*track.xyz[-1, :2], track.yaw[-1]])
     rise = float(track.xyz[-1, 2] - track.xyz[0, 2])
     return moved_to(thing, pose, thing.prism.z_min + rise)
-
-
-def context_at_start(context: Context) -> Context:
-    """A context without what its log does."""
-    return start_state(context).context

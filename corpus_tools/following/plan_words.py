@@ -16,10 +16,10 @@ from g3.sdc.clauses import SDC
 def described(action: Action) -> str:
     """What an action does, and to what."""
     target = " and ".join(object_ids(action.target)) or ("a place" if action.target else "")
-    words = [action.kind, action.object_id, target]
+    words = [action.kind.name, action.object_id, target]
     if action.place is not None:
         words.append(f"at {_spot(action.place)}, {action.place.prism.z_min:.1f} m up")
-    if action.kind == "turn":
+    if action.kind.unit == "rad":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
     return " ".join(word for word in words if word)
 

@@ -13,8 +13,8 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
 from g3.features.feature_registry import select
-from g3.learning.crf import Optimizer
 from g3.learning.grounding_model import GroundingModel
+from g3.learning.optimum import Optimizer
 
 if TYPE_CHECKING:
     from corpus_tools.shards.shard_files import Manifest

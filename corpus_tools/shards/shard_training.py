@@ -25,7 +25,7 @@ from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
 from g3.learning import crf
 from g3.learning.grounding_model import GroundingModel
-from g3.learning.newton import Local, Problem
+from g3.learning.optimum import Local, Problem, minimise
 from g3.storage.array_file import Field, read_arrays, write_arrays
 
 PARTS = 16
@@ -109,10 +109,11 @@ def fit_on_shards(
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, team)), unit)
 
-        found = crf.OPTIMIZERS[model.optimizer](
+        found = minimise(
             Problem(look, unit, manifest.examples / 4),
             tolerance=tolerance,
             max_iterations=crf.MAX_ITERATIONS,
+            optimizer=model.optimizer,
         )
     return model.with_weights(space, (found / size)[copy_of])
 

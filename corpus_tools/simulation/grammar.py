@@ -18,7 +18,8 @@ from corpus_tools.simulation.referring import name_place, refer
 from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
 from corpus_tools.simulation.simulated_workers import POLITE, Worker, misspell
 from corpus_tools.simulation.wording import Wording, clause
-from corpus_tools.world.state.robot_script import APPROACH, DRIVE_PAST, DRIVE_TO, PICK_UP, PUT_DOWN
+from corpus_tools.world.state.robot_script import DRIVE_TO
+from g3.actions.forklift_actions import DRIVE_PAST, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError
 from g3.sdc.clauses import SDC
 
@@ -103,18 +104,18 @@ class _Speaker:
         while steps:
             step = steps.pop(0)
             goal = str(step.argument)
-            if step.action == PICK_UP.name:
+            if step.kind is PICK_UP:
                 held = goal
-                put = steps.pop(0) if steps and steps[0].action == PUT_DOWN.name else None
+                put = steps.pop(0) if steps and steps[0].kind is PUT_DOWN else None
                 plan += self._fetch(held, "" if put is None else str(put.argument))
                 held = held if put is None else ""
-            elif step.action == PUT_DOWN.name:
+            elif step.kind is PUT_DOWN:
                 plan.append(_put(held, goal))
                 held = ""
             elif step.action == DRIVE_TO.name:
                 plan.append(_take(held, goal) if held and self.rng.random() < 0.5 else _go(goal))
-            elif step.action in (DRIVE_PAST.name, APPROACH.name):
-                plan.append(_move(goal, past=step.action == DRIVE_PAST.name))
+            elif step.kind is not None and step.kind.aims:
+                plan.append(_move(goal, past=step.kind is DRIVE_PAST))
             else:
                 raise CorpusError(
                     f"no simulated worker has words for {step.action}",

@@ -147,11 +147,21 @@ def table_3(
         kept.path.unlink(missing_ok=True)
 
 
+def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:
+    """The kinds of plans to rate, in their order."""
+    named = tuple(dict.fromkeys(value.split(","))) if value else ()
+    strange = [kind for kind in named if kind not in ("wrong", "right")]
+    if strange:
+        raise click.BadParameter(f"there is no kind {strange[0]!r}; give wrong, right or both")
+    return named
+
+
 @click.command(
     "--end-to-end",
     short_help="Have people rate videos of plans (section 4.3).",
     epilog="\b\nExamples:\n"
     "  ct eval --end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
+    "  ct eval --end-to-end set --train aaai11 --test aaai11 --plans wrong,right --most 200\n"
     "  ct eval --end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
     "--pay 0.05 --url https://lab.example.org",
 )
@@ -170,7 +180,15 @@ def table_3(
     type=click.IntRange(min=0),
     default=0,
     show_default="all",
-    help="How many commands of each scenario to follow.",
+    help="How many commands of each scenario to follow; with --plans, how many plans to rate.",
+)
+@click.option(
+    "--plans",
+    callback=_kinds,
+    metavar="KIND,...",
+    default="",
+    help="Have people rate plans that the automatic judge calls wrong, right or both, to check "
+    "the judge. The kind that you name first gets most of the pairs.",
 )
 @click.option(
     "--ratings",
@@ -182,7 +200,7 @@ def table_3(
     "--crowd",
     metavar="PROVIDER",
     default="",
-    help="Offer the study as `ct publish` does: links, mturk or prolific.",
+    help="Offer the study as `ct crowd publish` does: links, mturk or prolific.",
 )
 @click.option(
     "--url", metavar="URL", default="", help="Address at which the people of --crowd reach it."
@@ -211,6 +229,7 @@ def end_to_end(
     train: str,
     test: str,
     most: int,
+    plans: tuple[str, ...],
     ratings: Path | None,
     crowd: str,
     url: str,
@@ -226,22 +245,39 @@ def end_to_end(
     """Make videos of plans and a study in which people rate them, and show what they said so far.
 
     A study that was stopped goes on where it was. --crowd offers the work at a platform.
+
+    With --plans you get a rating set: plans of all commands, drawn evenly from scenarios and
+    configurations, so that people's ratings tell how far to believe the automatic judge. Before
+    videos are made you see how many there are, how sure the figures will be, and how long people
+    take.
     """
     from corpus_tools.video.drawing.gl import choose_back_end
 
     # Before MuJoCo is imported, which reads what this chooses.
     choose_back_end()
+    from eval.plan_study import rating_report, rating_set, whole_study
     from eval.plan_study.study_rating import Crowd, offer
     from eval.plan_study.study_settings import settings_for
-    from eval.plan_study.whole_study import go_on, render
 
-    settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed)
-    with progress_bar("reading corpora") as on_progress:
-        study = go_on(
-            folder, settings, ratings=ratings, pay=pay, draws=draws, on_progress=on_progress
-        )
+    settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
+    terminal = is_terminal(out)
+    if plans:
+        with progress_bar("reading corpora") as on_progress:
+            drawn = rating_set.prepare(folder, settings, on_progress=on_progress)
+        note(*rating_report.lines_planned(drawn.planned))
+        with progress_bar("videos") as on_progress:
+            rated = rating_set.finish(
+                drawn, ratings=ratings, pay=pay, draws=draws, on_progress=on_progress
+            )
+        file, text = rated.file, rating_report.render(rated, form, terminal=terminal)
+    else:
+        with progress_bar("reading corpora") as on_progress:
+            study = whole_study.go_on(
+                folder, settings, ratings=ratings, pay=pay, draws=draws, on_progress=on_progress
+            )
+        file, text = study.file, whole_study.render(study, form, terminal=terminal)
     if crowd:
         endpoint = os.environ.get("CT_CROWD_ENDPOINT")
-        for line in offer(study.file, Crowd(crowd, url, items, sandbox, endpoint)):
+        for line in offer(file, Crowd(crowd, url, items, sandbox, endpoint)):
             note(line)
-    write(render(study, form, terminal=is_terminal(out)), out)
+    write(text, out)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.action_candidates import end_of, kind_of, moved
 from g3.actions.grounding_candidates import beneath, square
-from g3.actions.logged_actions import centre, recorded
+from g3.actions.logged_actions import NOTHING, end_of, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
+from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import Context, FloatArray, PhysicalObject
 
@@ -46,8 +46,8 @@ class Verdict:
 def judge(context: Context, final: State) -> Verdict:
     """Compare the state that a plan leads to with the end of a context's log."""
     start, log = start_state(context), recorded(context)
-    kind = kind_of(context)
-    carried = moved(log) if kind != "drive" else frozenset()
+    done = handling(context)
+    carried = moved(log) if done != NOTHING else frozenset()
     before = {o.id: o for o in start.context.objects}
     touched = {
         o.id
@@ -57,10 +57,10 @@ def judge(context: Context, final: State) -> Verdict:
     strange = touched - carried - {start.held, final.held}
     if strange:
         return Verdict(False, f"it moves {', '.join(sorted(strange))}, which the log leaves alone")
-    if kind == "drive":
+    if done == NOTHING:
         return _drive(start, log.agent, final)
     load = start.held if start.held in carried else sorted(carried)[0]
-    if kind == "pick up":
+    if not done.leaves:
         if final.held != load:
             return Verdict(False, "the load isn't on the forks at the end")
         return Verdict(True)

@@ -7,16 +7,15 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from g3.actions.action_candidates import kind_of, moved
 from g3.actions.action_kinds import Action
-from g3.actions.logged_actions import centre, recorded
+from g3.actions.logged_actions import NOTHING, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
+from g3.geometry.footprints import centre
 from g3.groundings import Context, PhysicalObject
 
 MOVED_M = 0.5
 """What ends nearer than this to where it was counts as left alone."""
 PALLET = "pallet"
-LIFTS = ("pick up", "carry")
 
 
 def picked_up(start: State, actions: Sequence[Action], final: State) -> frozenset[str]:
@@ -27,13 +26,13 @@ def picked_up(start: State, actions: Sequence[Action], final: State) -> frozense
         for o in final.context.objects
         if o.id != start.context.agent_id and _shift(before[o.id], o) > MOVED_M
     }
-    lifted = {a.object_id for a in actions if a.kind in LIFTS}
+    lifted = {a.object_id for a in actions if a.kind.takes}
     return frozenset(shifted | lifted) - {start.held}
 
 
 def picked_in_log(context: Context) -> frozenset[str]:
     """Ids of what is picked up in a context's own log."""
-    if kind_of(context) == "drive":
+    if handling(context) == NOTHING:
         return frozenset()
     return moved(recorded(context)) - {start_state(context).held}
 

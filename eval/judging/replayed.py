@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from g3.actions.action_candidates import RELEASED_M, moved
-from g3.actions.logged_actions import centre, loaded, recorded
+from g3.actions.logged_actions import RELEASED_M, loaded, moved, recorded
 from g3.actions.robot_state import State, moved_to, start_state, with_moved
+from g3.geometry.footprints import centre
 from g3.groundings import Context, PhysicalObject
 
 

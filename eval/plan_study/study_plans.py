@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
+from typing import TypeAlias
 
 import msgspec
 
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.following.bundled_grounder import to_script
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
-from eval.judging.judge import judge
+from eval.judging.judge import Verdict, judge
+from eval.plan_study.plan_scripts import PlanScript, script_of
 from eval.plan_study.study_settings import Settings
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.judged_commands import annotated_commands
@@ -23,6 +25,7 @@ from eval.table_3.plan_rows import TOP
 from eval.table_3.search_examples import data_of
 from g3.actions.robot_state import start_state
 from g3.annotation import Annotation
+from g3.groundings import Context
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.problem.costs import RandomCost
 from g3.storage.atomic_file import write_bytes
@@ -31,6 +34,14 @@ CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
 """How often the things in a run are noted down; videos draw what is between."""
 PLANS, RUNS = "plans", "runs"
+
+Judge: TypeAlias = Callable[[Annotation, Plan], Verdict]
+
+JUDGES: Mapping[str, Judge] = MappingProxyType(
+    {"log": lambda annotation, plan: judge(annotation.context, plan.state)}
+)
+"""The automatic judge's verdicts by name, each on a command's plan. The first one counts."""
+FIRST = next(iter(JUDGES))
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
@@ -41,9 +52,13 @@ class PlanRecord(msgspec.Struct, frozen=True):
     run
         Name of the run that it was carried out in; empty if there is no plan.
     correct, reason
-        The automatic judge's verdict.
+        The automatic judge's first verdict.
     failure
         Why physics stopped the run; empty if it didn't.
+    script
+        What the robot is told; None if there is no plan.
+    verdicts
+        Whether it is right, by each of :data:`JUDGES`; empty if there is no plan.
     """
 
     configuration: str
@@ -55,6 +70,8 @@ class PlanRecord(msgspec.Struct, frozen=True):
     reason: str
     run: str = ""
     failure: str = ""
+    script: PlanScript | None = None
+    verdicts: dict[str, bool] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +101,7 @@ def plan_all(
 ) -> list[PlanRecord]:
     """Make the plans that aren't there yet, and carry them out; all that are there then.
 
-    Each is kept as soon as it is made.
+    Each is kept as soon as it is made. For a rating set only a sample is carried out, later.
     """
     for name in (PLANS, RUNS):
         (folder / name).mkdir(exist_ok=True)
@@ -96,7 +113,10 @@ def plan_all(
     if on_progress:
         learning = _still(on_progress, done, len(units))
     for number, (unit, plan, note) in enumerate(_planned(todo, settings, learning), done + 1):
-        record = _carried_out(folder, unit, plan, note)
+        record = _record(unit, plan, note)
+        if not settings.plans and record.script is not None:
+            failure = carry_out(folder, unit.name, record, unit.annotation.context)
+            record = msgspec.structs.replace(record, run=unit.name, failure=failure)
         write_bytes(_kept(folder, unit), msgspec.json.encode(record))
         if on_progress:
             on_progress(f"plans and runs: {unit.name}", number, len(units))
@@ -143,22 +163,40 @@ def _planned(
         yield unit, result.plan, result.note
 
 
-def _carried_out(folder: Path, unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
+def _record(unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
     command = unit.annotation.command
     about = (unit.configuration, command.id, command.scenario, command.text)
     if plan is None:
         return PlanRecord(*about, 0.0, False, note)
-    context = unit.annotation.context
-    told = to_script(start_state(context), plan.actions)
-    done = execute(context, told.script, places=told.places, rate_hz=RATE_HZ)
+    said = {name: decide(unit.annotation, plan) for name, decide in JUDGES.items()}
+    return PlanRecord(
+        *about,
+        plan.probability,
+        said[FIRST].correct,
+        said[FIRST].reason,
+        script=script_of(start_state(unit.annotation.context), plan.actions),
+        verdicts={name: verdict.correct for name, verdict in said.items()},
+    )
+
+
+def carry_out(folder: Path, run: str, record: PlanRecord, context: Context) -> str:
+    """Carry a plan out in physics and write what happens; why it was stopped, or nothing.
+
+    Raises
+    ------
+    ValueError
+        If the record has no plan.
+    """
+    if record.script is None:
+        raise ValueError(f"there is no plan for {record.command}")
+    script = record.script
+    done = execute(context, script.steps, places=script.places, rate_hz=RATE_HZ)
     corpus = make_corpus(
-        unit.name,
-        contexts=[replace(to_context(done.recording), id=unit.name)],
+        run,
+        contexts=[replace(to_context(done.recording), id=run)],
         commands=[],
         annotations=[],
-        source=f"a plan for {command.id}, carried out in physics",
+        source=f"a plan for {record.command}, carried out in physics",
     )
-    write_corpus(corpus, run_corpus(folder, unit.name), force=True)
-    verdict = judge(context, plan.state)
-    failure = "" if done.failure is None else str(done.failure)
-    return PlanRecord(*about, plan.probability, verdict.correct, verdict.reason, unit.name, failure)
+    write_corpus(corpus, run_corpus(folder, run), force=True)
+    return "" if done.failure is None else str(done.failure)

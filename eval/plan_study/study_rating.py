@@ -10,11 +10,12 @@ from annotation_app.core.config import DATABASE_FILE, Config, open_instance
 from annotation_app.crowds.crowd_registry import find_provider, providers
 from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.publishing import publish_links, publish_posting
-from annotation_app.export.corpus_export import export_judgments, find_only_study
+from annotation_app.export.corpus_export import find_only_study
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.schema import migrate
-from annotation_app.studies.study_file import read_study
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
+from annotation_app.study_setup.study_reading import read_study
+from annotation_app.tasks.rate import judgments as ratings
 from eval.plan_study.study_pairs import ANSWERS, INSTANCE
 from g3.annotation import Judgment
 from g3.errors import FormatError
@@ -29,7 +30,7 @@ class Crowd:
     Parameters
     ----------
     provider
-        One of ``ct publish``.
+        One of ``ct crowd publish``.
     url
         Address at which they reach the app.
     items
@@ -52,7 +53,7 @@ def received(folder: Path) -> Sequence[Judgment]:
     if not (folder / INSTANCE / DATABASE_FILE).exists():
         return ()
     with opened(_instance(folder).database) as engine, reading(engine, one_state=True) as session:
-        return export_judgments(session, find_only_study(session, None))
+        return ratings(session, find_only_study(session, None))
 
 
 def offer(file: Path, crowd: Crowd) -> list[str]:

@@ -28,6 +28,11 @@ class Settings(msgspec.Struct, frozen=True):
         What is random is drawn with.
     hashes
         Of the corpora.
+    plans
+        Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in
+        the order in which they count; empty for a study like the paper's.
+    pairs
+        Of a rating set, how many pairs there are at most; 0 for all.
     """
 
     train: str
@@ -36,11 +41,23 @@ class Settings(msgspec.Struct, frozen=True):
     l2: float
     seed: int
     hashes: tuple[str, ...] = ()
+    plans: tuple[str, ...] = ()
+    pairs: int = 0
 
 
-def settings_for(train: str, test: str, *, most: int, l2: float, seed: int) -> Settings:
-    """Settings with the hashes of the corpora."""
+def settings_for(
+    train: str, test: str, *, most: int, l2: float, seed: int, plans: tuple[str, ...] = ()
+) -> Settings:
+    """Settings with the hashes of the corpora.
+
+    Parameters
+    ----------
+    most
+        How many commands of each scenario, or how many pairs of a rating set; 0 for all.
+    """
     hashes = tuple(open_corpus(name).hash for name in (*train.split(","), test))
+    if plans:
+        return Settings(train, test, 0, l2, seed, hashes, plans, most)
     return Settings(train, test, most, l2, seed, hashes)
 
 

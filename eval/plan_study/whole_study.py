@@ -96,7 +96,7 @@ def go_on(
     found = pairs(records, chosen_commands(settings), settings.seed)
     film_all(folder, settings.test, found, _half(on_progress, 1))
     file = write_study(folder, found, settings.seed, pay)
-    judgments = _judgments(folder, ratings)
+    judgments = ratings_so_far(folder, ratings)
     judged = [*records, *baseline_records(settings)]
     options = {"seed": settings.seed, "draws": draws}
     return Study(
@@ -112,7 +112,8 @@ def go_on(
     )
 
 
-def _judgments(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
+def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
+    """What people have rated: in a corpus, or if there is none in the app's database."""
     if ratings is not None:
         return load_corpus(ratings).judgments
     if find_spec("sqlalchemy") is None:

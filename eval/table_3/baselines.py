@@ -15,9 +15,10 @@ import numpy as np
 
 from eval.table_3 import static_embeddings
 from g3.actions.action_kinds import Action, move, result
-from g3.actions.grounding_candidates import is_open, spots_about, spots_of_robot
-from g3.actions.logged_actions import centre
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN, WAIT
+from g3.actions.grounding_candidates import are_free, spots_about, spots_of_robot
 from g3.actions.robot_state import State
+from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
@@ -26,10 +27,10 @@ LEAST_ALIKE = 0.3
 """Cosine from which words may name a label."""
 STRAIGHT_M = 4.0
 LEFT, RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
-PUT_DOWN = stems("put place set drop")
-BRING = PUT_DOWN | stems("move bring carry take transport deliver")
-HANDLE = BRING | stems("pick lift load grab get raise")
-GO = stems(f"{WORD_CLASSES['going']} {WORD_CLASSES['turning']}")
+PUTTING = stems("put place set drop")
+BRINGING = PUTTING | stems("move bring carry take transport deliver")
+HANDLING = BRINGING | stems("pick lift load grab get raise")
+GOING = stems(f"{WORD_CLASSES['going']} {WORD_CLASSES['turning']}")
 
 Things = Sequence[PhysicalObject]
 Naming = tuple[Things, int]
@@ -187,7 +188,7 @@ def _done_with(
         How things are named.
     """
     start, verbs = scene.start, {normalise(word) for word in scene.words}
-    if verbs & GO and not verbs & HANDLE:
+    if verbs & GOING and not verbs & HANDLING:
         return [_driven(find, scene)]
     if start.held is not None:
         load = start.thing(start.held)
@@ -198,8 +199,8 @@ def _done_with(
     goal = find(scene.words[place:], [known.get(o.id, o.labels) for o in things], things)
     spot = next(_spots(goal, verbs, load, scene), None)
     if spot is not None:
-        return [Action("put down" if start.held else "carry", object_id=load.id, place=spot)]
-    return [Action("wait") if start.held else Action("pick up", object_id=load.id)]
+        return [Action(PUT_DOWN if start.held else CARRY, object_id=load.id, place=spot)]
+    return [Action(WAIT) if start.held else Action(PICK_UP, object_id=load.id)]
 
 
 def _driven(find: FindNamed, scene: Scene) -> Action:
@@ -207,9 +208,7 @@ def _driven(find: FindNamed, scene: Scene) -> Action:
     things = [o for o in (*scene.loads, *scene.others) if o.id != scene.start.held]
     named = find(scene.words, [o.labels for o in things], things)
     target = _nearest(named[0], scene.start) if named else None
-    return (
-        Action("drive to", target=(target,)) if target else Action("go straight", amount=STRAIGHT_M)
-    )
+    return Action(DRIVE_TO, target=(target,)) if target else Action(GO_STRAIGHT, amount=STRAIGHT_M)
 
 
 def _spots(
@@ -217,9 +216,10 @@ def _spots(
 ) -> Iterator[Place]:
     """Where the load may be put, the first choice first; nowhere if it isn't said to be put."""
     spots: list[Place] = []
-    if goal and verbs & BRING:
+    if goal and verbs & BRINGING:
         thing = _chosen(goal[0], scene)
         spots += spots_about((thing,), scene.start) if thing else []
-    elif verbs & PUT_DOWN:
+    elif verbs & PUTTING:
         spots += spots_of_robot(scene.start)
-    return (spot for spot in spots if is_open(spot, scene.start, load.id))
+    free = are_free(spots, scene.start, load.id) if spots else ()
+    return (spot for spot, is_free in zip(spots, free, strict=True) if is_free)

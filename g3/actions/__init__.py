@@ -4,9 +4,9 @@ Read :mod:`~g3.actions.action_kinds` first. Importing the package registers the 
 and what other distributions name in the entry point group ``g3.actions``.
 """
 
-from g3.actions import proposals
+from g3.actions import forklift_actions
 from g3.extensions import load_extensions
 
-__all__ = ["proposals"]
+__all__ = ["forklift_actions"]
 
 load_extensions("g3.actions")

@@ -1,22 +1,25 @@
-"""What the robot can do: kinds of actions, how they look, what they lead to.
+"""What a robot can do: kinds of actions, what they need and change, and how they go.
 
-A kind is registered by a decorator on the function that proposes its actions, together with the
-function that tells how they go (:mod:`g3.actions.proposals`). The state that an action leads to
-follows from its trajectory.
+A kind is defined once, as a record: what it needs and changes (:class:`Handling`), which of its
+actions are possible in a state, and their course. Search, hard negatives, scripts of physics and
+simulated workers speak of the same records; :mod:`g3.actions.forklift_actions` has the forklift's.
+The state that an action leads to follows from its trajectory.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from g3.actions import motions
 from g3.actions.courses import Course, join_courses
+from g3.actions.logged_actions import NOTHING, Handling, Outcome
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State, moved_to, with_moved
-from g3.groundings import Grounding, Place
+from g3.groundings import Grounding, PhysicalObject, Place, Trajectory
 
 Group = tuple[Grounding, ...]
 
@@ -28,7 +31,7 @@ class Action:
     Parameters
     ----------
     kind
-        Name of a registered kind.
+        What sort of action it is.
     object_id
         What is picked up, carried or put down; empty for none.
     target
@@ -41,7 +44,7 @@ class Action:
         Which of the goals that the clause may mean the action takes; -1 for none.
     """
 
-    kind: str
+    kind: ActionKind
     object_id: str = ""
     target: Group = ()
     place: Place | None = None
@@ -72,11 +75,12 @@ class Focus:
 
 
 Propose = Callable[[State, Focus], list[Action]]
-Move = Callable[[State, Sequence[Action]], Course]
+CourseMaker = Callable[[State, Sequence[Action]], Course]
+Unit = Literal["", "rad", "m", "s"]
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
+@dataclass(frozen=True, slots=True, eq=False)
+class ActionKind:
     """A kind of action.
 
     Parameters
@@ -85,37 +89,109 @@ class Kind:
         Unique.
     propose
         Lists its actions that are possible in a state, for a clause.
-    move
-        Tells how they go.
+    course
+        Tells where its actions go, those of a batch at once.
     description
         What it does, from the proposing function's docstring.
+    handling
+        What it does to a load. One that takes a load needs free forks, one that only leaves it
+        needs a load on them.
+    aims
+        Whether it goes somewhere by a target.
+    unit
+        Of its amount; empty if it has none.
     """
 
     name: str
     propose: Propose
-    move: Move
+    course: CourseMaker
     description: str
+    handling: Handling = NOTHING
+    aims: bool = False
+    unit: Unit = ""
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __repr__(self) -> str:
+        return f"ActionKind({self.name!r})"
+
+    def __reduce__(self) -> tuple[Callable[[str], ActionKind], tuple[str]]:
+        return kind_named, (self.name,)
+
+    @property
+    def takes(self) -> bool:
+        """Whether it picks a load up."""
+        return self.handling.takes
+
+    @property
+    def leaves(self) -> bool:
+        """Whether it puts a load down."""
+        return self.handling.leaves
+
+    @property
+    def handles(self) -> bool:
+        """Whether it is about a load."""
+        return self.takes or self.leaves
+
+    def fits(self, state: State) -> bool:
+        """Whether what is on the forks allows it."""
+        return not self.handles or (state.held is None) == self.takes
 
 
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, ActionKind] = {}
 """All kinds by name."""
 
 
-def action_kind(name: str, move: Move) -> Callable[[Propose], Propose]:
-    """Register a kind of action under a name, with the function that tells how they go."""
+def action_kind(
+    name: str,
+    course: CourseMaker,
+    *,
+    takes: bool = False,
+    leaves: bool = False,
+    aims: bool = False,
+    unit: Unit = "",
+) -> Callable[[Propose], ActionKind]:
+    """Register a kind of action; decorates the function that proposes its actions.
 
-    def register(propose: Propose) -> Propose:
+    Parameters
+    ----------
+    name, course, aims, unit
+        As of :class:`ActionKind`.
+    takes, leaves
+        What it does to a load.
+
+    Raises
+    ------
+    ValueError
+        If another kind has the name.
+    """
+
+    def register(propose: Propose) -> ActionKind:
         if name in KINDS:
             raise ValueError(f"there is a kind of action {name!r} already")
-        KINDS[name] = Kind(name, propose, move, (propose.__doc__ or "").strip().split("\n")[0])
-        return propose
+        described = (propose.__doc__ or "").strip().split("\n")[0]
+        handling = Handling(takes, leaves)
+        KINDS[name] = ActionKind(name, propose, course, described, handling, aims, unit)
+        return KINDS[name]
 
     return register
 
 
+def kind_named(name: str) -> ActionKind:
+    """The kind with a name."""
+    return KINDS[name]
+
+
+def kind_that(handling: Handling) -> ActionKind:
+    """The first kind that does something to a load: what a log shows as a kind."""
+    return next(kind for kind in KINDS.values() if kind.handling == handling)
+
+
 def possible_actions(state: State, focus: Focus) -> list[Action]:
     """What can be done in a state that a clause may mean, each action once."""
-    found = (a for kind in KINDS.values() for a in kind.propose(state, focus))
+    fitting = (kind for kind in KINDS.values() if kind.fits(state))
+    found = (action for kind in fitting for action in kind.propose(state, focus))
     seen: dict[tuple[object, ...], Action] = {}
     for action in found:
         place = id(action.place) if action.place is not None else 0
@@ -130,10 +206,10 @@ def move(state: State, actions: Sequence[Action]) -> Motions:
     order: list[int] = []
     parts: list[Course] = []
     for kind in KINDS.values():
-        own = [i for i, a in enumerate(actions) if a.kind == kind.name]
+        own = [i for i, a in enumerate(actions) if a.kind is kind]
         if own:
             order += own
-            parts.append(kind.move(state, [actions[i] for i in own]))
+            parts.append(kind.course(state, [actions[i] for i in own]))
     course = join_courses(parts)
     objects = state.context.objects
     index = {o.id: i for i, o in enumerate(objects)}
@@ -152,14 +228,30 @@ def result(state: State, action: Action, motion: Motions, row: int) -> State:
     pose = np.array([*motion.xyz[row, -1, :2], motion.yaw[row, -1]])
     moved = {robot.id: moved_to(robot, pose, robot.prism.z_min)}
     load = int(motion.load[row])
-    held = state.held
     if load >= 0:
         thing = state.context.objects[load]
         rise = motion.load_xyz[row, -1, 2] - thing.trajectory.xyz[0, 2]
         pose = np.array([*motion.load_xyz[row, -1, :2], motion.load_yaw[row, -1]])
         moved[thing.id] = moved_to(thing, pose, thing.prism.z_min + float(rise))
-    if action.kind == "pick up":
-        held = action.object_id
-    elif action.kind in ("put down", "carry"):
-        held = None
-    return with_moved(state, moved, held)
+    taken = action.object_id if action.kind.takes else state.held
+    return with_moved(state, moved, None if action.kind.leaves else taken)
+
+
+def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
+    """The robot with the trajectory of an action."""
+    agent = state.context.agent
+    t = agent.trajectory.t[0] + motion.t[row]
+    return replace(agent, trajectory=Trajectory(t, motion.xyz[row], motion.yaw[row]))
+
+
+def outcomes(state: State, actions: Sequence[Action]) -> Iterator[Outcome]:
+    """The logs that actions would leave, in their order."""
+    motion = move(state, actions)
+    for row, load in enumerate(motion.load):
+        agent = agent_of(state, motion, row)
+        track = Trajectory(agent.trajectory.t, motion.load_xyz[row], motion.load_yaw[row])
+        objects = (
+            replace(o, trajectory=track) if i == load else o
+            for i, o in enumerate(state.context.objects)
+        )
+        yield Outcome(agent, tuple(o for o in objects if o.id != agent.id))

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.actions.driving import direction
-from g3.actions.logged_actions import RUN_IN_M
 from g3.features.bodies import IntArray
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
+RUN_IN_M = 2.5
+"""How far loads are entered straight ahead."""
 BLOCKED_COST_M = 20.0
 CLEAR_M = 1.6
 """Entering past the middle of another thing nearer than this is as good as blocked."""
@@ -126,12 +127,6 @@ def _join_stops(parts: Sequence[Course], number: int) -> Stops:
             joined.run_in[rows], joined.out[rows] = stop.run_in, stop.out
         row += len(part.lead)
     return joined
-
-
-def quarters(yaw: FloatArray) -> FloatArray:
-    """The four headings along and across yaws (n,); shape (n, 4)."""
-    result: FloatArray = yaw[:, None] + np.pi / 2 * np.arange(4)
-    return result
 
 
 def entries(

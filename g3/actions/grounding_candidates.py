@@ -8,12 +8,11 @@ from itertools import combinations
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from g3.actions.action_candidates import SURFACE_M2, is_free
 from g3.actions.facing import ROW
-from g3.actions.logged_actions import centre, covers
 from g3.actions.robot_state import State, centres
-from g3.geometry.plane import area, convex_hull, rotate
-from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
+from g3.geometry.footprints import centre, covers
+from g3.geometry.plane import BoolArray, area, convex_hull, point_gap, rotate
+from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
 
 Group = tuple[Grounding, ...]
 
@@ -25,6 +24,10 @@ PAIR_M = 12.0
 HALF_M = 1.0
 """Half the side of the places that are made, and their height."""
 _CORNERS = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+SURFACE_M2 = 4.0
+"""Things at least this large can have a load put on top."""
+FREE_M = 1.2
+"""Gap between the middle of a place and whatever stands at its height."""
 GAP_M = 0.6
 """Between a thing and a place beside it."""
 AHEAD_M = (3.0, 6.0)
@@ -193,9 +196,50 @@ def _between(pair: Iterable[Grounding], state: State) -> list[Place]:
     return [square((a + b) / 2, yaw, ground(state))]
 
 
-def is_open(place: Place, state: State, load: str | None) -> bool:
-    """Whether a load can be put down in a place: nothing stands there."""
-    return is_free(state.context, place.prism, load)
+def standing(places: Sequence[Place], state: State) -> BoolArray:
+    """What stands in the middle of places, or too near to put something down there.
+
+    Parameters
+    ----------
+    places
+        n places.
+
+    Returns
+    -------
+    BoolArray
+        For each place and each of the context's objects, shape (n, m). What the place is on, and
+        the robot, aren't in the way.
+    """
+    middles = centres([place.prism for place in places])
+    bottoms = np.array([place.prism.z_min for place in places])
+    taken = np.zeros((len(places), len(state.context.objects)), dtype=bool)
+    for column, thing in enumerate(state.context.objects):
+        xy = thing.prism.xy
+        near = ((middles >= xy.min(axis=0) - FREE_M) & (middles <= xy.max(axis=0) + FREE_M)).all(
+            axis=1
+        )
+        near &= thing.prism.z_max > bottoms + 0.3
+        if thing.id != state.context.agent_id and near.any():
+            gaps = point_gap(middles[None, near], convex_hull(xy)[None])[0]
+            taken[near, column] = gaps <= FREE_M
+    return taken
+
+
+def are_free(places: Sequence[Place], state: State, load: str | None) -> BoolArray:
+    """Whether a load can be put down in places (n,): nothing else stands there; shape (n,)."""
+    return free_of(standing(places, state), state, load)
+
+
+def free_of(taken: BoolArray, state: State, load: str | None) -> BoolArray:
+    """The same for what :func:`standing` gives."""
+    others = np.array([o.id != load for o in state.context.objects], dtype=bool)
+    return np.asarray(~(taken & others).any(axis=1))
+
+
+def footprint_of(group: Sequence[Grounding]) -> FloatArray:
+    """The hull of a group's footprints, shape (k, 2)."""
+    corners = [g.prism.xy for g in group if not isinstance(g, Path)]
+    return convex_hull(corners[0] if len(corners) == 1 else np.concatenate(corners))
 
 
 def beneath(place: Place, state: State, load: str | None) -> PhysicalObject | None:

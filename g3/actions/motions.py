@@ -13,12 +13,13 @@ import numpy as np
 
 from g3.actions.courses import NEVER, Course
 from g3.actions.driving import CUSP_COST_M, arc, clear_cost, curve, direction
-from g3.actions.logged_actions import LIFT_M
 from g3.features.bodies import METRES_PER_RADIAN, SAMPLES, IntArray
 from g3.geometry.plane import length, rotate
 from g3.groundings import FloatArray
 
 SPEED_M_S, LIFT_M_S = 1.0, 0.1
+LIFT_M = 0.3
+"""How high loads are lifted off whatever they stand on, and carried over the ground."""
 
 _BACKWARDS = np.array([(0.0, 0.0), (2.0, 0.0), (4.0, 1.2), (4.0, -1.2)])
 _FINE, _COARSE = np.linspace(0, 1, 21), np.linspace(0, 1, 9)
@@ -140,7 +141,7 @@ def _ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatAr
     tried = np.isfinite(least) & (reverse == 0)
     for _ in range(2):
         row, option, manoeuvre = np.nonzero(tried)
-        ahead = curve(back[row, manoeuvre, -1], finals[row, option], np.ones(len(row)), _FINE)
+        ahead = curve(back[row, manoeuvre, -1], finals[row, option], _FINE)
         cost[tried] = clear_cost(ahead) + penalty[row, option] + extra[manoeuvre]
         number[tried] = len(curves) + np.arange(len(row))
         curves = np.concatenate((curves, ahead))

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from g3.actions.action_log import at_rest
-from g3.actions.logged_actions import loaded
+from g3.actions.logged_actions import at_rest, loaded
 from g3.features.bodies import moved_corners
 from g3.geometry.plane import hull_centre
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory

@@ -148,10 +148,10 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
     meeting = corners + ratio[..., None] * (ahead - corners)
     candidates = np.stack((corners, meeting), axis=2).reshape(n, 2 * k, 2)
     kept = np.stack((inside, crossing), axis=2).reshape(n, 2 * k)
-    # A convex polygon gains at most one corner from one cut: order the kept ones first.
-    order = np.argsort(~kept, axis=1, kind="stable")[:, : k + 1]
-    rows = np.arange(n)[:, None]
+    # A cut adds a corner at most, and more by rounding where an edge lies along the line.
     count = kept.sum(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : max(1, count.max())]
+    rows = np.arange(n)[:, None]
     last = np.maximum(count - 1, 0)[:, None]
     order = np.where(np.arange(order.shape[1]) < count[:, None], order, order[rows, last])
     clipped: FloatArray = candidates[rows, order]

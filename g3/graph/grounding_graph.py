@@ -103,15 +103,6 @@ class Factor:
         arguments = (self.phi, *words, *self.figure, *self.landmark1, *self.landmark2)
         return tuple(dict.fromkeys(arguments))
 
-    def grounding_nodes(self, field: Field) -> tuple[int, ...]:
-        """The breadth-first indices of the clauses whose groundings a field takes."""
-        fields: dict[Field, tuple[Variable, ...]] = {
-            "f": self.figure,
-            "l": self.landmark1,
-            "l2": self.landmark2,
-        }
-        return tuple(variable.node for variable in fields.get(field, ()))
-
 
 @dataclass(frozen=True, slots=True)
 class GroundingGraph:

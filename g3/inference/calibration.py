@@ -13,8 +13,8 @@ import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
 from g3.actions.grounding_candidates import beneath
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
@@ -77,7 +77,7 @@ def fit_curve(seen: FloatArray, correct: BoolArray) -> FloatArray:
     correct
         Which of them are right, shape (n,).
     """
-    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.lbfgs
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
 
     sign = np.where(correct, 1.0, -1.0)
 

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import softmax
 
 from g3.actions.grounding_candidates import beneath
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
+from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import WAIT
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
 from g3.groundings import Context, Grounding, PhysicalObject
@@ -18,7 +19,7 @@ from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import Group, scene_of
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_for_things
@@ -208,7 +209,7 @@ class Grounder:
         start = context if isinstance(context, State) else start_state(context)
         tree = Tree(tuple(sdcs))
         scene = scene_of(start.context, object_groups(start.context, start.held))
-        about = Surroundings(
+        problem = GroundingProblem(
             start,
             scene,
             self.cost,
@@ -216,10 +217,10 @@ class Grounder:
             explain=explain,
             disabled=self.without,
         )
-        why = refusal(CommandCase(tree, about))
+        why = refusal(CommandCase(tree, problem))
         if why:
             return Result(sdcs, (), why)
-        found = search(tree, start, about, width=max(width, top))
+        found = search(tree, start, problem, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")
         plans = tuple(
@@ -227,7 +228,7 @@ class Grounder:
                 tree,
                 h,
                 found,
-                replace(about, referents=h.referents),
+                replace(problem, referents=h.referents),
                 self.cost if explain else None,
             )
             for h in found[:top]
@@ -249,21 +250,21 @@ def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple
 
 
 def _does(hypothesis: Hypothesis) -> bool:
-    return any(action.kind != "wait" for action in hypothesis.actions)
+    return any(action.kind is not WAIT for action in hypothesis.actions)
 
 
 def _plan(
     tree: Tree,
     hypothesis: Hypothesis,
     rivals: Sequence[Hypothesis],
-    about: Surroundings,
+    problem: GroundingProblem,
     cost: Cost | None,
 ) -> Plan:
     why: dict[int, tuple[Action | Group | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
     if isinstance(cost, Scorer):
-        why |= reasons_for_things(tree, hypothesis, about, cost)
+        why |= reasons_for_things(tree, hypothesis, problem, cost)
     groundings = []
-    others = ground_others(tree, hypothesis.nodes, about)
+    others = ground_others(tree, hypothesis.nodes, problem)
     for node, (group, score) in sorted({**hypothesis.nodes, **others}.items()):
         rival, reasons = why.get(node, (None, ()))
         given = float(np.exp(score))

@@ -8,9 +8,7 @@ convex, so the optimum is unique, whether Newton's method finds it or L-BFGS.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from hashlib import blake2b
-from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,25 +16,12 @@ from scipy import sparse
 from scipy.special import expit
 
 from g3.groundings import FloatArray
-from g3.learning import lbfgs, newton
-from g3.learning.newton import Local, Problem
+from g3.learning.optimum import Local, Optimizer, Problem, minimise
 
 BoolArray = npt.NDArray[np.bool_]
 
 MAX_ITERATIONS = 1000
 TOLERANCE = 1e-4
-
-Optimizer = Literal["newton", "lbfgs"]
-
-
-class _Minimise(Protocol):
-    def __call__(
-        self, problem: Problem, *, tolerance: float, max_iterations: int
-    ) -> FloatArray: ...
-
-
-OPTIMIZERS: Mapping[Optimizer, _Minimise] = {"newton": newton.minimise, "lbfgs": lbfgs.minimise}
-"""Ways to the optimum; the paper's is L-BFGS."""
 
 
 class Likelihood:
@@ -122,7 +107,7 @@ def train(
     max_iterations
         Stop after so many steps all the same.
     optimizer
-        One of `OPTIMIZERS`; Newton's method takes a fraction of the passes (`g3.learning.newton`).
+        Newton's method takes a fraction of L-BFGS's passes (`g3.learning.optimum`).
 
     Returns
     -------
@@ -144,7 +129,9 @@ def train(
         for of in (np.ones(len(correct)), correct)
     )
     problem = Problem(Likelihood(shrunk, right, times=times), unit, len(correct) / 4)
-    found = OPTIMIZERS[optimizer](problem, tolerance=tolerance, max_iterations=max_iterations)
+    found = minimise(
+        problem, tolerance=tolerance, max_iterations=max_iterations, optimizer=optimizer
+    )
     weights: FloatArray = (found / size)[copy_of]
     return weights
 

@@ -22,6 +22,7 @@ from g3.learning import crf
 from g3.learning.examples import Example, to_batch
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.model_file import TrainingCard, read_model, write_model
+from g3.learning.optimum import Optimizer
 
 DEFAULT_L2 = 1.0
 
@@ -60,7 +61,7 @@ class GroundingModel(Estimator):
 
     l2: float = DEFAULT_L2
     features: Sequence[FeatureSet | str] | None = None
-    optimizer: crf.Optimizer = "newton"
+    optimizer: Optimizer = "newton"
     tolerance: float = crf.TOLERANCE
     card: TrainingCard = field(default_factory=TrainingCard)
     space_: FeatureSpace = field(init=False, repr=False)

@@ -22,46 +22,45 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from g3.actions.action_candidates import (
-    KINDS,
-    Candidate,
-    Kind,
-    candidates,
-    kind_of,
+from g3.actions.action_kinds import Action, Focus, outcomes, possible_actions
+from g3.actions.grounding_candidates import is_surface
+from g3.actions.logged_actions import (
+    Handling,
+    Outcome,
+    at_rest,
+    handling,
     moved,
     path_length,
-    perform,
+    recorded,
 )
-from g3.actions.action_log import at_rest
-from g3.actions.logged_actions import Outcome, recorded
+from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
 from g3.negatives.negative_things import Usage, other_things, usage
 from g3.negatives.wrongness import Clause, below, is_wrong
 from g3.sdc.clauses import SDC, breadth_first, child_indices
 
-OWN_KIND = 0.5
-"""Share of the candidate actions that are of the same kind as the log."""
+OWN_HANDLING = 0.5
+"""Share of the actions that do to a load what the log does."""
 FLOOR = 0.15
-"""Of the others, the share that is drawn evenly from all kinds that are possible. The
-rest is drawn as the positives' kinds are distributed, lest the kind give the label away."""
+"""Of the others, the share that is drawn evenly from all that can be done to a load. The rest is
+drawn as it is done in the positives, lest it give the label away."""
 CHOICES = 4
-"""Wrong actions of a kind that are compared for the length of their paths."""
+"""Wrong actions that are compared for the length of their paths."""
 TRIES = 16
-"""Actions of a kind that are tried before another kind is."""
+"""Actions that are tried before others that do something else to a load."""
 RAISED_M = 0.5
 """Places with their bottom higher than this are on something."""
 SHORTEST_M = 0.1
 """Paths shorter than this are as good as none."""
 DEPTHS = 3
 
-Perform = Callable[[Candidate], Outcome]
 Groundings = tuple[Grounding, ...]
 
 
@@ -95,12 +94,12 @@ def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) 
         for label in o.labels
     }
     scenes = {key: _scene(context, movable) for key, context in contexts.items()}
-    kinds = Counter(scenes[id(a.context)].kind for a in positives)
+    seen = Counter(scenes[id(a.context)].handling for a in positives)
     words = usage(positives)
     made: list[Annotation] = []
     for annotation in positives:
         own = np.random.default_rng([seed, _number(annotation.id)])
-        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], kinds, own))
+        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], seen, own))
         made.extend(_hard_things(annotation, words, depth, own) for depth in range(DEPTHS))
     return [a for a in made if any(label is not None for label in a.correct)]
 
@@ -111,31 +110,34 @@ def _number(text: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A context, what its log did, and what else could be done."""
+    """A context, what its log did, and what else could be done, by what it does to a load."""
 
+    state: State
     log: Outcome
-    kind: Kind
-    candidates: Mapping[Kind, Sequence[Candidate]]
-    perform: Perform
+    handling: Handling
+    actions: Mapping[Handling, Sequence[Action]]
 
 
 def _scene(context: Context, movable: Iterable[str]) -> _Scene:
-    done: dict[int, Outcome] = {}
-    possible: dict[Kind, list[Candidate]] = {kind: [] for kind in KINDS}
-    for candidate in candidates(context, movable):
-        possible[candidate.kind].append(candidate)
+    state = start_state(context)
+    possible: dict[Handling, list[Action]] = {}
+    for action in possible_actions(state, _everything(state, frozenset(movable))):
+        possible.setdefault(action.kind.handling, []).append(action)
+    return _Scene(state, recorded(context), handling(context), possible)
 
-    def perform_once(candidate: Candidate) -> Outcome:
-        if id(candidate) not in done:
-            done[id(candidate)] = perform(context, candidate)
-        return done[id(candidate)]
 
-    found = {kind: tuple(group) for kind, group in possible.items() if group}
-    return _Scene(recorded(context), kind_of(context), found, perform_once)
+def _everything(state: State, movable: frozenset[str]) -> Focus:
+    """All that a command may be about in a state."""
+    things = recorded(state.context).objects
+    loads = (o.id for o in things if movable.intersection(o.labels))
+    goals: list[Groundings] = [(place,) for place in state.context.places]
+    goals += [(o,) for o in things if is_surface(o)]
+    marks: list[Groundings] = [(o,) for o in things if not is_surface(o)]
+    return Focus(tuple(loads), tuple(goals), landmarks=tuple(marks))
 
 
 def _hard_actions(
-    annotation: Annotation, scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generator
+    annotation: Annotation, scene: _Scene, seen: Mapping[Handling, int], rng: np.random.Generator
 ) -> list[Annotation]:
     """A candidate action for each top EVENT and PATH, in the scene as the action changes it."""
     nodes, children = list(breadth_first(annotation.sdcs)), child_indices(annotation.sdcs)
@@ -143,24 +145,24 @@ def _hard_actions(
     for root in _roots(annotation.sdcs):
         tree = below(children, [root])
         acts = [n for n in tree if nodes[n].type in ("EVENT", "PATH") and _is_right(annotation, n)]
-        outcome = _wrong_action(annotation, acts, scene, kinds, rng) if acts else None
-        if outcome is None:
+        other = _wrong_action(annotation, acts, scene, seen, rng) if acts else None
+        if other is None:
             continue
         groundings: list[Groundings] = [()] * len(nodes)
         correct: list[bool | None] = [None] * len(nodes)
         for n in tree:
             if nodes[n].type not in ("EVENT", "PATH"):
-                groundings[n] = _after(annotation.groundings[n], outcome)
+                groundings[n] = _after(annotation.groundings[n], other)
             elif n in acts:
-                act = outcome.agent if nodes[n].type == "EVENT" else Path(outcome.agent.trajectory)
+                act = other.agent if nodes[n].type == "EVENT" else Path(other.agent.trajectory)
                 groundings[n] = (act,)
-                wrong = is_wrong(Clause.of(annotation, n), scene.log, outcome)
+                wrong = is_wrong(Clause.of(annotation, n), scene.log, other)
                 correct[n] = False if wrong else None
         made.append(
             replace(
                 annotation,
                 id=f"{annotation.id}/hard-action-{len(made)}",
-                context=replace(annotation.context, objects=(outcome.agent, *outcome.objects)),
+                context=replace(annotation.context, objects=(other.agent, *other.objects)),
                 groundings=tuple(groundings),
                 correct=tuple(correct),
                 source="hard",
@@ -173,7 +175,7 @@ def _wrong_action(
     annotation: Annotation,
     acts: Sequence[int],
     scene: _Scene,
-    kinds: Mapping[Kind, int],
+    seen: Mapping[Handling, int],
     rng: np.random.Generator,
 ) -> Outcome | None:
     """An action that is wrong for as many of some clauses as can be, at least for one.
@@ -183,17 +185,14 @@ def _wrong_action(
     """
     clauses = [Clause.of(annotation, n) for n in acts]
     length = max(path_length(scene.log), SHORTEST_M)
-    orders = (
-        order for kind in _kind_order(scene, kinds, rng) for order in _orders(scene, kind, rng)
-    )
+    orders = (order for h in _handlings(scene, seen, rng) for order in _orders(scene, h, rng))
     for order in orders:
         tried: list[tuple[int, float, Outcome]] = []
-        for candidate in order[:TRIES]:
-            outcome = scene.perform(candidate)
-            wrong = sum(is_wrong(clause, scene.log, outcome) for clause in clauses)
+        for done in outcomes(scene.state, order[:TRIES]):
+            wrong = sum(is_wrong(clause, scene.log, done) for clause in clauses)
             if wrong:
-                unlike = abs(np.log(max(path_length(outcome), SHORTEST_M) / length))
-                tried.append((-wrong, unlike, outcome))
+                unlike = abs(np.log(max(path_length(done), SHORTEST_M) / length))
+                tried.append((-wrong, unlike, done))
             if sum(-w == len(clauses) for w, _, _ in tried) == CHOICES:
                 break
         if tried:
@@ -201,32 +200,35 @@ def _wrong_action(
     return None
 
 
-def _kind_order(scene: _Scene, kinds: Mapping[Kind, int], rng: np.random.Generator) -> list[Kind]:
-    possible = list(scene.candidates)
-    seen = np.array([kinds.get(kind, 0) for kind in possible], dtype=float)
-    share = seen / max(seen.sum(), 1.0)
+def _handlings(
+    scene: _Scene, seen: Mapping[Handling, int], rng: np.random.Generator
+) -> list[Handling]:
+    """What actions may do to a load, in an order drawn by how often logs do it."""
+    possible = list(scene.actions)
+    counts = np.array([seen.get(one, 0) for one in possible], dtype=float)
+    share = counts / max(counts.sum(), 1.0)
     weights = (1 - FLOOR) * share + FLOOR / len(possible)
-    weights *= (1 - OWN_KIND) / weights.sum()
-    weights += OWN_KIND * np.array([kind == scene.kind for kind in possible])
+    weights *= (1 - OWN_HANDLING) / weights.sum()
+    weights += OWN_HANDLING * np.array([one == scene.handling for one in possible])
     order = rng.choice(len(possible), len(possible), replace=False, p=weights / weights.sum())
     return [possible[i] for i in order]
 
 
-def _orders(scene: _Scene, kind: Kind, rng: np.random.Generator) -> list[list[Candidate]]:
-    """Random orders of the actions of a kind about the log's object, and of the others.
+def _orders(scene: _Scene, done: Handling, rng: np.random.Generator) -> list[list[Action]]:
+    """Random orders of the actions that do something, about the log's object and about others.
 
     Which come first is drawn too: the right object in a wrong place is harder to tell
     than another object. Raised places come as often as the floor, for trucks offer few
     places and the floor many, but things are put on trucks as often.
     """
     about = moved(scene.log)
-    groups: tuple[list[Candidate], list[Candidate]] = ([], [])
-    for candidate in scene.candidates[kind]:
-        groups[candidate.object_id not in about].append(candidate)
+    groups: tuple[list[Action], list[Action]] = ([], [])
+    for action in scene.actions[done]:
+        groups[action.object_id not in about].append(action)
     first = int(rng.integers(2))
-    orders: list[list[Candidate]] = []
+    orders: list[list[Action]] = []
     for group in (groups[first], groups[1 - first]):
-        raised = [c.place is not None and c.place.z_min > RAISED_M for c in group]
+        raised = [a.place is not None and a.place.prism.z_min > RAISED_M for a in group]
         weights = _evened(np.array(raised, dtype=bool))
         if group:
             chosen = rng.choice(len(group), len(group), replace=False, p=weights)

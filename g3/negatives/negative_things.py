@@ -7,11 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from g3.actions.action_candidates import is_free
-from g3.actions.logged_actions import centre, covers, recorded
+from g3.actions.grounding_candidates import are_free, beneath, ground, spots_about
+from g3.actions.logged_actions import recorded
+from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
-from g3.geometry.plane import area, convex_hull
-from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Place, Prism
+from g3.features.sets.order import is_ordinal
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Prism
+from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words, normalise
 from g3.negatives.wrongness import Clause, distance
 from g3.sdc.clauses import SDC, all_words, breadth_first
@@ -22,12 +25,10 @@ Usage = Mapping[tuple[str, ...], frozenset[Labels]]
 
 ANOTHER_PLACE_M = 3.0
 SAME_LABELS = 0.5
-"""Share of candidates for OBJECTs with a relation that are drawn from those alike."""
+"""Share of candidates for OBJECTs that are drawn from those alike, where there are some."""
 SAME_HEIGHT = 0.75
 """Share of candidates for places drawn from those about as high as the right one."""
-BESIDE_M = 2.0
 _DETERMINERS = {"the", "a", "an", "this", "that", "these", "those"}
-SURFACE_M2 = 4.0
 
 
 def usage(positives: Iterable[Annotation]) -> Usage:
@@ -47,17 +48,16 @@ def usage(positives: Iterable[Annotation]) -> Usage:
 def other_things(clause: Clause, words: Usage, rng: np.random.Generator) -> tuple[Grounding, ...]:
     """As many wrong groundings as an OBJECT or PLACE clause has right ones, if there are any.
 
-    An OBJECT that is described by what it is ("the box pallet", "the pallet of boxes")
-    gets one with other labels, for which its words are never used in the corpus and
-    which they don't name: "the pallet" names every pallet. One that is described by how
-    it lies to others gets any other object, a place another one at least
-    `ANOTHER_PLACE_M` away.
+    An OBJECT gets other objects, as :func:`wrong_objects` tells them, a PLACE another one at
+    least `ANOTHER_PLACE_M` away.
     """
     right = clause.groundings
     places = [g for g in right if isinstance(g, Place)]
     objects = [g for g in right if isinstance(g, PhysicalObject)]
     if objects and not places:
-        return _draw(_other_objects(clause, objects, words, rng), len(objects), rng)
+        alike, unlike = wrong_objects(clause, words)
+        some = alike if alike and rng.random() < SAME_LABELS else [*alike, *unlike]
+        return _draw(some, len(objects), rng)
     if places and not objects:
         found = _other_places(clause, places)
         level = [p for p in found if abs(p.prism.z_min - places[0].prism.z_min) < 0.3]
@@ -78,78 +78,73 @@ def _wording(sdc: SDC) -> tuple[str, ...]:
     return tuple(sorted(set(field_words(all_words(sdc))) - _DETERMINERS))
 
 
-def _is_by_kind(clause: Clause) -> bool:
-    """Whether an OBJECT is a leaf, or related only to what it is made of."""
+def tells_apart(clause: Clause) -> bool:
+    """Whether an OBJECT's words name more than a kind of thing: how it lies, which one it is.
+
+    "The pallet of boxes" names a kind, for its landmark is what it is made of.
+    """
     own = {g.id for g in clause.groundings if isinstance(g, PhysicalObject)}
     landmarks = [g.id if isinstance(g, PhysicalObject) else None for g in clause.landmarks]
-    return clause.sdc.is_leaf or (bool(landmarks) and own.issuperset(landmarks))
+    if not clause.sdc.is_leaf and not (landmarks and own.issuperset(landmarks)):
+        return True
+    words = field_words(all_words(clause.sdc))
+    return bool(concepts(words)) or any(is_ordinal(word) for word in words)
 
 
-def _other_objects(
-    clause: Clause, right: Sequence[PhysicalObject], words: Usage, rng: np.random.Generator
-) -> list[PhysicalObject]:
-    ids = {o.id for o in right}
-    labels = {o.labels for o in right}
+def wrong_objects(
+    clause: Clause, words: Usage
+) -> tuple[list[PhysicalObject], list[PhysicalObject]]:
+    """Objects of the scene that an OBJECT clause surely doesn't mean.
+
+    Returns
+    -------
+    tuple
+        Those with the labels of its own, if its words tell these apart; and others. Where words
+        only name a kind ("the box pallet"), these are things for which they are never used and
+        which they don't name: "the pallet" names every pallet.
+    """
+    right = [g for g in clause.groundings if isinstance(g, PhysicalObject)]
+    ids, labels = {o.id for o in right}, {o.labels for o in right}
     others = [o for o in recorded(clause.context).objects if o.id not in ids]
-    if not _is_by_kind(clause):
-        alike = [o for o in others if o.labels in labels]
-        return alike if alike and rng.random() < SAME_LABELS else others
+    unlike = [o for o in others if o.labels not in labels]
+    if tells_apart(clause):
+        return [o for o in others if o.labels in labels], unlike
     wording = _wording(clause.sdc)
     used = words.get(wording, frozenset())
+    named = {o.id for o in unlike if {normalise(label) for label in o.labels}.issuperset(wording)}
+    return [], [o for o in unlike if o.labels not in used and o.id not in named]
 
-    def fits(thing: PhysicalObject) -> bool:
-        named = {normalise(label) for label in thing.labels}.issuperset(wording)
-        return thing.labels in labels | used or named
 
-    return [o for o in others if not fits(o)]
+def far_places(spots: Iterable[Place], right: Sequence[Grounding], metres: float) -> list[Place]:
+    """The spots that are surely not what a PLACE means: so far away from all that is right."""
+    things = [g for g in right if not isinstance(g, Path)]
+    return [s for s in spots if all(distance(s, thing) > metres for thing in things)]
 
 
 def _other_places(clause: Clause, right: Sequence[Place]) -> list[Place]:
-    """The right place moved to where another might be; so its shape tells nothing."""
-    context, model = clause.context, right[0]
-    things = recorded(context).objects
-    beneath = _beneath(context, model)
-    height = model.prism.z_min - _top(context, beneath)
+    """The right place moved to where another might be; so its shape tells nothing.
+
+    Elsewhere than on what it is on, and not beside what the clause names.
+    """
+    state, model = start_state(clause.context), right[0]
+    own = beneath(model, state, None)
+    height = model.prism.z_min - _top(own, state)
     named = {g.id for g in clause.things if isinstance(g, PhysicalObject)}
-    spots = [(centre(p.prism), _beneath(context, p)) for p in context.places]
-    for thing in things:
-        middle = centre(thing.prism)
-        if area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2:
-            spots.append((middle, thing))
-        elif thing.id not in named and _beneath(context, thing) is None:
-            yaw = thing.trajectory.yaw[0]
-            sides = yaw + np.pi / 2 * np.arange(4)
-            around = middle + BESIDE_M * np.column_stack((np.cos(sides), np.sin(sides)))
-            spots += [(spot, None) for spot in around]
-    moved = [
-        Place(_shifted(model.prism, spot, _top(context, under) + height))
-        for spot, under in spots
-        if under is None or beneath is None or under.id != beneath.id
+    spots = [(place, beneath(place, state, None)) for place in state.context.places]
+    for thing in recorded(state.context).objects:
+        about = ((spot, beneath(spot, state, None)) for spot in spots_about((thing,), state))
+        spots += [(spot, on) for spot, on in about if on is not None or thing.id not in named]
+    found = [
+        Place(_shifted(model.prism, centre(spot.prism), _top(on, state) + height))
+        for spot, on in spots
+        if on is None or on is not own
     ]
-    return [
-        place
-        for place in moved
-        if all(distance(place, r) > ANOTHER_PLACE_M for r in right)
-        and is_free(context, place.prism, None)
-    ]
+    far = far_places(found, right, ANOTHER_PLACE_M)
+    return [p for p, free in zip(far, are_free(far, state, None), strict=True) if free]
 
 
-def _beneath(context: Context, thing: Place | PhysicalObject) -> PhysicalObject | None:
-    """What something stands on, None for the ground."""
-    middle = centre(thing.prism)
-    own = thing.id if isinstance(thing, PhysicalObject) else None
-    return next(
-        (
-            o
-            for o in recorded(context).objects
-            if o.id != own and o.prism.z_max < thing.prism.z_min + 0.3 and covers(o.prism, middle)
-        ),
-        None,
-    )
-
-
-def _top(context: Context, thing: PhysicalObject | None) -> float:
-    return float(context.agent.trajectory.xyz[0, 2]) if thing is None else thing.prism.z_max
+def _top(thing: PhysicalObject | None, state: State) -> float:
+    return ground(state) if thing is None else thing.prism.z_max
 
 
 def _shifted(prism: Prism, middle: FloatArray, bottom: float) -> Prism:

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.action_candidates import end_of, moved
-from g3.actions.logged_actions import Outcome, centre
+from g3.actions.action_kinds import Action, move
+from g3.actions.forklift_actions import WAIT
+from g3.actions.grounding_candidates import footprint_of
+from g3.actions.logged_actions import Outcome, end_of, moved
+from g3.actions.robot_state import State
 from g3.annotation import Annotation
+from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, point_gap, rotate, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, Field, breadth_first, child_indices
@@ -23,6 +27,8 @@ AT_M = 3.0
 LOAD_AT_M = 2.0
 """The same for the middle of a load."""
 PASSING_M = 2.0
+SAME_PLACE_M = 2.5
+"""Places of the search nearer than this to each other may both be right."""
 OTHER_WAY_RAD = np.pi / 4
 
 Thing = PhysicalObject | Place
@@ -112,6 +118,39 @@ def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
     if not themes & moved(action):
         return True
     return all(_put_elsewhere(clause, theme, log, action) for theme in sorted(themes))
+
+
+def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[Action]:
+    """The actions that surely aren't the one that a clause means, where that is known.
+
+    Search gives each clause an action of its own, where the corpus gives all clauses of a command
+    the whole log. So an action that handles another load, or handles it in another way, is wrong
+    too, and so is one that leads elsewhere, whatever the clause names.
+
+    Parameters
+    ----------
+    tried
+        Actions in the same state.
+    right
+        What the clause means. If it drives, its target is where it ends.
+    """
+    if right.kind.handles:
+        return [a for a in tried if _handles_otherwise(a, right)]
+    drives = [a for a in tried if a.kind is not WAIT and not a.kind.handles]
+    ends = move(state, drives).xyz[:, -1, :2] if drives else np.zeros((0, 2))
+    goal = footprint_of(right.target).mean(axis=0)
+    near = np.linalg.norm(ends - goal, axis=1) <= AWAY_M
+    left_out = {id(a) for a, is_near in zip(drives, near, strict=True) if is_near}
+    return [a for a in tried if id(a) not in left_out]
+
+
+def _handles_otherwise(action: Action, right: Action) -> bool:
+    if action.kind is not right.kind or action.object_id != right.object_id:
+        return True
+    if action.place is None or right.place is None:
+        return False
+    apart = np.linalg.norm(centre(action.place.prism) - centre(right.place.prism))
+    return float(apart) > SAME_PLACE_M
 
 
 def _put_elsewhere(clause: Clause, theme: str, log: Outcome, action: Outcome) -> bool:

@@ -1,23 +1,23 @@
 """Named arrays as bytes (.npz), read so that whatever is damaged is an error that says where.
 
 :func:`numpy.load` believes what a file says of itself: a flipped bit can make it ask for a
-terabyte, or raise any of a dozen exceptions. Here nothing is believed that the file's size
-contradicts, and every error names the array.
+terabyte, or raise any of a dozen exceptions. Here an array's header is compared with what is
+expected and with the file's size before NumPy reads the array, and every error names it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
-import re
 import zipfile
 from collections.abc import Mapping
 from math import prod
 from pathlib import Path
-from typing import IO, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib import format as npy
 
 from g3.errors import CorpusError
 
@@ -27,16 +27,6 @@ DIGEST = "digest"
 """The array that holds the digest of all others, in files that have one."""
 INFLATION, ALLOWANCE = 100, 1 << 24
 """An array may be this many times as large as it is stored, and so many bytes larger."""
-_ENCRYPTED = 0x1
-_PART = 1 << 20
-
-LONGEST_HEADER = 10_000
-_LENGTHS = {b"\x93NUMPY\x01\x00": 2, b"\x93NUMPY\x02\x00": 4}
-"""How an array begins, by its version, and how many bytes then tell the header's length."""
-_HEADER = re.compile(
-    rb"\{'descr': '([<|][a-zA-Z][0-9]{1,9})', 'fortran_order': (True|False), "
-    rb"'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
-)
 
 
 class Field(NamedTuple):
@@ -128,14 +118,11 @@ def read_arrays(
                     raise _DamagedError("the arrays are not those that were written")
                 arrays[DIGEST] = found
     except Exception as problem:  # a damaged file can raise anything
-        what = str(problem) if isinstance(problem, _DamagedError) else _told(problem)
+        what = " ".join(str(problem).split()) or type(problem).__name__
+        if not isinstance(problem, _DamagedError):
+            what = f"the array{'' if name else 's'} can't be read: {what}"
         raise error(what, where=f"{where}: {name}" if name else where, fix=fix) from problem
     return arrays
-
-
-def _told(problem: Exception) -> str:
-    message = " ".join(str(problem).split()) or type(problem).__name__
-    return f"the arrays can't be read: {message}"
 
 
 def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
@@ -157,63 +144,30 @@ def _read(
     if name not in members:
         raise _DamagedError("the array is missing")
     info = members[name]
-    if info.flag_bits & _ENCRYPTED or info.compress_type not in (
-        zipfile.ZIP_STORED,
-        zipfile.ZIP_DEFLATED,
-    ):
-        raise _DamagedError("the array is encrypted or compressed in a way that is not supported")
     if info.file_size > INFLATION * stored + ALLOWANCE:
         raise _DamagedError(
             f"the array can't be read: it promises {info.file_size} bytes, "
             f"in a file of {stored} bytes"
         )
     with archive.open(info) as stream:
-        shape, by_column, dtype = _header(stream, field)
-        size = prod(shape) * dtype.itemsize
-        if stream.tell() + size != info.file_size:
+        npy.read_magic(stream)
+        shape, _, dtype = npy.read_array_header_1_0(stream)
+        wanted = field.dtype if len(field.dtype) == 1 else np.dtype(field.dtype).str
+        if wanted not in (dtype.kind, dtype.str) or len(shape) != field.dimensions:
+            raise _DamagedError(
+                f"the array has the type {dtype.str} and the shape {shape}, expected {wanted} "
+                f"with {field.dimensions} dimension{'' if field.dimensions == 1 else 's'}"
+            )
+        if stream.tell() + prod(shape) * dtype.itemsize != info.file_size:
             raise _DamagedError(
                 f"the array can't be read: the shape {shape} doesn't fit its {info.file_size} bytes"
             )
-        data = _filled(stream, size)
-    array: Array = np.frombuffer(data, dtype=dtype).reshape(shape, order="F" if by_column else "C")
+    with archive.open(info) as stream:
+        array: Array = npy.read_array(stream, allow_pickle=False)
+        stream.read()  # at the end the checksum is compared
     if field.finite and not np.isfinite(array).all():
         raise _DamagedError("a number is not finite")
     return array
-
-
-def _filled(stream: IO[bytes], size: int) -> bytearray:
-    """So many bytes, which are all that follow."""
-    data = bytearray(size)
-    done = 0
-    while part := stream.read(_PART):  # up to the end, where the checksum is compared
-        data[done : done + len(part)] = part
-        done += len(part)
-    if done != size or len(data) != size:
-        raise _DamagedError("the array is cut off")
-    return data
-
-
-def _header(stream: IO[bytes], field: Field) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """The shape, whether it is stored by column, and the type, which are as `field` says.
-
-    NumPy evaluates the header as Python; here it has the one form that NumPy writes.
-    """
-    version, length = stream.read(8), 0
-    if version in _LENGTHS:
-        length = int.from_bytes(stream.read(_LENGTHS[version]), "little")
-    found = _HEADER.fullmatch(stream.read(length)) if 0 < length < LONGEST_HEADER else None
-    if found is None:
-        raise _DamagedError("the array can't be read: its header is damaged")
-    descr, order, sizes = (part.decode("ascii") for part in found.groups())
-    shape = tuple(int(size) for size in sizes.split(",") if size.strip())
-    letters = re.sub(r"[<>|=0-9]", "", descr)
-    wanted = np.dtype(field.dtype).str if len(field.dtype) > 1 else field.dtype
-    if (letters if len(wanted) == 1 else descr) != wanted or len(shape) != field.dimensions:
-        raise _DamagedError(
-            f"the array has the type {descr} and the shape {shape}, expected {wanted} "
-            f"with {field.dimensions} dimension{'' if field.dimensions == 1 else 's'}"
-        )
-    return shape, order == "True", np.dtype(descr)
 
 
 def _digest(arrays: Mapping[str, Array]) -> npt.NDArray[np.uint8]:

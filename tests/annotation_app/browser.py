@@ -13,7 +13,7 @@ from annotation_app.people.participants import add_person, keep_consent
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import Installation
 from annotation_app.store.models import Person, Role
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 
 COMMAND = "Pick up the tires by the truck."
 

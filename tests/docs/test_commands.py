@@ -25,6 +25,7 @@ ELSEWHERE = {
         "needs the example installed",
     ),
     r".*cable_reel": ("tests/examples/test_cable_reel.py", "needs the example installed"),
+    r".*examples/paraphrase": ("tests/examples/test_paraphrase.py", "needs the example installed"),
     r"ct render-videos|.* && ct render-videos": (
         "tests/corpus_tools/video/test_render_commands.py",
         "minutes",
@@ -38,7 +39,7 @@ ELSEWHERE = {
         "needs a study with answers",
     ),
     r"ct annotate people erase": ("tests/annotation_app/privacy/test_erasure.py", "needs a study"),
-    r"ct (publish|collect)|ct annotate reconcile": (
+    r"ct crowd": (
         "tests/annotation_app/crowds/mturk/test_paying.py",
         "needs a platform",
     ),

@@ -43,6 +43,7 @@ def test_python_that_registers_is_in_an_example() -> None:
     for name, file in (
         ("new-object-type", "cable_reel/cable_reel/kinds.py"),
         ("new-feature", "tabletop_blocks/tabletop_blocks/features.py"),
+        ("new-task", "paraphrase/paraphrase_task/task.py"),
     ):
         (block,) = PYTHON.findall((DOCS / f"how-to/{name}.md").read_text())
         example = (ROOT / "examples" / file).read_text()

@@ -8,7 +8,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
 CT = Path(sys.executable).with_name("ct")
 
 
@@ -27,7 +28,7 @@ class Installed:
         return self._run(sys.executable, "-c", code, *args)
 
     def _run(self, *args: str | Path) -> subprocess.CompletedProcess[str]:
-        env = {**os.environ, "PYTHONPATH": str(self.folder / "site")}
+        env = {**os.environ, "PYTHONPATH": f"{self.folder / 'site'}{os.pathsep}{ROOT}"}
         return subprocess.run(
             args, check=False, capture_output=True, text=True, cwd=self.folder, env=env, timeout=300
         )

@@ -11,7 +11,8 @@ from corpus_tools.world.scenarios.contexts import scenario_places
 from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
 from corpus_tools.world.scenarios.scenario_logs import log_file, scenario_log
 from corpus_tools.world.state.recording import to_context
-from corpus_tools.world.state.robot_script import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
+from corpus_tools.world.state.robot_script import DRIVE_TO
+from g3.actions.forklift_actions import PICK_UP, PUT_DOWN, WAIT
 from g3.groundings import Context, PhysicalObject, Place
 
 
@@ -78,15 +79,15 @@ def ends(scenario: Scenario) -> dict[str, str]:
     found: dict[str, str] = {}
     for step in scenario.script:
         argument = str(step.argument)
-        if step.action == PICK_UP.name:
+        if step.kind is PICK_UP:
             held = argument
             found.pop(held, None)
-        elif step.action == PUT_DOWN.name and held is not None:
+        elif step.kind is PUT_DOWN and held is not None:
             found[held] = argument
             held = None
         if step.action == DRIVE_TO.name:
             found[ROBOT] = argument
-        elif step.action != WAIT.name:
+        elif step.kind is not WAIT:
             found.pop(ROBOT, None)
     return found
 
@@ -94,8 +95,8 @@ def ends(scenario: Scenario) -> dict[str, str]:
 def _moved(scenario: Scenario) -> str | None:
     held, moved = scenario.robot.carries, None
     for step in scenario.script:
-        if step.action == PICK_UP.name:
+        if step.kind is PICK_UP:
             held = moved = str(step.argument)
-        elif step.action == PUT_DOWN.name:
+        elif step.kind is PUT_DOWN:
             moved = held
     return moved

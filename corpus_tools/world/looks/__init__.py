@@ -11,11 +11,11 @@ describe what they see shouldn't tell things by them.
 Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """
 
+from corpus_tools.world.looks import cargo, furniture, landmarks, pallets, vehicles
 from corpus_tools.world.looks import forklift_look as forklift
-from corpus_tools.world.looks import furniture, pallets, vehicles
 from corpus_tools.world.looks import persons as people
 from g3.extensions import load_extensions
 
-__all__ = ["forklift", "furniture", "pallets", "people", "vehicles"]
+__all__ = ["cargo", "forklift", "furniture", "landmarks", "pallets", "people", "vehicles"]
 
 load_extensions("ct.looks")

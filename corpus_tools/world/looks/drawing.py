@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from corpus_tools.world.looks.atlas import picture
-from corpus_tools.world.looks.noise import Pixels
+from corpus_tools.world.looks.atlas import PICTURE
 from corpus_tools.world.looks.parts import Part, join
 
 VISUAL_GROUP = 2
@@ -31,22 +31,14 @@ def draw(
     name = "gloss" if gloss else "matt"
     if spec.material(name) is None:
         if spec.texture(_ATLAS) is None:
-            add_texture(spec, _ATLAS, picture())
+            add_texture(spec, _ATLAS, PICTURE)
         add_material(spec, name, _ATLAS, specular=0.4 if gloss else 0.0, shininess=0.5)
     return _add_mesh_geom(spec, body, join(parts), name)
 
 
-def add_texture(spec: mujoco.MjSpec, name: str, image: Pixels) -> None:
+def add_texture(spec: mujoco.MjSpec, name: str, picture: Path) -> None:
     """Add a picture."""
-    height, width, channels = image.shape
-    texture = spec.add_texture(
-        name=name,
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        height=height,
-        width=width,
-        nchannel=channels,
-    )
-    texture.data = image.tobytes()
+    spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3, file=str(picture))
 
 
 def add_material(

@@ -48,14 +48,8 @@ def _hull() -> list[Part]:
     """Counterweight, bonnet, floor and dashboard."""
     lamp = colour("red", 1.0, 1.1)
     rear = _REAR + 0.03
-    weight = [
-        (rear + 0.08, 0.22),
-        (-0.62, 0.22),
-        (-0.62, 1.0),
-        (rear + 0.06, 0.97),
-        (rear, 0.84),
-        (rear, 0.4),
-    ]
+    weight = [(rear + 0.08, 0.22), (-0.62, 0.22), (-0.62, 1.0)]
+    weight += [(rear + 0.06, 0.97), (rear, 0.84), (rear, 0.4)]
     bonnet = [(-0.64, 0.3), (-0.16, 0.3), (-0.2, 0.78), (-0.64, 0.84)]
     cowl = [(0.16, 0.2), (_FRONT - 0.02, 0.2), (_FRONT - 0.04, 0.9), (0.26, 0.98)]
     parts = [
@@ -111,14 +105,8 @@ def _guard() -> list[Part]:
     for y in np.linspace(-half, half, 8)[1:-1]:
         parts.append(box((back, y - 0.016, roof - 0.03), (front, y + 0.016, roof + 0.01), _BLACK))
     at = (back + 0.05, 0.3, roof + 0.02)
-    parts.append(
-        turned(
-            [(0.05, 0.0), (0.05, 0.05), (0.03, 0.08), (0.0, 0.08)],
-            colour("amber", 1.0, 1.1),
-            centre=at,
-            segments=8,
-        )
-    )
+    beacon = [(0.05, 0.0), (0.05, 0.05), (0.03, 0.08), (0.0, 0.08)]
+    parts.append(turned(beacon, colour("amber", 1.0, 1.1), centre=at, segments=8))
     return parts
 
 
@@ -139,14 +127,8 @@ def _rails() -> list[Part]:
 
 
 def _wheels() -> list[Part]:
-    return [
-        part
-        for side in (-1, 1)
-        for part in (
-            wheel((0.0, side * 0.43, 0.27), 0.27, 0.22, side),
-            wheel((-0.86, side * 0.44, 0.22), 0.22, 0.18, side),
-        )
-    ]
+    sizes = ((0.0, 0.43, 0.27, 0.22), (-0.86, 0.44, 0.22, 0.18))
+    return [wheel((x, s * y, r), r, width, s) for s in (-1, 1) for x, y, r, width in sizes]
 
 
 def _carriage() -> list[Part]:
@@ -169,13 +151,8 @@ def _tines() -> list[Part]:
     parts = []
     for y in (-FORK_Y, FORK_Y):
         half = FORK_WIDTH / 2
-        tine = [
-            (0.0, -FORK_THICKNESS),
-            (0.7 * FORK_LENGTH, -FORK_THICKNESS),
-            (FORK_LENGTH, -0.3 * FORK_THICKNESS),
-            (FORK_LENGTH, 0.0),
-            (0.0, 0.0),
-        ]
+        tine = [(0.0, -FORK_THICKNESS), (0.7 * FORK_LENGTH, -FORK_THICKNESS)]
+        tine += [(FORK_LENGTH, -0.3 * FORK_THICKNESS), (FORK_LENGTH, 0.0), (0.0, 0.0)]
         parts.append(extruded(tine, (y - half, y + half), steel))
         parts.append(box((-0.045, y - half, -FORK_THICKNESS), (0.0, y + half, 0.52), steel))
     return parts

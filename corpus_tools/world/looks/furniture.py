@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import mujoco
 import numpy as np
 
@@ -9,7 +11,7 @@ from corpus_tools.world.looks.atlas import board, colour, patch
 from corpus_tools.world.looks.drawing import draw, variation
 from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.pallets import cartons
-from corpus_tools.world.looks.parts import Part, box, disc, rod, turned
+from corpus_tools.world.looks.parts import Part, box, disc, inside, rod, turned
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
@@ -18,48 +20,29 @@ from g3.groundings import FloatArray
 def shelf(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """A rack with three floors of goods."""
     rng = variation(body)
-    low, high = shape.low, shape.high
-    post = np.minimum(0.09, 0.1 * shape.size[:2])
-    beam = min(0.11, 0.04 * float(shape.size[2]))
+    low, part = shape.low, inside(shape.low, shape.high)
+    post = np.minimum(0.09 / shape.size[:2], 0.1)
+    beam = min(0.11 / float(shape.size[2]), 0.04)
     blue, orange = colour("blue", 0.75, 1.05), colour("orange", 0.95, 1.0)
+    y_ends = (0.0, post[1]), (1 - post[1], 1.0)
     parts = []
-    for x in (low[0], high[0] - post[0]):
-        for y in (low[1], high[1] - post[1]):
-            parts.append(
-                box((x, y, low[2]), (x + post[0], y + post[1], high[2]), blue, without="-z")
-            )
+    for x in (0.0, 1 - post[0]):
+        parts += [part((x, x + post[0]), y, (0.0, 1.0), blue, without="-z") for y in y_ends]
+        brace = low[0] + (x + post[0] / 2) * shape.size[0]
+        sides = [low[1] + share * shape.size[1] for share in (post[1] / 2, 1 - post[1] / 2)]
+        z = low[2] + shape.size[2] * (np.arange(5) / 4.2 + 0.02)
         for k in range(4):
-            z = low[2] + shape.size[2] * (np.array([k, k + 1]) / 4.2 + 0.02)
-            ends = (low[1] + post[1] / 2, high[1] - post[1] / 2)
-            a, b = ends if k % 2 else ends[::-1]
-            parts.append(
-                rod(
-                    (x + post[0] / 2, a, z[0]),
-                    (x + post[0] / 2, b, z[1]),
-                    0.3 * float(post.min()),
-                    blue,
-                    segments=4,
-                )
-            )
-    floors = low[2] + shape.size[2] * np.array([0.04, 0.38, 0.71])
-    side = np.array([post[0], 0.0])
-    inner_low, inner_high = low[:2] + side, high[:2] - side
-    for i, z in enumerate(floors):
-        top = floors[i + 1] - beam if i + 1 < len(floors) else high[2]
-        for y in (low[1], high[1] - 0.5 * post[1]):
-            parts.append(
-                box((inner_low[0], y, z - beam), (inner_high[0], y + 0.5 * post[1], z), orange)
-            )
-        parts.append(
-            box(
-                (*inner_low, z - 0.02 * beam),
-                (*inner_high, z),
-                board(i),
-                along=True,
-                without="-x +x -y +y",
-            )
-        )
-        parts += _goods(np.array([*inner_low, z]), np.array([*inner_high, top]), i, rng)
+            start, end = (brace, sides[k % 2 - 1], z[k]), (brace, sides[-(k % 2)], z[k + 1])
+            parts.append(rod(start, end, 0.027, blue, segments=4))
+    floors = (0.04, 0.38, 0.71)
+    for i, (floor, above) in enumerate(pairwise((*floors, 1.0 + beam))):
+        span = post[0], 1 - post[0]
+        for y in ((0.0, post[1] / 2), (1 - post[1], 1 - post[1] / 2)):
+            parts.append(part(span, y, (floor - beam, floor), orange))
+        planks = (floor - 0.02 * beam, floor + 0.02 * beam)
+        parts.append(part(span, (0.0, 1.0), planks, board(i), along=True, without="-x +x -y +y"))
+        corner = low + shape.size * (span[0], 0, floor)
+        parts += _goods(corner, low + shape.size * (span[1], 1, above - beam), i, rng)
     draw(spec, body, parts)
 
 
@@ -87,46 +70,21 @@ def barrel(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: fl
     x, y, z = shape.middle[0], shape.middle[1], shape.low[2]
     radius, height = float(shape.size[:2].min()) / 2, float(shape.size[2])
     blue, rib = colour("blue", 0.7, 1.05), 0.955
-    profile = [(0.0, 0.0), (0.97, 0.0), (1.0, 0.015), (0.97, 0.04), (rib, 0.05)]
-    for middle in (0.34, 0.66):
-        profile += [
-            (rib, middle - 0.03),
-            (1.0, middle - 0.012),
-            (1.0, middle + 0.012),
-            (rib, middle + 0.03),
-        ]
-    profile += [
-        (rib, 0.95),
-        (0.98, 0.965),
-        (1.0, 0.985),
-        (0.98, 1.0),
-        (0.92, 1.0),
-        (0.91, 0.97),
-        (0.0, 0.97),
-    ]
+    profile = [(0.97, 0.0), (1.0, 0.015), (0.97, 0.04), (rib, 0.05)]
+    for at in (0.34, 0.66):
+        profile += [(rib, at - 0.03), (1.0, at - 0.012), (1.0, at + 0.012), (rib, at + 0.03)]
+    profile += [(rib, 0.95), (0.98, 0.965), (1.0, 0.985), (0.98, 1.0), (0.92, 1.0), (0.91, 0.97)]
+    shell = np.array(profile) * (radius, height)
+    lid = z + 0.97 * height
     parts = [
-        turned(
-            np.array(profile[1:-1]) * (radius, height),
-            blue,
-            centre=(x, y, z),
-            segments=20,
-            smooth=True,
-        ),
-        disc((x, y, z + 0.97 * height), 0.92 * radius, colour("blue", 0.85, 0.85), segments=20),
+        turned(shell, blue, centre=(x, y, z), segments=20, smooth=True),
+        disc((x, y, lid), 0.92 * radius, colour("blue", 0.85, 0.85), segments=20),
     ]
-    for angle, size in ((0.6, 0.13), (3.6, 0.08)):
-        at = (x + 0.6 * radius * np.cos(angle), y + 0.6 * radius * np.sin(angle), z + 0.97 * height)
-        parts.append(
-            turned(
-                [(size * radius, 0), (size * radius, 0.018 * height)],
-                colour("steel"),
-                centre=at,
-                segments=8,
-            )
-        )
-        parts.append(
-            disc((at[0], at[1], z + 0.988 * height), size * radius, colour("light"), segments=8)
-        )
+    for angle, size in ((0.6, 0.13 * radius), (3.6, 0.08 * radius)):
+        bung = x + 0.6 * radius * np.cos(angle), y + 0.6 * radius * np.sin(angle)
+        rim = [(size, 0), (size, 0.018 * height)]
+        parts.append(turned(rim, colour("steel"), centre=(*bung, lid), segments=8))
+        parts.append(disc((*bung, lid + 0.018 * height), size, colour("light"), segments=8))
     draw(spec, body, parts, gloss=True)
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture, draw
 from corpus_tools.world.looks.markings import Yard, barrier, markings, yard_of
-from corpus_tools.world.looks.noise import Pixels, pixels, speckle
 from corpus_tools.world.state.recording import upright
 from g3.groundings import Context
 
@@ -21,7 +20,7 @@ SUN = (0.42, 0.30, -0.86)
 """Where the sunlight goes."""
 FAR_M = 400.0
 NEAR_M = 0.2
-_TEXTURE_SIZE = 512
+_PICTURES = Path(__file__).parent
 
 
 def add_surroundings(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
@@ -77,12 +76,12 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
 def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
     """Slabs of concrete, laid along the yard, and grass up to the horizon."""
     surfaces = (
-        ("concrete", _concrete(), ground_m, yard.half + 0.5, 2 * SLAB_M),
-        ("grass", _grass(), ground_m - 0.03, np.zeros(2), GRASS_M),
+        ("concrete", ground_m, yard.half + 0.5, 2 * SLAB_M),
+        ("grass", ground_m - 0.03, np.zeros(2), GRASS_M),
     )
     # The nearer surface first: the renderer then skips what it hides of the other.
-    for name, picture, height, half, edge in surfaces:
-        add_texture(spec, name, picture)
+    for name, height, half, edge in surfaces:
+        add_texture(spec, name, _PICTURES / f"{name}.png")
         material = add_material(spec, name, name)
         material.texuniform = True
         material.texrepeat = [1 / edge, 1 / edge]
@@ -97,28 +96,3 @@ def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float) -> None:
             contype=0,
             conaffinity=0,
         )
-
-
-@lru_cache(maxsize=1)
-def _concrete() -> Pixels:
-    """Four slabs of concrete with joints between them, shape (512, 512, 3)."""
-    rng = np.random.default_rng(11)
-    image = np.tile(np.array([200.0, 198, 191]), (_TEXTURE_SIZE, _TEXTURE_SIZE, 1))
-    image *= (0.9 + 0.14 * speckle(rng, _TEXTURE_SIZE))[..., None]
-    image *= (0.97 + 0.06 * rng.random((_TEXTURE_SIZE, _TEXTURE_SIZE)))[..., None]
-    half = _TEXTURE_SIZE // 2
-    for x, y, tone in ((0, 0, 0.985), (1, 0, 1.01), (0, 1, 1.015), (1, 1, 0.99)):
-        slab = image[y * half : (y + 1) * half, x * half : (x + 1) * half]
-        slab *= tone
-        slab[:2] *= 0.8
-        slab[:, :2] *= 0.8
-    return pixels(image)
-
-
-@lru_cache(maxsize=1)
-def _grass() -> Pixels:
-    """Dry grass, shape (256, 256, 3)."""
-    rng = np.random.default_rng(12)
-    patches, blades = speckle(rng, 256)[..., None], rng.random((256, 256, 1))
-    image = np.array([132.0, 140, 96]) * (0.8 + 0.3 * patches) * (0.88 + 0.2 * blades)
-    return pixels(image + (14, 4, 0) * patches)

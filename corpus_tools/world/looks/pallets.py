@@ -24,7 +24,7 @@ _SLIT = 0.005
 def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """Four stacks of tyres on a pallet."""
     rng = variation(body)
-    base, low, high = _pallet(shape, rng)
+    base, low, high = pallet_of(shape, rng)
     size = high - low
     columns = [max(1, min(4, round(length / 0.55))) for length in size[:2]]
     pitch = size[:2] / columns
@@ -48,7 +48,7 @@ def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_
 def box_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """Cartons of several sizes on a pallet, held by straps."""
     rng = variation(body)
-    base, low, high = _pallet(shape, rng)
+    base, low, high = pallet_of(shape, rng)
     full = bool(rng.random() < 0.6)
     strap = np.array([0.006, 0.006, 0.003])
     load = cartons(low, high - strap, rng) if full else cartons(low, high, rng, missing=1)
@@ -113,18 +113,11 @@ def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
     """Two plastic bands around the load."""
     band, finish = 0.03, colour("light", 0.8, 1.0)
     middles = low[1] + (high[1] - low[1]) * np.array([0.27, 0.73])
-    return [
-        box(
-            (low[0], y - band / 2, low[2]),
-            (high[0], y + band / 2, high[2]),
-            finish,
-            without="-y +y -z",
-        )
-        for y in middles
-    ]
+    ends = [((low[0], y - band / 2, low[2]), (high[0], y + band / 2, high[2])) for y in middles]
+    return [box(*pair, finish, without="-y +y -z") for pair in ends]
 
 
-def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
+def pallet_of(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
     """A pallet that the forks can enter from every side, and the room on it."""
     feet, low, high = _feet(shape)
     thick = (PALLET_HEIGHT / ENTRY_HEIGHT - 1) * (low[2] - shape.low[2])

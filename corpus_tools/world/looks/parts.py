@@ -7,9 +7,9 @@ are in metres, in the frame of the body that the parts go to.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
 
 Point: TypeAlias = Sequence[float] | FloatArray
+Span: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +124,23 @@ def box(
 ) -> Part:
     """An upright box between opposite corners; see :func:`block`."""
     return tapered(low, high, low[:2], high[:2], finish, tops=tops, without=without, along=along)
+
+
+def inside(low: FloatArray, high: FloatArray) -> Callable[..., Part]:
+    """A way to make boxes in parts of a room.
+
+    Returns
+    -------
+    Callable
+        Takes from and to along x, y and z as parts of the room between its corners, then what
+        :func:`box` takes.
+    """
+
+    def part(x: Span, y: Span, z: Span, finish: Finish, **options: Any) -> Part:
+        start, end = low + (high - low) * np.array((x, y, z)).T
+        return box(start, end, finish, **options)
+
+    return part
 
 
 def tapered(

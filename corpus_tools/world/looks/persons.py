@@ -34,16 +34,8 @@ def _figure() -> Part:
     for side in (-1, 1):
         parts += [
             box((-0.09, side * 0.10 - 0.05, 0), (0.19, side * 0.10 + 0.05, 0.09), colour("brown")),
-            rod(
-                (0.0, side * 0.10, 0.07), (0.0, side * 0.10, 0.5), (0.058, 0.066), denim, segments=8
-            ),
-            rod(
-                (0.0, side * 0.10, 0.5),
-                (0.0, side * 0.088, 0.92),
-                (0.066, 0.088),
-                denim,
-                segments=8,
-            ),
+            rod((0, side * 0.10, 0.07), (0, side * 0.10, 0.5), (0.058, 0.066), denim, segments=8),
+            rod((0, side * 0.10, 0.5), (0, side * 0.088, 0.92), (0.066, 0.088), denim, segments=8),
             ball((-0.01, side * 0.178, 1.395), (0.06, 0.066, 0.06), sleeve, segments=8),
             rod((-0.01, side * 0.195, 1.41), (-0.02, side * 0.215, 1.14), (0.052, 0.043), sleeve),
             rod((-0.02, side * 0.215, 1.14), (0.07, side * 0.205, 0.9), (0.043, 0.034), sleeve),

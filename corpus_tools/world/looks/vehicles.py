@@ -10,7 +10,7 @@ import numpy as np
 from corpus_tools.world.looks.atlas import Finish, colour, patch
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.look_registry import look
-from corpus_tools.world.looks.parts import Part, box, extruded, quad, rod, turned
+from corpus_tools.world.looks.parts import Part, box, extruded, inside, quad, rod, turned
 from corpus_tools.world.looks.wheels import wheel
 from corpus_tools.world.state.dimensions import CAB_TOP
 from corpus_tools.world.state.shapes import Shape
@@ -37,6 +37,8 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
     hitch = min(DRAWBAR_LENGTH, 0.3 * float(length))
     z = ground + 0.6 * (frame - ground)
     tip = (high[0] + hitch, middle, z)
+    eye = [(0.05, -0.04), (0.11, -0.04), (0.11, 0.04), (0.05, 0.04)]
+    leg = high[0] - 0.05 * length
     parts = [
         *floor,
         *_beams((low[0], high[0]), middle, width, (max(frame - 0.16, ground), frame)),
@@ -45,28 +47,15 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
             rod((high[0] - 0.1 * hitch, middle + s * 0.3 * width, z), tip, 0.05, _DARK)
             for s in (-1, 1)
         ),
-        turned(
-            [(0.05, -0.04), (0.11, -0.04), (0.11, 0.04), (0.05, 0.04)],
-            _DARK,
-            centre=tip,
-            segments=10,
-        ),
-        rod(
-            (high[0] - 0.05 * length, middle, ground),
-            (high[0] - 0.05 * length, middle, frame),
-            0.05,
-            colour("steel"),
-        ),
-        box(
-            (high[0] - 0.05 * length - 0.12, middle - 0.12, ground),
-            (high[0] - 0.05 * length + 0.12, middle + 0.12, ground + 0.03),
-            _DARK,
-        ),
+        turned(eye, _DARK, centre=tip, segments=10),
+        rod((leg, middle, ground), (leg, middle, frame), 0.05, colour("steel")),
+        box((leg - 0.12, middle - 0.12, ground), (leg + 0.12, middle + 0.12, ground + 0.03), _DARK),
         *_rear_lights(low[0], middle, width, frame - 0.02),
     ]
     draw(spec, body, parts)
 
 
+@look("flatbed-truck")
 @look("truck")
 def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """A truck with a flat bed behind its cab."""
@@ -92,125 +81,96 @@ def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
     draw(spec, body, _cab(*cab, ground, roof), gloss=True)
 
 
+@look("semi-truck")
+def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """A tractor for trailers: a long bonnet, a cab with a sleeper, and a fifth wheel behind."""
+    low, high = shape.low, shape.high
+    part, (length, width, height) = inside(low, high), shape.size.tolist()
+    ground, frame = float(low[2]), float(low[2]) + 0.3 * height
+    white, steel, silver = colour("white", 0.7, 1.05), colour("steel"), colour("silver", 0.6, 1.1)
+    window, black = patch("window"), colour("black", 0.8, 1.1)
+    fifth = [(0.0, 0.0), (0.17 * width, 0.0), (0.17 * width, 0.06), (0.0, 0.06)]
+    plate = (float(low[0]) + 0.2 * length, float(shape.middle[1]), frame)
+    paint = [
+        part((0.4, 0.56), (0.03, 0.97), (0.3, 1.0), white, tops=white),
+        part((0.56, 0.72), (0.05, 0.95), (0.2, 0.9), white, tops=white),
+        part((0.72, 0.97), (0.14, 0.86), (0.24, 0.58), white, tops=white),
+        part((0.96, 0.985), (0.14, 0.86), (0.2, 0.56), patch("grille")),
+        part((0.7, 0.725), (0.09, 0.91), (0.6, 0.84), window, without="-x -y +y -z +z"),
+        part((0.6, 0.7), (0.045, 0.955), (0.58, 0.82), window, without="-x +x -z +z"),
+        part((0.76, 0.95), (0.0, 0.16), (0.24, 0.36), white, tops=white),
+        part((0.76, 0.95), (0.84, 1.0), (0.24, 0.36), white, tops=white),
+        part((0.97, 1.0), (0.04, 0.96), (0.08, 0.18), silver),
+    ]
+    rear = [
+        *_beams((low[0], low[0] + 0.96 * length), plate[1], width, (frame - 0.1 * height, frame)),
+        *_wheels([low[0] + at * length for at in (0.12, 0.27, 0.85)], shape, ground, frame),
+        *_tank(float(low[0] + 0.5 * length), shape, ground, frame),
+        turned(fifth, _DARK, centre=plate, segments=14),
+        *(part((0.37, 0.39), y, (0.3, 0.98), silver) for y in ((0.06, 0.1), (0.9, 0.94))),
+        *(part((0.0, 0.01), y, (0.06, 0.26), black) for y in ((0.02, 0.2), (0.8, 0.98))),
+        part((0.3, 0.37), (0.3, 0.7), (0.28, 0.34), steel),
+        *_rear_lights(low[0] + 0.02 * length, plate[1], width, frame - 0.02),
+    ]
+    draw(spec, body, rear)
+    draw(spec, body, paint, gloss=True)
+
+
 def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[Part]:
     """A cab over the front axle, from behind it to the front."""
     (back, right, _), (front, left, deck) = low, high
-    length, bottom = front - back, ground + 0.3 * (deck - ground)
-    sill, lean = deck + 0.35 * (top - deck), 0.16 * length
-    white = colour("blue", 0.62, 1.05)
-    inset = 0.02 * (left - right)
-    right, left = right + inset, left - inset
-    axle, arch = front - 0.47 * length, bottom + 0.55 * (deck - bottom)
-    front_low = min(axle + 0.45, front - 0.1 * length)
-    shell = [(back, arch), (front, arch), (front, sill), (front - lean, top), (back, top)]
-    parts = [
-        extruded(shell, (right, left), white),
-        box((front_low, right, bottom), (front, left, arch), white, without="+z"),
-        box(
-            (back, right + 0.3 * (left - right), bottom),
-            (front_low, left - 0.3 * (left - right), arch),
-            _DARK,
+    bottom = ground + 0.3 * (deck - ground)
+    part = inside(np.array((back, right, bottom)), np.array((front, left, top)))
+    tall, length, blue = top - bottom, front - back, colour("blue", 0.62, 1.05)
+    window, black, sides = patch("window"), colour("black", 0.8, 1.0), "-x +x -z +z"
+    sill = (deck - bottom + 0.35 * (top - deck)) / tall
+    arch, lean = 0.55 * (deck - bottom) / tall, 0.16
+    wheel_end = min(0.53 + 0.45 / length, 0.9)
+    outline = [(0, arch), (1, arch), (1, sill), (1 - lean, 1), (0, 1)]
+    shell = [(back + x * length, bottom + z * tall) for x, z in outline]
+    slant = np.array((shell[3][0], 0, shell[3][1])) - (front, 0, shell[2][1])
+    out = 0.012 * np.array((slant[2], 0, -slant[0])) / np.hypot(slant[0], slant[2])
+    ends = [(front, 0, shell[2][1]) + share * slant + out for share in (0.06, 0.86)]
+    y = right + (left - right) * np.array((0.06, 0.94))
+    glass = [(*ends[i][:1], y[j], ends[i][2]) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))]
+    above = (sill, sill + 0.8 * (1 - sill))
+    return [
+        extruded(shell, (right + 0.02 * (left - right), left - 0.02 * (left - right)), blue),
+        part((wheel_end, 1.0), (0.02, 0.98), (0.0, arch), blue, without="+z"),
+        part((0.0, wheel_end), (0.3, 0.7), (0.0, arch), _DARK),
+        part((0.99, 1.005), (0.02, 0.98), (0.0, 0.88 * sill), patch("grille"), without="-y +y -z"),
+        quad(glass, window),
+        part((0.22, 0.84), (0.015, 0.985), above, window, without=sides),
+        part((-0.005, 0.01), (0.2, 0.8), above, window, without="-y +y -z +z"),
+        part((0.24, 0.34), (0.01, 0.99), (sill - 0.1, sill - 0.07), black, without=sides),
+        *(
+            part((0.92, 0.96), side, (sill + 0.02, sill + 0.22), black)
+            for side in ((-0.05, 0.02), (0.98, 1.05))
+        ),
+        *(
+            part((0.78, 0.82), (at - 0.03, at + 0.03), (1.0, 1.02), colour("amber", 0.9, 1.1))
+            for at in (0.12, 0.5, 0.88)
         ),
     ]
-    skin = 0.012
-    grille = bottom, sill - 0.12 * (sill - bottom)
-    parts.append(
-        quad(
-            [
-                (front + skin, y, z)
-                for y, z in (
-                    (right, grille[0]),
-                    (left, grille[0]),
-                    (left, grille[1]),
-                    (right, grille[1]),
-                )
-            ],
-            patch("grille"),
-        )
-    )
-    slant = np.array([front - lean, 0, top]) - (front, 0, sill)
-    out = skin * np.array([slant[2], 0, -slant[0]]) / np.hypot(slant[0], slant[2])
-    y_right, y_left = right + 0.05 * (left - right), left - 0.05 * (left - right)
-    down, up = (front, 0, sill) + 0.06 * slant + out, (front, 0, sill) + 0.86 * slant + out
-    parts.append(
-        quad(
-            [
-                (down[0], y_right, down[2]),
-                (down[0], y_left, down[2]),
-                (up[0], y_left, up[2]),
-                (up[0], y_right, up[2]),
-            ],
-            patch("window"),
-        )
-    )
-    z = sill, sill + 0.8 * (top - sill)
-    x = back + 0.22 * length, front - 0.06 * length, front - 0.06 * length - 0.8 * lean
-    for y, a, b in ((left + skin, 1, 0), (right - skin, 0, 1)):
-        lower, upper = (x[0], x[1]), (x[0], x[2])
-        corners = [
-            (lower[a], y, z[0]),
-            (lower[b], y, z[0]),
-            (upper[b], y, z[1]),
-            (upper[a], y, z[1]),
-        ]
-        parts.append(quad(corners, patch("window")))
-        parts.append(
-            box(
-                (x[0] + 0.02, y - 0.012, sill - 0.2),
-                (x[0] + 0.2, y + 0.012, sill - 0.15),
-                colour("black"),
-            )
-        )
-        mirror = y + (0.1 if y > (left + right) / 2 else -0.1)
-        ends = (x[1] - 0.02, mirror - 0.09, z[0] + 0.05), (x[1] + 0.05, mirror + 0.09, z[0] + 0.5)
-        parts.append(box(*ends, colour("black", 0.8, 1.0)))
-    y_right, y_left = right + 0.2 * (left - right), left - 0.2 * (left - right)
-    behind = [
-        (back - skin, y, z)
-        for y, z in ((y_left, z[0]), (y_right, z[0]), (y_right, z[1]), (y_left, z[1]))
-    ]
-    parts.append(quad(behind, patch("window")))
-    for y in np.linspace(right + 0.2, left - 0.2, 3):
-        parts.append(
-            box(
-                (front - lean - 0.12, y - 0.06, top),
-                (front - lean - 0.04, y + 0.06, top + 0.05),
-                colour("amber", 0.9, 1.1),
-            )
-        )
-    return parts
 
 
 def _deck(low: FloatArray, high: FloatArray, finish: Finish) -> list[Part]:
-    """A floor of planks, in lengths that keep the grain fine, with a rim."""
-    thick = 0.4 * (high[2] - low[2])
-    under, top = high[2] - thick, high[2]
-    parts = [box((*low[:2], under), high, finish, without="+z")]
-    n = max(1, min(4, round(float(high[0] - low[0]) / 2)))
-    edge = min(0.07, 0.1 * float(high[1] - low[1]))
-    x = np.linspace(low[0] + edge, high[0] - edge, n + 1)
-    y = low[1] + edge, high[1] - edge
-    for a, b in pairwise(x):
-        parts.append(
-            quad([(a, y[0], top), (b, y[0], top), (b, y[1], top), (a, y[1], top)], patch("deck"))
-        )
-    light = colour("light", 0.8, 0.8)
-    for a, b in ((low[1], y[0]), (y[1], high[1])):
-        parts.append(
-            quad([(low[0], a, top), (high[0], a, top), (high[0], b, top), (low[0], b, top)], light)
-        )
-    for a, b in ((low[0], x[0]), (x[-1], high[0])):
-        parts.append(quad([(a, y[0], top), (b, y[0], top), (b, y[1], top), (a, y[1], top)], light))
-    # reflectors
-    size = 0.25 * thick
-    for x_ in np.linspace(low[0] + 0.1 * (high[0] - low[0]), high[0] - 0.1 * (high[0] - low[0]), 4):
-        for y_ in (low[1] + 0.002, high[1] - 0.002):
-            at = np.array([x_, y_, under + thick / 2])
-            half = np.array([2 * size, 0.006, size / 2])
-            parts.append(
-                box(at - half, at + half, colour("amber", 0.9, 1.1), without="-z +z -x +x")
-            )
-    return parts
+    """A floor of planks, in lengths that keep the grain fine, with a rim and reflectors."""
+    part, (length, width, _) = inside(low, high), (high - low).tolist()
+    rim_x, rim_y = min(0.07, 0.1 * width) / length, min(0.07 / width, 0.1)
+    planks, amber = patch("deck"), colour("amber", 0.9, 1.1)
+    ends = np.linspace(rim_x, 1 - rim_x, max(1, min(4, round(length / 2))) + 1)
+    return [
+        part((0.0, 1.0), (0.0, 1.0), (0.6, 1.0), finish, tops=colour("light", 0.8, 0.8)),
+        *(
+            part(x, (rim_y, 1 - rim_y), (0.99, 1.003), planks, without="-x +x -y +y -z")
+            for x in pairwise(ends)
+        ),
+        *(
+            part((x - 0.01, x + 0.01), (-0.003, 1.003), (0.77, 0.83), amber, without="-z +z -x +x")
+            for x in np.linspace(0.1, 0.9, 4)
+        ),
+    ]
 
 
 def _deck_thickness(shape: Shape) -> float:
@@ -246,19 +206,16 @@ def _wheels(axles: list[float], shape: Shape, ground: float, frame: float) -> li
 
 def _rear_lights(x: float, middle: float, width: float, top: float) -> list[Part]:
     """A bar with red and amber lamps at the rear."""
-    bar = min(0.12, 0.06 * width)
-    parts = [
-        box((x, middle - 0.48 * width, top - bar), (x + 0.06, middle + 0.48 * width, top), _DARK)
+    low = np.array((x, middle - width / 2, top - min(0.12, 0.06 * width)))
+    part = inside(low, np.array((x + 0.06, middle + width / 2, top)))
+    lamps = ((0.06, "red"), (0.16, "amber"), (0.76, "amber"), (0.86, "red"))
+    return [
+        part((0.0, 1.0), (0.02, 0.98), (0.0, 1.0), _DARK),
+        *(
+            part((-0.2, 0.0), (y, y + 0.08), (0.1, 0.9), colour(name, 1.0, 1.1))
+            for y, name in lamps
+        ),
     ]
-    for side in (-1, 1):
-        for at, name in ((0.40, "red"), (0.30, "amber")):
-            y = middle + side * at * width
-            ends = (
-                (x - 0.012, y - 0.04 * width, top - 0.9 * bar),
-                (x, y + 0.04 * width, top - 0.1 * bar),
-            )
-            parts.append(box(*ends, colour(name, 1.0, 1.1)))
-    return parts
 
 
 def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:

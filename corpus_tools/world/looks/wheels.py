@@ -26,15 +26,8 @@ def tyre(bottom: Point, radius: float, width: float, *, open_top: bool, segments
     if open_top:
         profile.append((_BEAD, 0.88))
         finish = patch("tyre", t=(0.14, 1.0))
-    parts = [
-        turned(
-            np.array(profile) * (radius, width),
-            finish,
-            centre=bottom,
-            segments=segments,
-            smooth=True,
-        )
-    ]
+    rubber = np.array(profile) * (radius, width)
+    parts = [turned(rubber, finish, centre=bottom, segments=segments, smooth=True)]
     if open_top:
         hole = [(_BEAD * radius, 0.88 * width), (_BEAD * radius, 0.1 * width)]
         x, y, z = bottom
@@ -60,22 +53,10 @@ def wheel(hub: Point, radius: float, width: float, side: int, *, segments: int =
     profile = [(rim, -half), (0.93 * radius, -half), (radius, -0.6 * half)]
     profile += [(r, -h) for r, h in reversed(profile)]
     facing = "+y" if side > 0 else "-y"
+    rubber, outside = patch("tyre", t=(0.22, 0.78)), (x, y + side * (half - 0.015), z)
     return join(
         [
-            turned(
-                profile,
-                patch("tyre", t=(0.22, 0.78)),
-                centre=hub,
-                axis="y",
-                segments=segments,
-                smooth=True,
-            ),
-            disc(
-                (x, y + side * (half - 0.015), z),
-                rim,
-                patch("wheel"),
-                facing=facing,
-                segments=segments,
-            ),
+            turned(profile, rubber, centre=hub, axis="y", segments=segments, smooth=True),
+            disc(outside, rim, patch("wheel"), facing=facing, segments=segments),
         ]
     )

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from corpus_tools.world.physics.controller import ActionError, Simulation
-from corpus_tools.world.physics.free_spots import axis_of, quarters, spots
+from corpus_tools.world.physics.free_spots import axis_of, spots
 from corpus_tools.world.physics.room import (
     READY_MARGIN_M,
     STRAIGHT_MARGIN_M,
@@ -30,8 +30,8 @@ from corpus_tools.world.state.robot_script import (
     TURN,
     WAIT,
 )
-from g3.actions.driving import direction
-from g3.actions.logged_actions import centre
+from g3.actions.driving import direction, quarters
+from g3.geometry.footprints import centre
 from g3.geometry.plane import cross, rotate, wrap
 from g3.groundings import FloatArray, Place
 

@@ -11,7 +11,7 @@ from corpus_tools.world.physics.controller import ActionError, Simulation
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.solids import deck_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.logged_actions import centre
+from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, cross, rotate
 from g3.groundings import FloatArray, Place
 
@@ -23,11 +23,6 @@ IN_THE_AIR_M = 0.4
 """A place this far above what is under it is in the air."""
 _GRID_M = 0.1
 _TOUCH_M = 0.03
-
-
-def quarters(yaw: float) -> FloatArray:
-    """The four headings along the axes of something, shape (4,)."""
-    return np.asarray(yaw + np.pi / 2 * np.arange(4), dtype=np.float64)
 
 
 def axis_of(place: Place) -> float:

@@ -12,7 +12,6 @@ from corpus_tools.world.physics.free_spots import (
     NUDGE_M,
     Support,
     carrier_under,
-    quarters,
     spots,
     support_at,
 )
@@ -43,8 +42,8 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.robot_script import PICK_UP, PUT_DOWN
 from corpus_tools.world.state.start import HEEL_GAP_M
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.driving import direction
-from g3.actions.logged_actions import centre
+from g3.actions.driving import direction, quarters
+from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Place
 

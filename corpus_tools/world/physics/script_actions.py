@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from corpus_tools.world.physics.controller import Simulation
-from corpus_tools.world.state.robot_script import Action
+from corpus_tools.world.state.robot_script import ScriptAction
 from g3.groundings import FloatArray
 
 
@@ -45,7 +45,7 @@ BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType(_BEHAVIOURS)
 """What actions do, by name."""
 
 
-def behaviour(action: Action) -> Callable[[Behaviour], Behaviour]:
+def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
     """Register what an action does."""
 
     def register(function: Behaviour) -> Behaviour:

@@ -8,19 +8,7 @@ from dataclasses import dataclass, field
 from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box
 from corpus_tools.world.scenarios.documents import Problem
 from corpus_tools.world.scenarios.scenario import ROBOT, Robot, Thing
-from corpus_tools.world.state.robot_script import (
-    ACTIONS,
-    APPROACH,
-    BACK_UP,
-    DRIVE_PAST,
-    DRIVE_TO,
-    FORWARD,
-    PICK_UP,
-    PUT_DOWN,
-    WAIT,
-    Script,
-    ScriptStep,
-)
+from corpus_tools.world.state.robot_script import ACTIONS, DRIVE_TO, TURN, Script, ScriptStep
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import point_gap
 
@@ -74,18 +62,18 @@ class _State:
         }[action.argument](step)
         if wrong is not None:
             yield wrong
-        elif step.action == PICK_UP.name:
+        elif action.kind.takes:
             yield from self.pick_up(str(step.argument))
-        elif step.action == PUT_DOWN.name:
+        elif action.kind.leaves:
             yield from self.put_down(str(step.argument))
-        elif step.action == DRIVE_TO.name:
+        elif action is DRIVE_TO:
             yield from self.drive_to(str(step.argument))
 
     def wrong_object(self, step: ScriptStep) -> tuple[str, str] | None:
         if step.argument not in self.objects:
             known = ", ".join(self.objects)
             return f"there is no object {step.argument!r}", f"the objects are: {known or 'none'}"
-        if step.argument == self.held and step.action in (APPROACH.name, DRIVE_PAST.name):
+        if step.argument == self.held and step.kind is not None and step.kind.aims:
             return f"{step.argument} is on the forks", "name another object"
         return None
 
@@ -98,7 +86,7 @@ class _State:
     def wrong_number(self, step: ScriptStep) -> tuple[str, str] | None:
         if isinstance(step.argument, str):
             return f"{step.argument!r} is no number", "give one"
-        if step.action in (FORWARD.name, BACK_UP.name, WAIT.name) and step.argument <= 0:
+        if step.action != TURN.name and step.argument <= 0:
             return f"{step.argument:g} is not more than 0", "correct it"
         return None
 

@@ -15,8 +15,7 @@ from corpus_tools.world.state.carrying import from_robot, within_reach
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.state.recording import NS_PER_S, Recording, upright
 from corpus_tools.world.state.shapes import Shape, shape_of
-from g3.actions.action_log import at_rest
-from g3.actions.logged_actions import loaded
+from g3.actions.logged_actions import at_rest, loaded
 from g3.geometry.plane import BoolArray, rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Trajectory
 

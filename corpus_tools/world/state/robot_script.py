@@ -1,7 +1,8 @@
 """Scripts: what the robot is told to do, step by step.
 
-What the steps do is in :mod:`corpus_tools.world.physics.script_actions`; this module knows no
-simulator.
+An action of scripts is a kind of action (:mod:`g3.actions.forklift_actions`) with one sort of
+argument. What the steps do in physics is in :mod:`corpus_tools.world.physics.script_actions`; this
+module knows no simulator.
 """
 
 from __future__ import annotations
@@ -11,18 +12,23 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
+from g3.actions import forklift_actions as forklift
+from g3.actions.action_kinds import ActionKind
+
 Argument: TypeAlias = Literal["object", "place", "number"]
 """What an action needs: the id of an object, the name of a place, or a number."""
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class ScriptAction:
     """Something that the robot can be told to do.
 
     Parameters
     ----------
     name
         As scripts write it.
+    kind
+        What sort of action it is.
     argument
         What it needs.
     summary
@@ -30,6 +36,7 @@ class Action:
     """
 
     name: str
+    kind: ActionKind
     argument: Argument
     summary: str
 
@@ -49,16 +56,22 @@ class ScriptStep:
     action: str
     argument: str | float
 
+    @property
+    def kind(self) -> ActionKind | None:
+        """What sort of action it is; None for a name that isn't known."""
+        known = ACTIONS.get(self.action)
+        return known.kind if known else None
+
 
 Script: TypeAlias = tuple[ScriptStep, ...]
 
-_ACTIONS: dict[str, Action] = {}
+_ACTIONS: dict[str, ScriptAction] = {}
 
-ACTIONS: Mapping[str, Action] = MappingProxyType(_ACTIONS)
+ACTIONS: Mapping[str, ScriptAction] = MappingProxyType(_ACTIONS)
 """All actions by name."""
 
 
-def register_action(action: Action) -> Action:
+def register_action(action: ScriptAction) -> ScriptAction:
     """Make an action known to scripts.
 
     Raises
@@ -71,24 +84,52 @@ def register_action(action: Action) -> Action:
     return action
 
 
-DRIVE_TO = register_action(
-    Action("drive_to", "place", "Drive into a place and stop with the robot in its middle.")
+def in_script(kind: ActionKind, argument: Argument) -> ScriptAction | None:
+    """How scripts say a kind of action with a sort of argument; None if they can't."""
+    found = (a for a in ACTIONS.values() if a.kind is kind and a.argument == argument)
+    return next(found, None)
+
+
+def _known(name: str, kind: ActionKind, argument: Argument, summary: str) -> ScriptAction:
+    return register_action(ScriptAction(name, kind, argument, summary))
+
+
+DRIVE_TO = _known(
+    "drive_to",
+    forklift.DRIVE_TO,
+    "place",
+    "Drive into a place and stop with the robot in its middle.",
 )
-DRIVE_PAST = register_action(
-    Action("drive_past", "object", "Drive past an object and stop some metres beyond it.")
+DRIVE_PAST = _known(
+    "drive_past",
+    forklift.DRIVE_PAST,
+    "object",
+    "Drive past an object and stop some metres beyond it.",
 )
-APPROACH = register_action(
-    Action("approach", "object", "Drive up to an object and stop in front of it, facing it.")
+APPROACH = _known(
+    "approach",
+    forklift.DRIVE_TO,
+    "object",
+    "Drive up to an object and stop in front of it, facing it.",
 )
-TURN = register_action(
-    Action("turn_deg", "number", "Turn on the spot by an angle in degrees, left if positive.")
+TURN = _known(
+    "turn_deg",
+    forklift.TURN,
+    "number",
+    "Turn on the spot by an angle in degrees, left if positive.",
 )
-FORWARD = register_action(Action("forward_m", "number", "Drive straight ahead by a distance."))
-BACK_UP = register_action(Action("back_up_m", "number", "Drive straight back by a distance."))
-PICK_UP = register_action(
-    Action("pick_up", "object", "Drive up to a load, lift it with the forks and back out with it.")
+FORWARD = _known("forward_m", forklift.GO_STRAIGHT, "number", "Drive straight ahead by a distance.")
+BACK_UP = _known("back_up_m", forklift.BACK_UP, "number", "Drive straight back by a distance.")
+PICK_UP = _known(
+    "pick_up",
+    forklift.PICK_UP,
+    "object",
+    "Drive up to a load, lift it with the forks and back out with it.",
 )
-PUT_DOWN = register_action(
-    Action("put_down", "place", "Put the load on the forks down in the middle of a place.")
+PUT_DOWN = _known(
+    "put_down",
+    forklift.PUT_DOWN,
+    "place",
+    "Put the load on the forks down in the middle of a place.",
 )
-WAIT = register_action(Action("wait_s", "number", "Stand still for some seconds."))
+WAIT = _known("wait_s", forklift.WAIT, "number", "Stand still for some seconds.")

@@ -12,7 +12,8 @@ import numpy as np
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.logged_actions import covers, loaded
+from g3.actions.logged_actions import loaded
+from g3.geometry.footprints import covers
 from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 

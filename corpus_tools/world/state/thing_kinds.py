@@ -7,8 +7,9 @@ name modules that register kinds in the entry point group ``ct.kinds``.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from g3.extensions import load_extensions
@@ -83,19 +84,43 @@ BARREL = register_kind(Kind("barrel", ("barrel",), (0.6, 0.6), (0.0, 0.9)))
 PERSON = register_kind(Kind("person", ("person",), (0.5, 0.5), (0.0, 1.75)))
 CONE = register_kind(Kind("cone", ("cone",), (0.4, 0.4), (0.0, 0.7)))
 
+for _name, _height in (
+    ("refrigerator-pallet", 1.95),
+    ("washing-machine-pallet", 1.05),
+    ("generator-pallet", 1.25),
+    ("generator-accessories-pallet", 1.0),
+    ("bricks-pallet", 0.9),
+):
+    register_kind(Kind(_name, tuple(_name.split("-")), (1.0, 1.2), (0.0, _height), carriable=True))
+register_kind(replace(TRUCK, name="flatbed-truck", labels=("flatbed", "truck")))
+register_kind(Kind("semi-truck", ("semi", "truck"), (6.6, 2.5), (0.0, 3.6)))
+register_kind(Kind("container", ("container",), (6.1, 2.4), (0.0, 2.6)))
+register_kind(Kind("sign", ("sign",), (0.3, 0.9), (0.0, 2.4)))
+register_kind(Kind("berm", ("berm",), (6.0, 2.5), (0.0, 1.4)))
+
 OTHER = register_kind(Kind("other", (), (1.0, 1.0), (0.0, 1.0)))
 """What no other kind's labels fit."""
 
 _SAME_AS = {
-    "generator": "box",
-    "flatbed": "trailer",
     "lorry": "truck",
     "boxes": "box",
     "tires": "tire",
     "man": "person",
     "human": "person",
     "rack": "shelf",
+    "operator": "person",
     "drum": "barrel",
+    "fridge": "refrigerator",
+    "fridges": "refrigerator",
+    "refrigerators": "refrigerator",
+    "washer": "washing",
+    "machines": "machine",
+    "generators": "generator",
+    "brick": "bricks",
+    "signpost": "sign",
+    "tractor": "semi",
+    "mound": "berm",
+    "heap": "berm",
 }
 """Labels of other corpora, and ours for them."""
 
@@ -103,11 +128,12 @@ _SAME_AS = {
 def kind_of(labels: Iterable[str]) -> Kind:
     """The kind whose labels fit best, :data:`OTHER` if none has a label in common.
 
-    Labels of the paper's corpus are understood: {tire, assembly, pallet} is a tire
-    pallet, {generator, accessories, pallet} a pallet of boxes, {flatbed, trailer} a
-    trailer.
+    Labels of other corpora are understood, of one word or several: {tire, assembly, pallet} is a
+    tire pallet, {ship container} a container, {flatbed, trailer} a trailer. Of kinds that fit as
+    well the one that was registered first is taken.
     """
-    known = {_SAME_AS.get(label, label) for label in labels}
+    words = re.findall("[a-z]+", " ".join(labels).lower())
+    known = {_SAME_AS.get(word, word) for word in words}
     best = max(_KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
     return best if known.intersection(best.labels) else OTHER
 

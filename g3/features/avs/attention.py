@@ -102,7 +102,7 @@ def angle(across: Single, along: Single) -> Single:
 
 
 @compiled("void(f4[:, ::1], u1, UniTuple(f4, 4), UniTuple(f4[:, :, ::1], 2), i8)")
-def stand(
+def view_landmark(
     landmark: Singles,
     corners: int,
     view: tuple[Single, Single, Single, Single],
@@ -150,7 +150,7 @@ def stand(
 
 
 @compiled("void(f4[:, :, ::1], i8, UniTuple(f4[::1], 3), i8, f4[:, ::1])")
-def attend(
+def add_attention(
     border: Singles,
     corners: int,
     view: tuple[Singles, Singles, Singles],
@@ -165,7 +165,7 @@ def attend(
     Parameters
     ----------
     border, corners
-        As :func:`stand` sees them.
+        As :func:`view_landmark` sees them.
     view
         How far the focus of attention is ahead, and how far ahead of it and to its left the figure.
     rows
@@ -236,10 +236,10 @@ def degrees(
                 cos, sin = heading[0, frame, start + i], heading[1, frame, start + i]
                 # To the left is ahead for who has turned by a quarter.
                 cos, sin = (-sin, cos) if left else (cos, sin)
-                stand(seen[place], most, (x, y, cos, sin), (border, figure), i)
+                view_landmark(seen[place], most, (x, y, cos, sin), (border, figure), i)
             for back in range(2):
                 view = figure[back, 1], figure[back, 0], figure[2, 0]
-                attend(border, most, view, rows, total)
+                add_attention(border, most, view, rows, total)
                 for i in range(rows):
                     along = total[0, i] * figure[back, 0, i] - total[1, i]
                     across = total[0, i] * figure[2, 0, i] - total[2, i]

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 
 from g3.actions.grounding_candidates import ground
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, Role
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, Place
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Candidate, Group, Surroundings
+from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group
 from g3.inference.problem.phrases import factor_type, is_complement, named_places
 from g3.sdc.clauses import SDC, SDCType
 
@@ -49,7 +49,7 @@ class CommandCase:
     shape: ClassVar[tuple[int, ...]] = ()
 
     tree: Tree
-    problem: Surroundings
+    problem: GroundingProblem
 
     def has(self, role: Role) -> bool:
         """Nothing is grounded yet."""
@@ -74,7 +74,7 @@ class ReferentCase:
 
     tree: Tree
     node: int
-    problem: Surroundings
+    problem: GroundingProblem
     groups: Sequence[Group]
 
     @property
@@ -113,7 +113,7 @@ class CandidateCase:
 
     tree: Tree
     node: int
-    problem: Surroundings
+    problem: GroundingProblem
     groups: Sequence[Group]
     role: Role
     within: int
@@ -178,7 +178,7 @@ class FactorCase:
     tree: Tree
     node: int
     batch: FactorBatch
-    problem: Surroundings
+    problem: GroundingProblem
     sizes: Sequence[int]
 
     @property
@@ -259,7 +259,7 @@ class SpotCase:
     kind: ClassVar[Kind] = "spot"
     type: ClassVar[SDCType] = "PLACE"
 
-    problem: Surroundings
+    problem: GroundingProblem
     spots: Sequence[Place]
     relation: tuple[str, ...] = ()
 
@@ -298,7 +298,7 @@ class ActionCase:
     state: State
     found: Arguments
     actions: Sequence[Action]
-    problem: Surroundings
+    problem: GroundingProblem
     _known: dict[Hashable, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -331,8 +331,8 @@ class ActionCase:
 
     @cached_property
     def kinds(self) -> IntArray | Any:
-        """Kinds of the actions, shape (n,)."""
-        return np.array([a.kind for a in self.actions], dtype=str)
+        """Names of the actions' kinds, shape (n,)."""
+        return np.array([a.kind.name for a in self.actions], dtype=str)
 
     def each(self, test: Callable[[Action], bool]) -> BoolArray:
         """Which actions a test is true of, shape (n,)."""
@@ -370,7 +370,7 @@ class PathCase:
     state: State
     actions: Sequence[Action]
     marks: Sequence[Candidate | None]
-    problem: Surroundings
+    problem: GroundingProblem
 
     @property
     def sdc(self) -> SDC:

@@ -7,6 +7,7 @@ from math import log
 import numpy as np
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, TURN
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.phrases import is_measure
@@ -14,9 +15,6 @@ from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import AROUND, WAYS
 from g3.sdc.clauses import all_words
-
-BARE = frozenset({"wait", "go straight", "back up", "turn"})
-"""Actions that lead to nothing in particular."""
 
 
 @potential("way", kind="action", types=("EVENT", "PATH"), weight=log(0.05))
@@ -28,12 +26,17 @@ def way(case: ActionCase) -> Measured:
         return False
     words = field_words(all_words(case.sdc))
     named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}
-    return bool(named) and case.each(lambda a: a.kind in BARE and way_of(a) not in named)
+    return bool(named) and case.each(lambda a: is_bare(a) and way_of(a) not in named)
+
+
+def is_bare(action: Action) -> bool:
+    """Whether an action leads to nothing in particular."""
+    return not (action.kind.aims or action.kind.handles)
 
 
 def way_of(action: Action) -> str:
     """Which way an action goes by itself; empty where it stays, or goes by what it is about."""
-    if action.kind == "turn":
+    if action.kind is TURN:
         half = abs(action.amount) > 3 * np.pi / 4
         return "around" if half else "left" if action.amount > 0 else "right"
-    return {"go straight": "front", "back up": "back"}.get(action.kind, "")
+    return {GO_STRAIGHT: "front", BACK_UP: "back"}.get(action.kind, "")

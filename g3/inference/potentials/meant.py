@@ -118,15 +118,15 @@ def load_elsewhere(case: CandidateCase) -> Measured:
 )
 def stands_on(case: FactorCase) -> Measured:
     """A thing that is "on the truck" stands on it."""
-    told = concepts(field_words(case.sdc.relation))
-    if "on" not in told or told & (SIDES | {"between"}):
+    said = concepts(field_words(case.sdc.relation))
+    if "on" not in said or said & (SIDES | {"between"}):
         return False
-    batch, about = case.batch, case.problem
-    ids = [o.id for o in about.state.context.objects]
+    batch, problem = case.batch, case.problem
+    ids = [o.id for o in problem.state.context.objects]
     under, surface = np.full((2, len(batch.bodies.z_min)), -1)
     for i, own in enumerate(ids):
-        under[i] = ids.index(about.carriers[own]) if own in about.carriers else -1
-        surface[i] = own in about.surfaces
+        under[i] = ids.index(problem.carriers[own]) if own in problem.carriers else -1
+        surface[i] = own in problem.surfaces
     wrong = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
     wrong &= (under[batch.figure] != batch.landmark) & (batch.figure != batch.landmark)
     result: BoolArray = wrong & (batch.bodies.count[batch.figure] == 1)

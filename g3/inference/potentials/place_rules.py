@@ -7,15 +7,14 @@ from math import log
 
 import numpy as np
 
-from g3.actions.action_candidates import FREE_M
 from g3.actions.facing import facing, turned
-from g3.actions.grounding_candidates import GROUND_M, carrier
-from g3.actions.logged_actions import centre, recorded
+from g3.actions.grounding_candidates import GROUND_M, are_free, carrier
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.features.sets.named import named
 from g3.features.sets.ranks import local_centres
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.potentials.cases import FactorCase, SpotCase
@@ -49,14 +48,14 @@ def on_ground(words: SDC, relation: SDC) -> bool:
     """
     if FLOOR.intersection(field_words(all_words(words))):
         return True
-    told = concepts(field_words(relation.relation))
-    return "on" not in told and bool(told & BESIDE)
+    said = concepts(field_words(relation.relation))
+    return "on" not in said and bool(said & BESIDE)
 
 
 def is_on_top(sdc: SDC) -> bool:
     """Whether words say that something is to be on a thing: on the truck, not on its left."""
-    told = concepts(field_words(sdc.relation))
-    return "on" in told and not told & (BESIDE - {"near", "between"})
+    said = concepts(field_words(sdc.relation))
+    return "on" in said and not said & (BESIDE - {"near", "between"})
 
 
 def _about_thing(batch: FactorBatch) -> BoolArray:
@@ -102,10 +101,10 @@ def place_side(case: FactorCase) -> Measured:
     wanted = _sides(batch)
     bodies, mark = batch.bodies, np.where(batch.landmark < 0, batch.agent_body, batch.landmark)
     robot = mark == batch.agent_body
-    told = wanted.sum(axis=1) == 1
-    told &= robot | bodies.labels[mark].any(axis=1)
-    told &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
-    if not told.any():
+    applies = wanted.sum(axis=1) == 1
+    applies &= robot | bodies.labels[mark].any(axis=1)
+    applies &= (bodies.count[mark] == 1) | ~wanted[:, 2:].any(axis=1)
+    if not applies.any():
         return False
     middle, place = local_centres(batch, mark), local_centres(batch, batch.figure)
     middle = np.where((batch.landmark < 0)[:, None], _seen(batch, case.origin), middle)
@@ -124,7 +123,7 @@ def place_side(case: FactorCase) -> Measured:
     if several.any():
         beyond = np.nan_to_num(_beyond(batch, mark, place, ahead, way), nan=np.inf).min(axis=1)
         wrong |= several & (beyond < 0)
-    result: BoolArray = told & wrong
+    result: BoolArray = applies & wrong
     return result
 
 
@@ -168,12 +167,14 @@ def _sides(batch: FactorBatch) -> BoolArray:
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
     ends = np.array([bool(ENDS.intersection(words.get("relation", ()))) for words in batch.words])
-    told = named(batch, ("relation",))
+    named_sides = named(batch, ("relation",))
     if ends.any():
-        told = np.where(ends[batch.factor, None], named(batch, ("relation", "landmark")), told)
-    told = told[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+        named_sides = np.where(
+            ends[batch.factor, None], named(batch, ("relation", "landmark")), named_sides
+        )
+    named_sides = named_sides[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
     behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
-    return np.column_stack((told, np.array(behind)[batch.factor]))
+    return np.column_stack((named_sides, np.array(behind)[batch.factor]))
 
 
 def _beyond(
@@ -191,17 +192,7 @@ def _beyond(
 def room(case: SpotCase) -> BoolArray:
     """Nothing stands where a load is put."""
     state, load = case.problem.state, case.problem.load
-    middles = centres([spot.prism for spot in case.spots])
-    low = middles.min(axis=0, initial=np.inf) - FREE_M
-    high = middles.max(axis=0, initial=-np.inf) + FREE_M
-    bottoms = np.array([spot.prism.z_min for spot in case.spots])
-    taken = np.zeros(len(middles), dtype=bool)
-    for thing in recorded(state.context).objects:
-        xy = thing.prism.xy
-        if thing.id != load and (xy.min(axis=0) <= high).all() and (xy.max(axis=0) >= low).all():
-            blocked = _gaps(middles, thing.prism) <= FREE_M
-            taken |= blocked & (thing.prism.z_max > bottoms + 0.3)
-    return taken
+    return ~are_free(case.spots, state, load)
 
 
 @potential("off-robot", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)

@@ -21,7 +21,7 @@ from g3.features.factor_batch import Role
 from g3.features.feature_registry import catalogue
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.sdc.clauses import SDCType
 
 Kind = Literal["command", "referent", "noun", "argument", "factor", "spot", "action", "path"]
@@ -59,7 +59,7 @@ class Case(Protocol):
         ...
 
     @property
-    def problem(self) -> Surroundings:
+    def problem(self) -> GroundingProblem:
         """What is grounded; it knows which potentials are switched off."""
         ...
 
@@ -128,8 +128,8 @@ def potential(
     def register(measure: Measure) -> Measure:
         if name in _CATALOGUE or any(feature.name == name for feature in catalogue()):
             raise ValueError(f"there is a potential or a feature set {name!r} already")
-        about = (measure.__doc__ or "").strip().split("\n")[0]
-        added = Potential(name, about, kind, tuple(types), tuple(roles), weight, measure)
+        problem = (measure.__doc__ or "").strip().split("\n")[0]
+        added = Potential(name, problem, kind, tuple(types), tuple(roles), weight, measure)
         _CATALOGUE[name] = added
         _BY_KIND[kind] = sorted([*_BY_KIND[kind], added], key=lambda p: p.name)
         return measure

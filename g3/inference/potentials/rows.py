@@ -7,16 +7,16 @@ from math import log
 import numpy as np
 
 from g3.actions.facing import rows, turned
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import centres
 from g3.features.factor_batch import FactorBatch, Role
 from g3.features.sets.ranks import local_centres
+from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, cross
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import landmark_nodes
-from g3.inference.problem.grounding_problem import Group, Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem, Group
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import BETWEEN, ENDS, LATERAL
@@ -34,9 +34,9 @@ def next_in_row(case: FactorCase) -> Measured:
     """A place next to a thing of a row is in line with the row."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    told = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
-    told &= bodies.count[mark] == 1
-    if not told.any():
+    applies = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
+    applies &= bodies.count[mark] == 1
+    if not applies.any():
         return False
     middle, peers = local_centres(batch, mark), local_centres(batch, batch.peers)
     alike = (bodies.labels[batch.peers] == bodies.labels[mark][:, None]).all(axis=2)
@@ -45,16 +45,16 @@ def next_in_row(case: FactorCase) -> Measured:
     across, straight = rows(points, np.column_stack((np.ones(len(batch), dtype=bool), alike)))
     off = turned(local_centres(batch, batch.figure) - middle, across)
     aside: BoolArray = np.abs(off[:, 0]) > np.abs(off[:, 1])
-    wrong: BoolArray = told & straight & aside
+    wrong: BoolArray = applies & straight & aside
     return wrong
 
 
 def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
     """Which places by the end or the side of several things are among them, and out of line."""
     bodies, mark = batch.bodies, batch.landmark
-    told = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
-    if not told.any():
-        return told, told
+    applies = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
+    if not applies.any():
+        return applies, applies
     members = bodies.members[mark]
     known = ~np.isnan(members).any(axis=-1, keepdims=True)
     middle = np.where(known, members, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
@@ -64,7 +64,7 @@ def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
     away = bodies.centre[batch.figure] - middle
     among = np.abs((away * along).sum(axis=-1)) < reach
     aside = np.abs(cross(away, along)) > OFF_LINE_M
-    return told & among, told & aside
+    return applies & among, applies & aside
 
 
 @potential("row-end", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.05))
@@ -84,8 +84,8 @@ def place_between(case: FactorCase) -> Measured:
     """A place between things is on the way from one of them to another."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    told = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
-    if not told.any():
+    applies = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
+    if not applies.any():
         return False
     members = bodies.members[mark]
     one, other = np.triu_indices(members.shape[1], 1)
@@ -95,14 +95,14 @@ def place_between(case: FactorCase) -> Measured:
     along = (off * way).sum(axis=-1) / length**2
     aside = np.abs(cross(off, way)) / length
     among = (along > 0) & (along < 1) & (aside <= np.maximum(OFF_LINE_M, WIDE * length))
-    result: BoolArray = told & ~among.any(axis=1)
+    result: BoolArray = applies & ~among.any(axis=1)
     return result
 
 
 def _is_between_one(case: CandidateCase) -> bool:
     """Whether the candidates are all that a clause is between: "between the pallets"."""
-    told = BETWEEN.intersection(field_words(case.clause.relation))
-    return bool(told) and len(landmark_nodes(case.tree, case.within)) == 1
+    said = BETWEEN.intersection(field_words(case.clause.relation))
+    return bool(said) and len(landmark_nodes(case.tree, case.within)) == 1
 
 
 @potential(
@@ -125,14 +125,16 @@ def between_neighbours(case: CandidateCase) -> Measured:
     return _is_between_one(case) and case.each(lambda g: not _are_neighbours(g, case.problem))
 
 
-def _are_neighbours(group: Group, about: Surroundings) -> bool:
+def _are_neighbours(group: Group, problem: GroundingProblem) -> bool:
     things = [g for g in group if isinstance(g, PhysicalObject)]
     if len(things) != 2 or len(group) > 2:
         return False
     one, other = (centre(thing.prism) for thing in things)
     labels = set(things[0].labels)
-    apart = {things[0].id, things[1].id, about.load}
-    rest = [o for o in about.state.context.objects if labels & set(o.labels) and o.id not in apart]
+    apart = {things[0].id, things[1].id, problem.load}
+    rest = [
+        o for o in problem.state.context.objects if labels & set(o.labels) and o.id not in apart
+    ]
     off = centres([thing.prism for thing in rest]) - one
     way = other - one
     if not way.any():
@@ -151,5 +153,5 @@ def _named(batch: FactorBatch, words: frozenset[str]) -> BoolArray:
 
 def _sided(batch: FactorBatch) -> BoolArray:
     """Whether each row's relation names the left or the right."""
-    told = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
-    return np.array(told)[batch.factor]
+    lateral = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
+    return np.array(lateral)[batch.factor]

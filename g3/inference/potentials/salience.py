@@ -66,8 +66,8 @@ def superlative(case: FactorCase) -> Measured:
     sign = np.array(
         [float(bool(NEAREST.intersection(r))) - bool(FARTHEST.intersection(r)) for r in relations]
     )[batch.factor]
-    told = (sign != 0) & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
-    if not told.any():
+    applies = (sign != 0) & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
+    if not applies.any():
         return False
     bodies = batch.bodies
     mark = bodies.centre[batch.landmark]
@@ -75,21 +75,21 @@ def superlative(case: FactorCase) -> Measured:
     others = np.linalg.norm(bodies.centre[batch.peers] - mark[:, None], axis=-1)
     rival = rivals(batch) & (batch.peers != batch.landmark[:, None])
     beaten = (rival & (sign[:, None] * (own[:, None] - others) > SAME_PLACE_M)).any(axis=1)
-    result: BoolArray = told & beaten & (bodies.count[batch.figure] == 1)
+    result: BoolArray = applies & beaten & (bodies.count[batch.figure] == 1)
     return result
 
 
 @potential("told-side", kind="factor", types=("OBJECT", "PLACE"), weight=log(0.1))
 def told_side(case: FactorCase) -> Measured:
     """What the robot comes to after "swing left" isn't on its right."""
-    told = case.problem.told_side
-    if not told or case.is_part or case.sdc.type != "OBJECT":
+    side = case.problem.told_side
+    if not side or case.is_part or case.sdc.type != "OBJECT":
         return False
     if SIDES & concepts(field_words(all_words(case.sdc))):
         return False
     own = local_centres(case.batch, case.batch.figure)
     leftward = own[:, 1] / np.maximum(np.linalg.norm(own, axis=1), 1e-9)
-    opposite: BoolArray = (leftward if told == "left" else -leftward) < -OPPOSITE
+    opposite: BoolArray = (leftward if side == "left" else -leftward) < -OPPOSITE
     return opposite & ~is_robot(case.batch)
 
 

@@ -63,9 +63,11 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     counted = direction.copy()
     counted[:, DIRECTIONS.index("near")] |= ~aside
     other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
-    told = rival.any(axis=1) & ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
-    plain = told & (number == 0)
-    return _SingledOut(plain & beaten, told & (number > 0) & other, plain & outer & ~beaten, aside)
+    applies = rival.any(axis=1) & ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
+    plain = applies & (number == 0)
+    return _SingledOut(
+        plain & beaten, applies & (number > 0) & other, plain & outer & ~beaten, aside
+    )
 
 
 def _wrong(case: FactorCase, which: str) -> FloatArray:

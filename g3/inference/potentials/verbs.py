@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import log
 from typing import Literal
 
+from g3.actions.forklift_actions import CARRY, PUT_DOWN
 from g3.geometry.plane import BoolArray
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import Measured, potential
@@ -24,8 +25,6 @@ from g3.inference.problem.phrases import verb_class
 from g3.language.lexicon.word_sets import VERBS
 from g3.sdc.clauses import SDC, SDCType
 
-PUTTING = ("carry", "put down")
-HANDLING = ("pick up", *PUTTING)
 UNUSUAL = log(0.05)
 _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
 
@@ -139,10 +138,10 @@ def _read(case: ActionCase) -> _Reading:
     return _Reading(
         sense(case.sdc, asked),
         asked,
-        case.each(lambda a: a.kind == "pick up"),
-        case.each(lambda a: a.kind in PUTTING),
-        case.each(lambda a: a.kind in HANDLING),
-        case.each(lambda a: a.kind.startswith("drive")),
+        case.each(lambda a: a.kind.takes and not a.kind.leaves),
+        case.each(lambda a: a.kind.leaves),
+        case.each(lambda a: a.kind.handles),
+        case.each(lambda a: a.kind.aims),
     )
 
 
@@ -179,7 +178,7 @@ def verb_forks(case: ActionCase) -> Measured:
     found = _reading(case, "own-forks", "lowering")
     if found is None:
         return False
-    down = case.each(lambda a: a.kind == "put down")
+    down = case.each(lambda a: a.kind is PUT_DOWN)
     return ~down if found.sense == "lowering" else found.handles
 
 
@@ -221,6 +220,6 @@ def verb_take(case: ActionCase) -> Measured:
     if found is None:
         return False
     asked = found.asked
-    carries = case.each(lambda a: a.kind == "carry") & (asked.leads and asked.theme)
+    carries = case.each(lambda a: a.kind is CARRY) & (asked.leads and asked.theme)
     taking: BoolArray = found.picks | carries
     return ~taking if asked.theme and asked.held is None else found.handles & ~taking

@@ -162,9 +162,9 @@ def told_side(tree: Tree, root: int) -> str:
 
 def _own_words(tree: Tree, root: int) -> set[str]:
     """Concepts of an EVENT and of what in it has no landmark but who is spoken to."""
-    told: set[str] = set(concepts(field_words(tree.nodes[root].relation)))
+    said: set[str] = set(concepts(field_words(tree.nodes[root].relation)))
     for node in tree.below(root, ("l", "l2"), "PATH", "PLACE"):
         marks = [w.text.lower() for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
         if not marks or YOU.intersection(marks):
-            told |= concepts(field_words(all_words(tree.nodes[node])))
-    return told
+            said |= concepts(field_words(all_words(tree.nodes[node])))
+    return said

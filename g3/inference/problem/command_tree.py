@@ -14,7 +14,7 @@ from g3.inference.problem.phrases import (
     names_forks,
     names_robot,
     names_thing,
-    told,
+    unstressed,
 )
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.field_words import bare, field_words
@@ -49,7 +49,7 @@ class Tree:
     def words(self) -> list[dict]:  # type: ignore[type-arg]
         """Words of each clause's factor; those of an area say where it is, as a PLACE's do."""
         spoken = [
-            {f: told(w) for f, w in self._with_noun(sdc, factor_words(sdc)).items()}
+            {f: unstressed(w) for f, w in self._with_noun(sdc, factor_words(sdc)).items()}
             for sdc in self.nodes
         ]
         return [

@@ -49,7 +49,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class GroundingProblem:
     """What the first pass grounds clauses in.
 
     Parameters
@@ -147,5 +147,5 @@ class Arguments:
     goals: tuple[Candidate | None, ...]
     goal_path: int
     paths: Mapping[int, tuple[Candidate | None, ...]]
-    problem: Surroundings | None = None
-    toward: Surroundings | None = None
+    problem: GroundingProblem | None = None
+    toward: GroundingProblem | None = None

@@ -146,10 +146,10 @@ def is_pronoun(sdc: SDC) -> bool:
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in IT
 
 
-def told(words: tuple[str, ...]) -> tuple[str, ...]:
+def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:
     """Normal forms of words without those that only stress others.
 
-    >>> told(("right", "next", "to"))
+    >>> unstressed(("right", "next", "to"))
     ('next', 'to')
     """
     after = (*words[1:], "")

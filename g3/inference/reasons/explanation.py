@@ -17,7 +17,7 @@ from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Case, added_by
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import Group, Scene
 from g3.inference.problem.phrases import factor_type, is_complement, is_pronoun
 from g3.inference.problem.scoring import Reason, Scorer
@@ -36,13 +36,13 @@ class Grounded(Protocol):
         ...
 
     @property
-    def problems(self) -> Mapping[int, Surroundings]:
+    def problems(self) -> Mapping[int, GroundingProblem]:
         """What they were grounded in."""
         ...
 
 
 def reasons_for_things(
-    tree: Tree, plan: Grounded, about: Surroundings, scorer: Scorer
+    tree: Tree, plan: Grounded, problem: GroundingProblem, scorer: Scorer
 ) -> dict[int, tuple[Group | None, tuple[Reason, ...]]]:
     """The best other thing and the reasons, by the nodes of OBJECTs and PLACEs.
 
@@ -51,11 +51,11 @@ def reasons_for_things(
     """
     found: dict[int, tuple[Group | None, tuple[Reason, ...]]] = {}
     known: set[int] = set()
-    nodes, scene = plan.nodes, about.scene
+    nodes, scene = plan.nodes, problem.scene
     for node, sdc in enumerate(tree.nodes):
         if node not in nodes or node in known or is_pronoun(sdc):
             continue
-        own = plan.problems.get(node, about)
+        own = plan.problems.get(node, problem)
         if sdc.type == "PLACE":
             group = nodes[node][0]
             batch = _factor(tree, node, nodes, scene, [group])
@@ -71,12 +71,12 @@ def reasons_for_things(
 
 
 def _ruled(
-    tree: Tree, node: int, batch: FactorBatch, about: Surroundings, groups: Sequence[Group]
+    tree: Tree, node: int, batch: FactorBatch, problem: GroundingProblem, groups: Sequence[Group]
 ) -> list[tuple[str, FloatArray]]:
     """What potentials add to groundings of a clause, by name."""
-    cases: list[Case] = [FactorCase(tree, node, batch, about, [len(group) for group in groups])]
+    cases: list[Case] = [FactorCase(tree, node, batch, problem, [len(group) for group in groups])]
     if tree.nodes[node].is_leaf:
-        cases.append(CandidateCase(tree, node, about, groups, "figure", node))
+        cases.append(CandidateCase(tree, node, problem, groups, "figure", node))
     return [item for case in cases for item in added_by(case).items()]
 
 

@@ -14,19 +14,20 @@ from itertools import islice
 
 import numpy as np
 
-from g3.actions.action_kinds import Action, possible_actions, result
-from g3.actions.logged_actions import centre
+from g3.actions.action_kinds import Action, agent_of, possible_actions, result
+from g3.actions.forklift_actions import WAIT
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
-from g3.groundings import FloatArray, Path, PhysicalObject, Trajectory
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
 from g3.inference.problem.clause_roles import leaves_open, told_side
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
-from g3.inference.problem.grounding_problem import Arguments, Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
@@ -83,26 +84,26 @@ class Hypothesis:
     goals: tuple[Group, ...] = ()
     reasons: Mapping[int, Reasons] = field(default_factory=dict)
     choices: Mapping[int, Choices] = field(default_factory=dict)
-    problems: Mapping[int, Surroundings] = field(default_factory=dict)
+    problems: Mapping[int, GroundingProblem] = field(default_factory=dict)
 
 
 def _problems(
     found: Arguments, theme: Candidate | None, goal: Candidate | None
-) -> dict[int, Surroundings]:
+) -> dict[int, GroundingProblem]:
     """What the clauses of a theme and of a goal were grounded in."""
     pairs = ((theme, found.problem), (goal, found.toward))
     return {n: problem for part, problem in pairs if part and problem for n in part.nodes}
 
 
 def extend(
-    tree: Tree, root: int, before: Hypothesis, found: Arguments, about: Surroundings
+    tree: Tree, root: int, before: Hypothesis, found: Arguments, problem: GroundingProblem
 ) -> Iterator[Hypothesis]:
     """Hypotheses that go on from one with the next top-level clause, the best first."""
-    state, cost = before.state, about.cost
+    state, cost = before.state, problem.cost
     forbidden = negated(tree.nodes[root])
-    actions = [Action("wait")] if forbidden else possible_actions(state, focus_of(state, found))
+    actions = [Action(WAIT)] if forbidden else possible_actions(state, focus_of(state, found))
     rows = combine(state, actions, found)
-    scene = about.scene.things() if state is about.state else None
+    scene = problem.scene.things() if state is problem.state else None
     batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
     kind = tree.nodes[root].type
     event = np.zeros(len(batch))
@@ -111,7 +112,7 @@ def extend(
     theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
     goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
-    asked = ActionCase(tree, root, state, found, actions, about)
+    asked = ActionCase(tree, root, state, found, actions, problem)
     ruled = {} if forbidden else added_by(asked)
     total = total + sum(ruled.values(), np.zeros(len(actions)))[rows.action]
     goal_path = np.zeros(len(batch))
@@ -120,14 +121,14 @@ def extend(
         total = total + goal_path
     chosen: dict[int, tuple[FloatArray, IntArray]] = {}
     for path, bodies in marks.items():
-        case = PathCase(tree, path, state, actions, found.paths[path], about)
+        case = PathCase(tree, path, state, actions, found.paths[path], problem)
         chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, case.marks, added(case))
         total = total + chosen[path][0][rows.action]
     order = np.argsort(-total, kind="stable")
     besides = {name: scores[rows.action] for name, scores in ruled.items()}
     besides["goal"] = goal_score[rows.goal]
     ranked = _Ranked(actions, rows.action[order], order, besides)
-    factors = _factors(tree, root, found, stage, batch) if about.explain else []
+    factors = _factors(tree, root, found, stage, batch) if problem.explain else []
     choices = _choices([(found.themes, rows.theme), (found.goals, rows.goal)], total)
     taken: set[int] = set()
     for i in order:
@@ -159,7 +160,7 @@ def extend(
             (*before.goals, *((goal.group,) if goal else ())),
             {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
             {**before.choices, **choices},
-            {**before.problems, **_problems(found, theme, goal)} if about.explain else {},
+            {**before.problems, **_problems(found, theme, goal)} if problem.explain else {},
         )
 
 
@@ -261,22 +262,16 @@ def _referent(
     return ()
 
 
-def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
-    """The robot with the trajectory of an action."""
-    track = Trajectory(motion.t[row], motion.xyz[row], motion.yaw[row])
-    return replace(state.context.agent, trajectory=track)
-
-
 def search(
-    tree: Tree, start: State, about: Surroundings, *, width: int = WIDTH
+    tree: Tree, start: State, problem: GroundingProblem, *, width: int = WIDTH
 ) -> list[Hypothesis]:
     """The best plans for a command, the best first."""
     beam = [Hypothesis(0.0, start)]
-    about = replace(about, leaves=leaf_scores(tree, about.scene, about.cost))
+    problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
     known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
     for root, sdc in enumerate(tree.sdcs):
         if sdc.type in ("OBJECT", "PLACE"):
-            beam = _mentioned(tree, root, beam, about)[:width]
+            beam = _mentioned(tree, root, beam, problem)[:width]
             continue
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
@@ -299,7 +294,7 @@ def search(
             key = (spoken, goals, meant_before, before.state.held, *meant.values())
             if key not in grounded:
                 around = replace(
-                    about,
+                    problem,
                     referents=spoken,
                     antecedents=meant,
                     goals=goals,
@@ -309,16 +304,16 @@ def search(
                     told_side=told_side(tree, root),
                 )
                 grounded[key] = arguments(tree, root, around)
-            grown += islice(extend(tree, root, before, grounded[key], about), width)
+            grown += islice(extend(tree, root, before, grounded[key], problem), width)
         beam = sorted(grown, key=lambda h: -h.score)[:width]
     return beam
 
 
 def _mentioned(
-    tree: Tree, root: int, beam: Sequence[Hypothesis], about: Surroundings
+    tree: Tree, root: int, beam: Sequence[Hypothesis], problem: GroundingProblem
 ) -> list[Hypothesis]:
     """Hypotheses after a clause that only names something: "the tires on the truck, lift them"."""
-    found = ground_thing(tree, root, about)
+    found = ground_thing(tree, root, problem)
     grown = [
         replace(
             before,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from g3.actions.action_kinds import Action, Focus
-from g3.actions.proposals import is_load
+from g3.actions.forklift_actions import is_load
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
@@ -24,7 +24,7 @@ from g3.inference.problem.clause_roles import (
     ways,
 )
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Arguments, Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import Group
 from g3.inference.search.thing_search import (
     as_argument,
@@ -54,13 +54,13 @@ class Rows:
     goal: IntArray
 
 
-def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
+def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     """Ground what a top-level clause is about."""
     if tree.nodes[root].type == "PATH":
-        return Arguments((None,), _marks(tree, root, about, GOALS), root, {}, about, about)
-    free = replace(about, load=None, told_side="")
+        return Arguments((None,), _marks(tree, root, problem, GOALS), root, {}, problem, problem)
+    free = replace(problem, load=None, told_side="")
     themes, left = _themes(tree, root, free)
-    toward = replace(about, load=about.load or _load(themes, about.state))
+    toward = replace(problem, load=problem.load or _load(themes, problem.state))
     goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
@@ -73,36 +73,36 @@ def arguments(tree: Tree, root: int, about: Surroundings) -> Arguments:
 
 
 def _themes(
-    tree: Tree, root: int, about: Surroundings
+    tree: Tree, root: int, problem: GroundingProblem
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
     """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
     named = objects(tree, root)
     if not named:
         return (None,), ()
     theme, *left = named
-    beam = ground_thing(tree, theme, about)
+    beam = ground_thing(tree, theme, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
-        beam = _same(beam, ground_thing(tree, left.pop(0), about))
-    beam = as_argument(beam, tree, theme, about, role="theme", within=root)
+        beam = _same(beam, ground_thing(tree, left.pop(0), problem))
+    beam = as_argument(beam, tree, theme, problem, role="theme", within=root)
     return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
 
 
 def _goals(
-    tree: Tree, root: int, about: Surroundings, *, to_be_put: bool
+    tree: Tree, root: int, problem: GroundingProblem, *, to_be_put: bool
 ) -> tuple[tuple[Candidate | None, ...], int]:
     """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
     goals: tuple[Candidate | None, ...] = (None,)
     path = -1
     if places := goal_places(tree, root):
-        return tuple(likely(ground_places(tree, places, about), GOALS)), -1
+        return tuple(likely(ground_places(tree, places, problem), GOALS)), -1
     paths = goal_paths(tree, root)
     end = goal_within(tree, root)
     if end is not None and not any(is_goal(tree.nodes[p]) for p in paths):
-        return tuple(likely(ground_thing(tree, end, about), GOALS)), -1
+        return tuple(likely(ground_thing(tree, end, problem), GOALS)), -1
     for path in paths:
         if to_be_put and tells_place(tree.nodes[path]):
-            return tuple(likely(ground_place(tree, path, about), GOALS)), -1
-        goals = _marks(tree, path, about, GOALS)
+            return tuple(likely(ground_place(tree, path, problem), GOALS)), -1
+        goals = _marks(tree, path, problem, GOALS)
         if goals != (None,):
             break
     return goals, path
@@ -127,7 +127,9 @@ def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
     return thing.id
 
 
-def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Candidate | None, ...]:
+def _marks(
+    tree: Tree, path: int, problem: GroundingProblem, count: int
+) -> tuple[Candidate | None, ...]:
     """Candidates of a PATH's landmark."""
     children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
     if not children:
@@ -135,8 +137,8 @@ def _marks(tree: Tree, path: int, about: Surroundings, count: int) -> tuple[Cand
     sdc = tree.nodes[path]
     between = BETWEEN.intersection(field_words(sdc.relation))
     if len(children) > 1 and between and not is_source(sdc):
-        return tuple(landmarks_of(tree, path, about)[:count])
-    beam = ground_argument(tree, children[0], about, role="goal", within=path)
+        return tuple(landmarks_of(tree, path, problem)[:count])
+    beam = ground_argument(tree, children[0], problem, role="goal", within=path)
     return tuple(likely(beam, count))
 
 

@@ -24,9 +24,9 @@ from g3.actions.grounding_candidates import (
     spots_toward,
     square,
 )
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.features.factor_batch import Role
+from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.potentials.potential_registry import added, allowed, preferred
@@ -35,8 +35,8 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import (
     LANDMARKS,
     Candidate,
+    GroundingProblem,
     Group,
-    Surroundings,
     group_key,
 )
 from g3.inference.problem.phrases import (
@@ -64,44 +64,44 @@ def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
     return [c for c in beam[:count] if c.score >= beam[0].score - FAR_BEHIND]
 
 
-def ground_thing(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
     sdc = tree.nodes[node]
-    if is_there(sdc) and about.goals:
-        return _there(tree, node, about)
+    if is_there(sdc) and problem.goals:
+        return _there(tree, node, problem)
     if factor_type(sdc) == "PLACE":
-        return ground_place(tree, node, about)
+        return ground_place(tree, node, problem)
     if is_pronoun(sdc):
-        return _antecedents(tree, node, about)
+        return _antecedents(tree, node, problem)
     if names_origin(sdc):
-        return _origin(tree, node, about)
-    landmarks = landmarks_of(tree, node, about)
+        return _origin(tree, node, problem)
+    landmarks = landmarks_of(tree, node, problem)
     figures = tree.below(node, ("f",), "OBJECT", "PLACE")
     if figures:
-        own = ground_thing(tree, figures[0], about)
+        own = ground_thing(tree, figures[0], problem)
         for other in figures[1:]:
-            own = _both(own, ground_thing(tree, other, about), about.width)
+            own = _both(own, ground_thing(tree, other, problem), problem.width)
     else:
-        groups = about.scene.groups
-        scores = added(CandidateCase(tree, node, about, groups, "figure", node))
+        groups = problem.scene.groups
+        scores = added(CandidateCase(tree, node, problem, groups, "figure", node))
         own = [Candidate(g, float(x), {}) for g, x in zip(groups, scores, strict=True)]
-    if node in about.answers:
-        own = [c for c in own if group_key(c.group) == (about.answers[node],)] or own
+    if node in problem.answers:
+        own = [c for c in own if group_key(c.group) == (problem.answers[node],)] or own
     pairs = [(f, lm) for f in own for lm in landmarks]
     if is_complement(sdc):
         pairs = _same(own, landmarks) or pairs
-    return _scored(tree, node, about, pairs)
+    return _scored(tree, node, problem, pairs)
 
 
 def ground_others(
-    tree: Tree, known: Mapping[int, object], about: Surroundings
+    tree: Tree, known: Mapping[int, object], problem: GroundingProblem
 ) -> dict[int, tuple[Group, float]]:
     """Groundings of OBJECTs that a plan doesn't depend on: "until you face the truck"."""
     found: dict[int, tuple[Group, float]] = {}
     for node, sdc in enumerate(tree.nodes):
         if sdc.type != "OBJECT" or sdc.is_implicit or is_measure(sdc) or node in {*known, *found}:
             continue
-        if beam := ground_thing(tree, node, about):
+        if beam := ground_thing(tree, node, problem):
             found |= {n: g for n, g in beam[0].nodes.items() if n not in known}
     return found
 
@@ -114,27 +114,27 @@ def _same(
     return [(f, marks[group_key(f.group)]) for f in own if group_key(f.group) in marks]
 
 
-def _antecedents(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def _antecedents(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """What a pronoun may stand for: what was spoken of, or anything."""
-    spoken = [group for group, _ in about.antecedents.get(node, ())]
-    groups = {group_key(g): g for g in spoken or reversed(about.referents)}
-    groups |= {group_key(g): g for g in about.scene.groups if group_key(g) not in groups}
+    spoken = [group for group, _ in problem.antecedents.get(node, ())]
+    groups = {group_key(g): g for g in spoken or reversed(problem.referents)}
+    groups |= {group_key(g): g for g in problem.scene.groups if group_key(g) not in groups}
     found = []
-    scores = added(ReferentCase(tree, node, about, tuple(groups.values())))
+    scores = added(ReferentCase(tree, node, problem, tuple(groups.values())))
     for group, score in zip(groups.values(), map(float, scores), strict=True):
         found.append(Candidate(group, score, {node: (group, score)}))
-    return sorted(found, key=lambda c: -c.score)[: about.width]
+    return sorted(found, key=lambda c: -c.score)[: problem.width]
 
 
-def _origin(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def _origin(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """Where what is moved stood when the command was given, or the robot."""
     words = {word.text.lower() for word in tree.nodes[node].words}
-    if about.load is None or words & YOU:
-        at, yaw = about.state.pose[:2], about.state.pose[2]
+    if problem.load is None or words & YOU:
+        at, yaw = problem.state.pose[:2], problem.state.pose[2]
     else:
-        thing = about.state.thing(about.load)
+        thing = problem.state.thing(problem.load)
         at, yaw = centre(thing.prism), float(thing.trajectory.yaw[0])
-    group = (square(at, yaw, ground(about.state)),)
+    group = (square(at, yaw, ground(problem.state)),)
     return [Candidate(group, 0.0, {node: (group, 0.0)})]
 
 
@@ -157,50 +157,58 @@ def _union(a: Group, b: Group) -> Group:
     return tuple(seen.values())
 
 
-def landmarks_of(tree: Tree, node: int, about: Surroundings) -> list[Candidate | None]:
+def landmarks_of(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate | None]:
     """Candidates of all landmarks of a clause together; None where it has none."""
     sdc = tree.nodes[node]
-    count = about.width if is_complement(sdc) else about.landmarks
+    count = problem.width if is_complement(sdc) else problem.landmarks
     beam: list[Candidate] = []
     for child in landmark_nodes(tree, node):
-        found = ground_argument(tree, child, about, role="landmark", within=node)
-        beam = _both(beam, found, about.landmarks) if beam else likely(found, count)
+        found = ground_argument(tree, child, problem, role="landmark", within=node)
+        beam = _both(beam, found, problem.landmarks) if beam else likely(found, count)
     return list(beam) or [None]
 
 
 def ground_argument(
-    tree: Tree, node: int, about: Surroundings, *, role: Role, within: int
+    tree: Tree, node: int, problem: GroundingProblem, *, role: Role, within: int
 ) -> list[Candidate]:
     """The beam of a clause as another one has it in a role: "the pallet" is on the forks."""
-    return as_argument(ground_thing(tree, node, about), tree, node, about, role=role, within=within)
+    return as_argument(
+        ground_thing(tree, node, problem), tree, node, problem, role=role, within=within
+    )
 
 
 def as_argument(
-    beam: list[Candidate], tree: Tree, node: int, about: Surroundings, *, role: Role, within: int
+    beam: list[Candidate],
+    tree: Tree,
+    node: int,
+    problem: GroundingProblem,
+    *,
+    role: Role,
+    within: int,
 ) -> list[Candidate]:
     """A clause's beam as another clause has it in a role."""
     groups = [c.group for c in beam]
-    scores = added(CandidateCase(tree, node, about, groups, role, within))
+    scores = added(CandidateCase(tree, node, problem, groups, role, within))
     if not scores.any():
         return beam
     found = [replace(c, score=c.score + float(x)) for c, x in zip(beam, scores, strict=True)]
     return sorted(found, key=lambda c: -c.score)
 
 
-def ground_place(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
-    landmarks = landmarks_of(tree, node, about)
+    landmarks = landmarks_of(tree, node, problem)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
-        nearer = [c for mark in landmarks if mark for c in _nearer(tree, node, mark, about)]
+        nearer = [c for mark in landmarks if mark for c in _nearer(tree, node, mark, problem)]
         if nearer:
-            return sorted(nearer, key=lambda c: -c.score)[: about.width]
+            return sorted(nearer, key=lambda c: -c.score)[: problem.width]
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
-        spots = [] if landmark is None else spots_about(landmark.group, about.state)
-        if number < COMMON and not _is_thing(landmark, about.state):
-            spots = [*spots, *_common_spots(about)]
-        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(about, spots)]
-    return _scored(tree, node, about, pairs)
+        spots = [] if landmark is None else spots_about(landmark.group, problem.state)
+        if number < COMMON and not _is_thing(landmark, problem.state):
+            spots = [*spots, *_common_spots(problem)]
+        pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(problem, spots)]
+    return _scored(tree, node, problem, pairs)
 
 
 def _is_thing(landmark: Candidate | None, state: State) -> bool:
@@ -210,62 +218,64 @@ def _is_thing(landmark: Candidate | None, state: State) -> bool:
     )
 
 
-def _nearer(tree: Tree, node: int, landmark: Candidate, about: Surroundings) -> list[Candidate]:
+def _nearer(
+    tree: Tree, node: int, landmark: Candidate, problem: GroundingProblem
+) -> list[Candidate]:
     """Places on the way to a landmark: "closer to the trailer"."""
-    spots = _room(about, spots_toward(landmark.group, about.state, about.load))
+    spots = _room(problem, spots_toward(landmark.group, problem.state, problem.load))
     relation = field_words(tree.nodes[node].relation)
     found = []
-    for spot, score in zip(spots, preferred(SpotCase(about, spots, relation)), strict=True):
+    for spot, score in zip(spots, preferred(SpotCase(problem, spots, relation)), strict=True):
         nodes = {**landmark.nodes, node: ((spot,), float(score))}
         found.append(Candidate((spot,), landmark.score + float(score), nodes))
     return found
 
 
-def _there(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def _there(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """A PLACE at what earlier clauses lead to."""
-    found = reached(tree, node, about)
+    found = reached(tree, node, problem)
     return [Candidate(c.group, c.score, {node: (c.group, c.score)}) for c in found]
 
 
-def reached(tree: Tree, node: int, about: Surroundings) -> list[Candidate]:
+def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """Places at what earlier clauses lead to, for a clause; on it rather than beside it."""
-    groups = tuple(dict.fromkeys(reversed(about.goals)))
-    scores = added(ReferentCase(tree, node, about, groups))
+    groups = tuple(dict.fromkeys(reversed(problem.goals)))
+    scores = added(ReferentCase(tree, node, problem, groups))
     found = []
     for group, score in zip(groups, map(float, scores), strict=True):
-        spots = spots_about(group, about.state)
-        top = [s for s in spots if s.prism.z_min > ground(about.state) + GROUND_M]
+        spots = spots_about(group, problem.state)
+        top = [s for s in spots if s.prism.z_min > ground(problem.state) + GROUND_M]
         found += [Candidate((s,), score, {}) for s in top or spots]
-    return found[: about.width]
+    return found[: problem.width]
 
 
-def _room(about: Surroundings, spots: list[Place]) -> list[Place]:
+def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
     """Spots where what the clause moves can be put; all of them if there is none."""
-    if about.load is None:
+    if problem.load is None:
         return spots
-    free = allowed(SpotCase(about, spots))
+    free = allowed(SpotCase(problem, spots))
     return [spot for spot, is_free in zip(spots, free, strict=True) if is_free] or spots
 
 
-def _common_spots(about: Surroundings) -> list[Place]:
+def _common_spots(problem: GroundingProblem) -> list[Place]:
     """Places that are not about a landmark."""
-    state = about.state
-    moved = spots_of_load(about.load, state) if about.load else []
+    state = problem.state
+    moved = spots_of_load(problem.load, state) if problem.load else []
     return [*(grounded(p, state) for p in state.context.places), *spots_of_robot(state), *moved]
 
 
-def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list[Candidate]:
+def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -> list[Candidate]:
     """The beam of PLACEs that name one place together: "on the ground, behind you"."""
     if len(nodes) == 1:
-        return ground_thing(tree, nodes[0], about)
-    marks = {n: landmarks_of(tree, n, about)[:JOINT_LANDMARKS] for n in nodes}
+        return ground_thing(tree, nodes[0], problem)
+    marks = {n: landmarks_of(tree, n, problem)[:JOINT_LANDMARKS] for n in nodes}
     groups = {
         group_key(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None
     }
-    spots = [s for group in groups.values() for s in spots_about(group, about.state)]
-    room = _room(about, [*spots, *_common_spots(about)])
+    spots = [s for group in groups.values() for s in spots_about(group, problem.state)]
+    room = _room(problem, [*spots, *_common_spots(problem)])
     figures = [Candidate((s,), 0.0, {}) for s in room]
-    everywhere = replace(about, width=len(figures))
+    everywhere = replace(problem, width=len(figures))
     joined: dict[int, Candidate] = {}
     for node in nodes:
         pairs = [(f, lm) for f in figures for lm in marks[node]]
@@ -273,24 +283,24 @@ def ground_places(tree: Tree, nodes: Sequence[int], about: Surroundings) -> list
             other = joined.get(id(c.group[0]), Candidate(c.group, 0.0, {}))
             both = Candidate(c.group, c.score + other.score, {**other.nodes, **c.nodes})
             joined[id(c.group[0])] = both
-    return sorted(joined.values(), key=lambda c: -c.score)[: about.width]
+    return sorted(joined.values(), key=lambda c: -c.score)[: problem.width]
 
 
 def _scored(
     tree: Tree,
     node: int,
-    about: Surroundings,
+    problem: GroundingProblem,
     pairs: Sequence[tuple[Candidate, Candidate | None]],
 ) -> list[Candidate]:
     """The best candidates of a clause from figures and landmarks, one for each grounding."""
     sdc = tree.nodes[node]
     kind: SDCType = "PLACE" if sdc.type == "PATH" else factor_type(sdc)
     marks = [lm.group for _, lm in pairs if lm is not None]
-    bodies, index = about.scene.indices([*(f.group for f, _ in pairs), *marks])
+    bodies, index = problem.scene.indices([*(f.group for f, _ in pairs), *marks])
     n = len(pairs)
     landmark = np.full(n, -1, dtype=np.intp)
     landmark[[i for i, (_, lm) in enumerate(pairs) if lm is not None]] = index[n:]
-    batch = about.scene.batch(
+    batch = problem.scene.batch(
         kind,
         [tree.words[node]],
         np.zeros(n, dtype=np.intp),
@@ -298,10 +308,10 @@ def _scored(
         figure=index[:n],
         landmark=landmark,
     )
-    known = about.leaves.get(node)
-    own = about.cost.log_probability(batch) if known is None else known[index[:n]]
+    known = problem.leaves.get(node)
+    own = problem.cost.log_probability(batch) if known is None else known[index[:n]]
     sizes = [len(figure.group) for figure, _ in pairs]
-    own = own + added(FactorCase(tree, node, batch, about, sizes))
+    own = own + added(FactorCase(tree, node, batch, problem, sizes))
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])
     total = own + below
     best: dict[int, Candidate] = {}
@@ -315,6 +325,6 @@ def _scored(
             node: (figure.group, float(own[i])),
         }
         best[int(index[i])] = Candidate(figure.group, float(total[i]), nodes)
-        if len(best) == about.width:
+        if len(best) == problem.width:
             break
     return list(best.values())

@@ -16,16 +16,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from g3.actions.action_candidates import Kind, end_of, kind_of, moved
-from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
-from g3.actions.action_trajectories import footprint_of
-from g3.actions.grounding_candidates import beneath, ground, square
-from g3.actions.logged_actions import centre, recorded
+from g3.actions.action_kinds import (
+    Action,
+    ActionKind,
+    Focus,
+    kind_that,
+    move,
+    possible_actions,
+    result,
+)
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP, PUT_DOWN
+from g3.actions.grounding_candidates import beneath, footprint_of, ground, square
+from g3.actions.logged_actions import NOTHING, Handling, end_of, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
+from g3.geometry.footprints import centre
 from g3.geometry.plane import point_gap
 from g3.groundings import Grounding, Path, PhysicalObject, Place
-from g3.inference.potentials.verbs import HANDLING
 from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
@@ -33,13 +40,10 @@ from g3.inference.problem.packed_scene import Group
 from g3.inference.search.arguments import combine
 from g3.inference.search.stage import Trial, event_batch, path_batch
 from g3.learning.factor_matrix import Labelled
+from g3.negatives.wrongness import AWAY_M, other_actions
 
 NEGATIVES = 14
 """Wrong actions that are taken for each right one."""
-SAME_PLACE_M = 2.5
-"""Loads put down nearer than this to each other may both be right."""
-SAME_END_M = 4.0
-"""The same for where the robot ends."""
 OTHER_LANDMARKS = 3
 
 
@@ -49,8 +53,8 @@ class Log:
 
     Parameters
     ----------
-    kind
-        The kind of its action.
+    handling
+        What it does to its load.
     load
         Id of what it moves; empty if nothing.
     place
@@ -59,7 +63,7 @@ class Log:
         Where the robot ends, as a place.
     """
 
-    kind: Kind
+    handling: Handling
     load: str
     place: Place
     end: Place
@@ -68,7 +72,7 @@ class Log:
 def log_of(state: State, annotation: Annotation) -> Log:
     """Look at what the log does."""
     log = recorded(annotation.context)
-    kind = kind_of(annotation.context)
+    done = handling(annotation.context)
     ids = sorted(moved(log))
     load = state.held if state.held in ids else (ids[0] if ids else "")
     track = log.agent.trajectory
@@ -82,7 +86,7 @@ def log_of(state: State, annotation: Annotation) -> Log:
         under = beneath(place, state, load)
         level = ground(state) if under is None else under.prism.z_max
         place = square(end_of(thing), float(thing.trajectory.yaw[-1]), level)
-    return Log(kind, load or "", place, end)
+    return Log(done, load or "", place, end)
 
 
 def action_examples(annotation: Annotation, rng: np.random.Generator) -> Iterator[Labelled]:
@@ -99,7 +103,7 @@ def action_examples(annotation: Annotation, rng: np.random.Generator) -> Iterato
             rights, wrong = _on_the_way(annotation, tried)
         else:
             rights = _rights(action, tried, state, log)
-            wrong = [a for a in tried if _is_other(a, action, state, log)]
+            wrong = other_actions(tried, action, state)
         if len(wrong) > NEGATIVES:
             wrong = [wrong[i] for i in sorted(_spread(wrong, rng))]
         if rights or wrong:
@@ -136,11 +140,11 @@ def _on_the_way(
     rights = [
         a
         for a in tried
-        if a.kind == "drive to"
+        if a.kind is DRIVE_TO
         and a.goal >= 0
-        and float(point_gap(track[None], footprint_of(a.target)[None]).min()) < SAME_END_M
+        and float(point_gap(track[None], footprint_of(a.target)[None]).min()) < AWAY_M
     ]
-    return rights, [a for a in tried if a.kind in HANDLING]
+    return rights, [a for a in tried if a.kind.handles]
 
 
 def _shared_out(
@@ -149,16 +153,16 @@ def _shared_out(
     """Which part of the log each clause is about; None where that isn't known."""
     own = [r for r in roots if _is_about(tree, r, annotation, log)]
     parts: dict[int, Action] = {}
-    if log.kind == "drive":
+    if log.handling == NOTHING:
         last = own[-1] if own else roots[-1] if roots else -1
-        parts[last] = Action("drive to", target=(log.end,))
-    elif log.kind == "carry" and len(own) > 1:
-        parts[own[0]] = Action("pick up", log.load)
-        parts[own[-1]] = Action("put down", log.load, place=log.place)
+        parts[last] = Action(DRIVE_TO, target=(log.end,))
+    elif log.handling == CARRY.handling and len(own) > 1:
+        parts[own[0]] = Action(PICK_UP, log.load)
+        parts[own[-1]] = Action(PUT_DOWN, log.load, place=log.place)
     elif own or len(roots) == 1:
         last = own[-1] if own else roots[-1]
-        place = None if log.kind == "pick up" else log.place
-        parts[last] = Action(log.kind, log.load, place=place)
+        place = log.place if log.handling.leaves else None
+        parts[last] = Action(kind_that(log.handling), log.load, place=place)
     return [(r, parts.get(r)) for r in roots]
 
 
@@ -170,11 +174,11 @@ def _is_about(tree: Tree, root: int, annotation: Annotation, log: Log) -> bool:
         if isinstance(g, PhysicalObject) and g.id != annotation.context.agent_id
     ]
     goal = tree.below(root, ("l", "l2"), "PLACE", "PATH")
-    if log.kind == "drive":
+    if log.handling == NOTHING:
         return bool(goal) or bool(things)
     if things:
         return any(g.id == log.load for g in things)
-    return bool(tree.below(root, ("l", "l2"), "PLACE")) and log.kind != "pick up"
+    return bool(tree.below(root, ("l", "l2"), "PLACE")) and log.handling.leaves
 
 
 def _annotated(tree: Tree, root: int, annotation: Annotation) -> Arguments:
@@ -228,30 +232,15 @@ def _labelled(
 
 def _rights(right: Action, tried: Sequence[Action], state: State, log: Log) -> list[Action]:
     """The right action; for driving those of the search's that end where the log does."""
-    if log.kind != "drive":
+    if log.handling != NOTHING:
         return [right]
-    drives = [a for a in tried if a.kind.startswith("drive")]
+    drives = [a for a in tried if a.kind.aims]
     if not drives:
         return [right]
     motion = move(state, drives)
     ends = np.linalg.norm(motion.xyz[:, -1, :2] - centre(log.end.prism), axis=1)
-    near = [drives[i] for i in np.argsort(ends, kind="stable")[:2] if ends[i] < SAME_END_M]
+    near = [drives[i] for i in np.argsort(ends, kind="stable")[:2] if ends[i] < AWAY_M]
     return near or [right]
-
-
-def _is_other(action: Action, right: Action, state: State, log: Log) -> bool:
-    """Whether an action surely isn't what the log does."""
-    if log.kind == "drive":
-        if action.kind in (*HANDLING, "wait"):
-            return True
-        end = move(state, [action]).xyz[0, -1, :2]
-        return float(np.linalg.norm(end - centre(log.end.prism))) > SAME_END_M
-    if action.kind != right.kind or action.object_id != right.object_id:
-        return True
-    if action.place is None or right.place is None:
-        return False
-    apart = np.linalg.norm(centre(action.place.prism) - centre(right.place.prism))
-    return float(apart) > SAME_PLACE_M
 
 
 def _others(state: State, goals: Sequence[Group], rng: np.random.Generator) -> list[Group]:
@@ -268,7 +257,7 @@ def _others(state: State, goals: Sequence[Group], rng: np.random.Generator) -> l
 def _spread(actions: Sequence[Action], rng: np.random.Generator) -> list[int]:
     """A draw of actions in which each kind has its share."""
     order = rng.permutation(len(actions))
-    seen: dict[str, int] = {}
+    seen: dict[ActionKind, int] = {}
     rank = []
     for i in order:
         seen[actions[i].kind] = seen.get(actions[i].kind, 0) + 1

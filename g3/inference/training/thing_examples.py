@@ -13,22 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.actions.grounding_candidates import grounded, spots_about, spots_of_robot
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
-from g3.features.sets.order import is_ordinal
 from g3.groundings import Path, PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.packed_scene import Group, Scene
 from g3.inference.problem.phrases import factor_type, is_pronoun
-from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import field_words
 from g3.learning.factor_matrix import Labelled
-from g3.negatives.wrongness import Clause
-from g3.sdc.clauses import all_words
+from g3.negatives.negative_things import far_places, tells_apart
+from g3.negatives.wrongness import SAME_PLACE_M, Clause
 
-SAME_PLACE_M = 2.5
-"""Places nearer than this to each other may both be right."""
 ALIKE, OTHERS, GROUPS, PLACES = 5, 2, 5, 10
 """How many single things with the right one's labels, other things, groups and places are taken as
 negatives of a clause."""
@@ -131,7 +125,7 @@ def _wrong_objects(
     members = [g for g in singles if len(right) > 1 and ids & _ids(g)]
     groups = [g for g in scene.groups if len(g) > 1 and _ids(g) != ids]
     places = [g for g in scene.groups if isinstance(g[0], Place) and g[0].name]
-    if not _tells_apart(tree, node, annotation):
+    if not tells_apart(Clause.of(annotation, node)):
         alike = []
         if len(right) > 1:
             groups = [g for g in groups if not {o.labels for o in g} <= labels]  # type: ignore[union-attr]
@@ -144,30 +138,14 @@ def _wrong_objects(
     return wrong
 
 
-def _tells_apart(tree: Tree, node: int, annotation: Annotation) -> bool:
-    """Whether a clause's words name more than what kind of thing is meant."""
-    clause = Clause.of(annotation, node)
-    own = {g.id for g in clause.groundings if isinstance(g, PhysicalObject)}
-    marks = [g.id if isinstance(g, PhysicalObject) else None for g in clause.landmarks]
-    if not clause.sdc.is_leaf and not (marks and own.issuperset(marks)):
-        return True
-    words = field_words(all_words(tree.nodes[node]))
-    return bool(concepts(words)) or any(is_ordinal(word) for word in words)
-
-
 def _wrong_places(
     tree: Tree, node: int, annotation: Annotation, state: State, rng: np.random.Generator
 ) -> list[Group]:
-    right = [centre(g.prism) for g in annotation.groundings[node] if not isinstance(g, Path)]
     mark = _landmark(tree, node, annotation)
     spots = [grounded(p, state) for p in state.context.places]
     spots += [*spots_about(mark, state), *spots_of_robot(state)]
-    far = [
-        (p,)
-        for p in spots
-        if all(float(np.linalg.norm(centre(p.prism) - r)) > SAME_PLACE_M for r in right)
-    ]
-    return _draw(far, PLACES, rng)
+    far = far_places(spots, annotation.groundings[node], SAME_PLACE_M)
+    return _draw([(p,) for p in far], PLACES, rng)
 
 
 def _ids(group: Group) -> set[str]:

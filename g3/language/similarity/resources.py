@@ -9,6 +9,8 @@ from __future__ import annotations
 import gzip
 import hashlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -45,67 +47,34 @@ _MEND_VECTORS = f"set {VECTORS_VARIABLE} to a text file of vectors, such as GloV
 def wordnet() -> WordNet:
     """WordNet from the folder named in CT_WORDNET or a usual one, read once.
 
-    Raises
-    ------
-    ModelError
-        If it isn't installed or can't be read.
+    Like all functions here, it raises a ModelError if that isn't there or can't be read.
     """
     return _read_wordnet(_wordnet_folder())
 
 
 def wordnet_identity() -> str:
-    """What tells one WordNet from another: a digest of its nouns.
-
-    Raises
-    ------
-    ModelError
-        If it isn't installed or can't be read.
-    """
-    return _wordnet_digest(_wordnet_folder())
+    """What tells one WordNet from another: a digest of its nouns."""
+    return _digest("WordNet", _INSTALL_WORDNET, *_wordnet_files(_wordnet_folder()))
 
 
 def tag_table() -> TagTable:
-    """The tag table named in CT_TAGS, else the one made by hand that comes along, read once.
-
-    Raises
-    ------
-    ModelError
-        If the file can't be read.
-    """
+    """The tag table named in CT_TAGS, else the one made by hand that comes along, read once."""
     return _read_tag_table(_tag_file())
 
 
 def tag_table_identity() -> str:
-    """What tells one tag table from another: a digest of its file.
-
-    Raises
-    ------
-    ModelError
-        If the file can't be read.
-    """
-    return _tag_digest(_tag_file())
+    """What tells one tag table from another: a digest of its file."""
+    return _digest("the tag table", _MEND_TAGS, _tag_file())
 
 
 def word_vectors() -> WordVectors:
-    """The vectors of words in the file named in CT_VECTORS, read once; none come along.
-
-    Raises
-    ------
-    ModelError
-        If no file is named, or it can't be read.
-    """
+    """The vectors of words in the file named in CT_VECTORS, read once; none come along."""
     return _read_word_vectors(_vectors_file())
 
 
 def word_vectors_identity() -> str:
-    """What tells one file of vectors from another: its digest.
-
-    Raises
-    ------
-    ModelError
-        If no file is named, or it can't be read.
-    """
-    return _vectors_digest(_vectors_file())
+    """What tells one file of vectors from another: its digest."""
+    return _digest("the vectors of words", _MEND_VECTORS, _vectors_file())
 
 
 def _wordnet_folder() -> Path:
@@ -121,30 +90,17 @@ def _find_wordnet(named: str) -> Path:
     raise ModelError("WordNet is not there", where=named, fix=_INSTALL_WORDNET)
 
 
-def _contents(folder: Path) -> list[bytes]:
+def _wordnet_files(folder: Path) -> list[Path]:
     """The files of WordNet; its counts don't come with every one."""
     *needed, counts = (folder / name for name in _WORDNET_FILES)
-    try:
-        return [*(p.read_bytes() for p in needed), counts.read_bytes() if counts.exists() else b""]
-    except OSError as error:
-        raise ModelError(
-            f"WordNet can't be read: {error.strerror}", where=str(folder), fix=_INSTALL_WORDNET
-        ) from error
+    return [*needed, counts] if counts.exists() else needed
 
 
 @cache
 def _read_wordnet(folder: Path) -> WordNet:
-    try:
-        return read_wordnet(*_contents(folder))
-    except ValueError as error:
-        raise ModelError(
-            f"WordNet can't be read: {error}", where=str(folder), fix=_INSTALL_WORDNET
-        ) from error
-
-
-@cache
-def _wordnet_digest(folder: Path) -> str:
-    return _digest(*_contents(folder))
+    with _readable("WordNet", folder, _INSTALL_WORDNET):
+        contents = [file.read_bytes() for file in _wordnet_files(folder)]
+        return read_wordnet(*contents, *[b""] * (len(_WORDNET_FILES) - len(contents)))
 
 
 def _tag_file() -> Path:
@@ -152,31 +108,13 @@ def _tag_file() -> Path:
     return Path(named).expanduser() if named else Path(__file__).with_name("warehouse_tags.txt")
 
 
-def _tag_content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError as error:
-        raise ModelError(
-            f"the tag table can't be read: {error.strerror}", where=str(file), fix=_MEND_TAGS
-        ) from error
-
-
 @cache
 def _read_tag_table(file: Path) -> TagTable:
-    content = _tag_content(file)
-    try:
+    with _readable("the tag table", file, _MEND_TAGS):
+        content = file.read_bytes()
         if content.startswith(b"PK"):
             return table_from_bytes(content, where=str(file), fix=_MEND_TAGS)
         return count_list(content.decode().splitlines())
-    except ValueError as error:
-        raise ModelError(
-            f"the tag table can't be read: {error}", where=str(file), fix=_MEND_TAGS
-        ) from error
-
-
-@cache
-def _tag_digest(file: Path) -> str:
-    return _digest(_tag_content(file))
 
 
 def _vectors_file() -> Path:
@@ -189,34 +127,28 @@ def _vectors_file() -> Path:
 @cache
 def _read_word_vectors(file: Path) -> WordVectors:
     opened = gzip.open if file.suffix == ".gz" else open
-    try:
-        with opened(file, "rt", encoding="utf-8", errors="replace", newline="\n") as lines:
-            return read_vectors(lines)
-    except (OSError, EOFError, ValueError) as error:
-        raise _unreadable_vectors(file, error) from error
+    with (
+        _readable("the vectors of words", file, _MEND_VECTORS),
+        opened(file, "rt", encoding="utf-8", errors="replace", newline="\n") as lines,
+    ):
+        return read_vectors(lines)
 
 
 @cache
-def _vectors_digest(file: Path) -> str:
+def _digest(what: str, fix: str, *files: Path) -> str:
     digest = hashlib.sha256()
-    try:
-        with file.open("rb") as content:
+    for file in files:
+        with _readable(what, file, fix), file.open("rb") as content:
             for part in iter(lambda: content.read(1 << 20), b""):
                 digest.update(part)
-    except OSError as error:
-        raise _unreadable_vectors(file, error) from error
     return f"sha256:{digest.hexdigest()}"
 
 
-def _unreadable_vectors(file: Path, error: Exception) -> ModelError:
-    why = getattr(error, "strerror", None) or error
-    return ModelError(
-        f"the vectors of words can't be read: {why}", where=str(file), fix=_MEND_VECTORS
-    )
-
-
-def _digest(*contents: bytes) -> str:
-    digest = hashlib.sha256()
-    for content in contents:
-        digest.update(content)
-    return f"sha256:{digest.hexdigest()}"
+@contextmanager
+def _readable(what: str, where: Path, fix: str) -> Iterator[None]:
+    """Make errors of files say what can't be read, and what to do."""
+    try:
+        yield
+    except (OSError, EOFError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ModelError(f"{what} can't be read: {why}", where=str(where), fix=fix) from error

@@ -25,7 +25,7 @@ from annotation_app.export.corpus_export import export_corpus
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database, reading
 from annotation_app.store.models import Answer, Study
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate

@@ -11,10 +11,10 @@ import pytest
 from flask import Flask
 
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import TASKS
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.readiness import NOBODY, obstacles, study_obstacles
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
+from annotation_app.tasks.task_registry import task_names
 from corpus_tools.cli.console import run
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, link_in, signed_in
@@ -222,7 +222,9 @@ def test_what_is_imported_or_named_needs_no_task_before(app: Flask) -> None:
     config = StudyConfig(name="a", title="A", tasks={"segment": TaskConfig()})
     assert list(study_obstacles(config, NOBODY, {"segment": 3})) == []
     assert len(list(study_obstacles(config, NOBODY, {}))) == 1
-    everything = msgspec.structs.replace(config, tasks={task: TaskConfig() for task in TASKS})
+    everything = msgspec.structs.replace(
+        config, tasks={task: TaskConfig() for task in task_names()}
+    )
     assert list(study_obstacles(everything, NOBODY, {})) == []
     Browser(app)
     with reading(engine_of(app)) as session:

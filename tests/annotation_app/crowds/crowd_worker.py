@@ -9,13 +9,12 @@ from urllib.parse import urlsplit
 from click.testing import CliRunner, Result
 from flask import Flask
 
-from annotation_app.cli.annotate_commands import annotate
-from annotation_app.cli.crowd_commands import collect, publish
+from annotation_app.cli.crowd_commands import crowd
 from annotation_app.core.config import Config
 from annotation_app.people.participants import keep_consent
 from annotation_app.store.database import transaction
 from annotation_app.store.models import Participation, Person
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, engine_of
 
 LAB = "https://lab.example.org"
@@ -69,16 +68,16 @@ class Lab:
             self.rest += ["--database", str(config.database)]
 
     def publish(self, *options: str) -> Result:
-        return self._run(publish, [self.provider, "tests", "--url", LAB, *options, *self.rest])
+        return self._run(["publish", self.provider, "tests", "--url", LAB, *options, *self.rest])
 
     def collect(self, *options: str) -> Result:
-        return self._run(collect, [self.provider, "tests", *options, *self.rest])
+        return self._run(["collect", self.provider, "tests", *options, *self.rest])
 
     def reconcile(self, *options: str) -> Result:
-        return self._run(annotate, ["reconcile", self.provider, "tests", *options, *self.rest])
+        return self._run(["reconcile", self.provider, "tests", *options, *self.rest])
 
-    def _run(self, command: Any, arguments: list[str]) -> Result:
-        return CliRunner().invoke(command, arguments)
+    def _run(self, arguments: list[str]) -> Result:
+        return CliRunner().invoke(crowd, arguments)
 
 
 def external_url(question: str) -> str:

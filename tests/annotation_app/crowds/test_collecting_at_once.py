@@ -132,7 +132,16 @@ def test_without_a_lock_too(
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing) -> None:
-    command = [sys.executable, "-m", "corpus_tools", "collect", "prolific", "tests", *BONUS]
+    command = [
+        sys.executable,
+        "-m",
+        "corpus_tools",
+        "crowd",
+        "collect",
+        "prolific",
+        "tests",
+        *BONUS,
+    ]
 
     def is_killed(operation: str, moment: Literal["before", "after"], *options: str) -> bool:
         prolific.at = operation, moment

@@ -14,7 +14,7 @@ from flask import Flask
 from annotation_app.crowds.ledger import Call, Entry, InDoubtError, Ledger, What
 from annotation_app.crowds.platform import LostReplyError, PlatformError
 from annotation_app.store.database import reading
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import engine_of
 
 BONUS = Call("bonus", "A1 key", "A1", amount=Decimal("0.50"), reason="For care")

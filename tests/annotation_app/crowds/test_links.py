@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from flask import Flask
 
-from annotation_app.cli.crowd_commands import publish
+from annotation_app.cli.crowd_commands import crowd
 from annotation_app.core.config import Config
 from annotation_app.crowds.crowd_registry import Provider, find_provider, providers, register
 from annotation_app.store.database import transaction
@@ -22,8 +22,8 @@ from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker
 
 
 def links(config: Config, *options: str) -> list[str]:
-    arguments = ["links", "tests", "--url", LAB, "--items", "2", *options]
-    result = CliRunner().invoke(publish, [*arguments, "--instance", str(config.instance)])
+    arguments = ["publish", "links", "tests", "--url", LAB, "--items", "2", *options]
+    result = CliRunner().invoke(crowd, [*arguments, "--instance", str(config.instance)])
     assert result.exit_code == 0, result.output
     return result.output.split()
 
@@ -77,7 +77,7 @@ def test_other_distributions_add_providers(tmp_path: Path) -> None:
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-crowd\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[ct.crowds]\nfriends = my_crowd\n")
     done = subprocess.run(
-        [sys.executable, "-m", "corpus_tools", "collect", "--help"],
+        [sys.executable, "-m", "corpus_tools", "crowd", "collect", "--help"],
         check=True,
         capture_output=True,
         text=True,

@@ -15,7 +15,7 @@ from sqlalchemy import select
 from annotation_app.core.config import Config
 from annotation_app.crowds import prolific_client
 from annotation_app.crowds.platform import Bonus, LostReplyError, PlatformError, Submission
-from annotation_app.export.corpus_export import subject_of
+from annotation_app.people.participants import subject_of
 from annotation_app.store.database import reading
 from annotation_app.store.models import AuditEntry, LedgerEntry, Person
 from tests.annotation_app.browser import described, engine_of

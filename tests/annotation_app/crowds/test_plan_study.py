@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from annotation_app.core.config import open_instance
-from annotation_app.crowds.publishing import DESCRIPTIONS
 from annotation_app.serving.factory import create_app
-from annotation_app.studies.study_file import read_study
+from annotation_app.study_setup.study_reading import read_study
+from annotation_app.tasks.rate import RATE
 from eval.plan_study.study_pairs import INSTANCE, Pair, write_study
 from eval.plan_study.study_rating import Crowd, offer, received
 from g3.errors import FormatError
@@ -49,7 +49,7 @@ def test_work_is_offered_once(file: Path, mturk: MechanicalTurk) -> None:
     assert offer(file, crowd)[0] == "5 assignments added, 5 in all"
     assert offer(file, crowd)[0] == "0 assignments added, 5 in all"
     (hit,) = mturk.hits.values()
-    assert (hit["Reward"], hit["Description"]) == ("0.15", DESCRIPTIONS["rate"])
+    assert (hit["Reward"], hit["Description"]) == ("0.15", RATE.words.offer)
     with pytest.raises(FormatError, match="no such platform"):
         offer(file, Crowd("elsewhere", LAB, items=20))
 

@@ -10,7 +10,7 @@ from playwright.sync_api import BrowserContext
 
 from annotation_app.crowds.participation import Offer, sign_offer
 from annotation_app.store.database import reading
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 from tests.annotation_app.dashboard.test_pages import BASE, dispute, grounding_dispute, rate
 from tests.annotation_app.in_browser import (

@@ -12,9 +12,9 @@ from flask import Flask
 from jsonschema import Draft202012Validator
 from sqlalchemy import select, update
 
-from annotation_app.dashboard.workers import passes
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Event, Item
+from annotation_app.tasks.rate import passes
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
@@ -234,7 +234,7 @@ def test_always_the_same_rating(app: Flask) -> None:
     [(True, 4, True), (True, 3, False), (False, 2, True), (False, 3, False)],
 )
 def test_attention_checks(right: bool, rating: int, passed: bool) -> None:
-    assert passes(right, rating) is passed
+    assert passes({"right": right}, {"rating": rating}) is passed
 
 
 def test_blocking(app: Flask) -> None:

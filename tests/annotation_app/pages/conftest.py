@@ -13,12 +13,12 @@ from playwright.sync_api import BrowserContext, Page
 from sqlalchemy import Engine, select
 
 from annotation_app.core.config import DATABASE_FILE, open_instance
+from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened, transaction
 from annotation_app.store.models import Answer
 from annotation_app.studies.study_file import Question, StudyConfig, TaskConfig
-from annotation_app.tasks.pipeline import NewItem, add_item
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser as Known
 from tests.annotation_app.conftest import set_up

@@ -17,7 +17,7 @@ from annotation_app.people.accounts import add_login
 from annotation_app.people.participants import invitation
 from annotation_app.store.database import core, reading, transaction
 from annotation_app.store.models import Base, Media, Person
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
 
@@ -37,7 +37,7 @@ FORM = {
     "again": "another long password",
     "agree": "on",
 }
-NOT_TRIED = {"static", "dashboard.static", "trying.begin"}
+NOT_TRIED = {"static", "dashboard.static", "trying.try_"}
 """Files, and what would start a process when it is allowed."""
 
 
@@ -181,7 +181,7 @@ def test_each_of_these_requests_tells_who_is_signed_in_from_strangers(
         "openapi.openapi", "api.session_", "crowds.enter", "crowds.finish", "dashboard.studies",
         "entrance.home",
         "entrance.invited", "entrance.welcome", "entrance.agree", "practice.practice_page",
-        "trying.file", "trying.state",
+        "trying.file", "trying.tried",
     }  # fmt: skip
 
 

@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import func, select
 
-from annotation_app.export.corpus_export import export_corpus, subject_of
+from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people.accounts import add_login, matching
-from annotation_app.people.participants import find_or_add, keep_consent
+from annotation_app.people.participants import find_or_add, keep_consent, subject_of
 from annotation_app.privacy import erasing
 from annotation_app.serving import server as serving
 from annotation_app.store.database import reading, transaction
@@ -34,11 +34,11 @@ from annotation_app.store.models import (
     Study,
 )
 from annotation_app.store.tombstones import ERASED_FILE, read_tombstones
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
-from tests.annotation_app.tasks.test_pipeline import grounded
+from tests.annotation_app.work.test_adoption import grounded
 
 ADAS = "Pick up the zebra crate"
 TREE = "EVENT(r = Pick up, l = OBJ(f = the {0}))"

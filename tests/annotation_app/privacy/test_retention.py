@@ -11,9 +11,9 @@ import pytest
 from flask import Flask
 from sqlalchemy import select, update
 
-from annotation_app.export.corpus_export import export_corpus, subject_of
+from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people.accounts import add_login
-from annotation_app.people.participants import find_or_add, keep_consent
+from annotation_app.people.participants import find_or_add, keep_consent, subject_of
 from annotation_app.privacy.retention import DAY_S, expire
 from annotation_app.serving import server as serving
 from annotation_app.store.database import reading, transaction
@@ -27,7 +27,7 @@ from annotation_app.store.models import (
     Study,
 )
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.work import find_study
+from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.conftest import STUDY

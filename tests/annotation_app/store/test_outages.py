@@ -29,8 +29,8 @@ from sqlalchemy.exc import TimeoutError as NoConnectionLeft
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
 from annotation_app.serving.factory import create_app
 from annotation_app.store import outages
-from annotation_app.store.database import opened, reading, run, transaction
-from annotation_app.store.models import Event, Person
+from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.models import Event
 from annotation_app.store.outages import Outage, Outages, outage_of
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.conftest import STUDY, new_database, set_up
@@ -265,9 +265,6 @@ def test_what_is_no_outage_stays_a_bug(app: Flask, caplog: pytest.LogCaptureFixt
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_errors_of_the_driver_are_known_by_their_kind(app: Flask) -> None:
-    person = select(Person.id).where(text("id = :who"))
-    with reading(engine_of(app)) as session:
-        assert run(session, person, {"who": "nobody"}) == []
     duplicate = text("INSERT INTO study SELECT * FROM study")
     with pytest.raises(IntegrityError) as found, transaction(engine_of(app)) as session:
         session.execute(duplicate)

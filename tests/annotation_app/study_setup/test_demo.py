@@ -16,7 +16,6 @@ from pathlib import Path
 
 import pytest
 
-from annotation_app.store.models import TASKS
 from annotation_app.study_setup.demo_study import (
     DATASET,
     add_as_they_come,
@@ -24,6 +23,7 @@ from annotation_app.study_setup.demo_study import (
     demo_study,
 )
 from annotation_app.study_setup.rendered_study import rendered_videos
+from annotation_app.tasks.task_registry import task_names
 from corpus_tools.importers.authored.bundled import CACHE
 from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
@@ -47,7 +47,7 @@ def test_the_demo_is_about_all_layouts_and_tasks(cache: Path) -> None:
     names, of = demo_scenarios(), layouts()
     assert {of[name] for name in names} == set(of.values())
     study = demo_study(rendered_videos(cache / CACHE / "annotate-demo" / "videos"))
-    assert tuple(study.tasks) == TASKS
+    assert tuple(study.tasks) == task_names()
     assert study.known_commands
     assert all(of[known.video] != of[known.wrong_video] for known in study.known_commands)
 

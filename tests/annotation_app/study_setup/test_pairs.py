@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -15,11 +16,10 @@ from annotation_app.studies.study_file import (
     RatedPair,
     StudyConfig,
     TaskConfig,
-    read_study,
-    study_from_form,
 )
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
-from annotation_app.tasks.work import find_study
+from annotation_app.study_setup.study_reading import read_study
+from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.plan_study.study_pairs import Pair, write_study
@@ -79,7 +79,10 @@ def test_a_pair_of_no_video_is_refused(app: Flask, videos: Path) -> None:
         put_study(session, study, rendered_videos(videos))
 
 
-def test_pairs_need_the_task() -> None:
+def test_pairs_need_the_task(tmp_path: Path) -> None:
     pair = {"text": "Go.", "video": "a", "own_video": "b"}
+    study = {"name": "x", "title": "X", "tasks": {"describe": {}}, "pairs": [pair]}
+    file = tmp_path / "x.yaml"
+    file.write_text(json.dumps(study))
     with pytest.raises(FormatError, match="no task to rate them in"):
-        study_from_form({"name": "x", "title": "X", "tasks": {"describe": {}}, "pairs": [pair]})
+        read_study(file)

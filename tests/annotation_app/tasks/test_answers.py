@@ -11,12 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import select
 
+from annotation_app.core.sent_text import clean_text
 from annotation_app.store.database import reading
 from annotation_app.store.models import Answer
-from annotation_app.tasks.answers import clean_text
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
-from tests.annotation_app.tasks.test_pipeline import SDCS, grounded
+from tests.annotation_app.work.test_adoption import SDCS, grounded
 
 
 def problems(person: Browser, item: str, body: Any) -> list[str]:

@@ -10,11 +10,12 @@ from corpus_tools.cli.follow_commands import follow
 from corpus_tools.following.bundled_grounder import state_after, to_script
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.action_kinds import Action
-from g3.actions.grounding_candidates import is_open, spots_about, square
-from g3.actions.logged_actions import centre, covers
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, TURN
+from g3.actions.grounding_candidates import are_free, spots_about, square
 from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
 from g3.features.feature_registry import select
+from g3.geometry.footprints import centre, covers
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.grounding_model import GroundingModel
 
@@ -122,9 +123,9 @@ def test_plans_become_scripts(model):
     state = start_state(open_corpus("warehouse").contexts["dock_pick_up_tires"])
     place = square(np.array([10.0, 10.0]), 0.0, 0.0)
     actions = [
-        Action("turn", amount=np.pi / 2),
-        Action("drive to", target=(state.thing("trailer-1"),)),
-        Action("carry", "tires-2", place=place),
+        Action(TURN, amount=np.pi / 2),
+        Action(DRIVE_TO, target=(state.thing("trailer-1"),)),
+        Action(CARRY, "tires-2", place=place),
     ]
     told = to_script(state, actions)
     steps = [(step.action, step.argument) for step in told.script]
@@ -138,7 +139,7 @@ def test_plans_become_scripts(model):
     assert told.clause == (0, 1, 2, 2)
     # On a deck any spot will do: forks don't reach to its middle.
     on_deck = square(np.array([10.0, 10.0]), 0.0, 0.8)
-    (wider,) = to_script(state, [Action("carry", "tires-2", place=on_deck)]).places.values()
+    (wider,) = to_script(state, [Action(CARRY, "tires-2", place=on_deck)]).places.values()
     assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(3 * np.ptp(on_deck.prism.xy, axis=0))
     assert (wider.prism.z_min, wider.prism.z_max) == (on_deck.prism.z_min, on_deck.prism.z_max)
 
@@ -161,9 +162,9 @@ def test_plans_put_loads_on_decks(scenario, load, carrier):
     place = next(
         spot
         for spot in spots_about((state.thing(carrier),), state)
-        if spot.prism.z_min == deck.z_max and is_open(spot, state, load)
+        if spot.prism.z_min == deck.z_max and are_free([spot], state, load)[0]
     )
-    told = to_script(state, [Action("carry", load, place=place)])
+    told = to_script(state, [Action(CARRY, load, place=place)])
     done = execution.execute(state.context, told.script, places=told.places, rate_hz=5.0)
     assert done.problems == ()
     end = state_after(done.recording, None).thing(load).prism

@@ -7,6 +7,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.judge import judge
 from eval.table_3.outcomes import Outcome, judged_row, reliability, risk_coverage
 from g3.actions.action_kinds import Action, move, result
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.grounding_candidates import spots_about
 from g3.actions.logged_actions import recorded
 from g3.actions.robot_state import start_state
@@ -31,12 +32,12 @@ def on(context, carrier):
 
 def test_the_right_load_on_the_forks_is_right(contexts):
     context = contexts["dock_pick_up_tires"]
-    assert judge(context, after(context, Action("pick up", "tires-2"))).correct
+    assert judge(context, after(context, Action(PICK_UP, "tires-2"))).correct
 
 
 def test_another_load_is_wrong_and_the_verdict_says_why(contexts):
     context = contexts["dock_pick_up_tires"]
-    verdict = judge(context, after(context, Action("pick up", "tires-1")))
+    verdict = judge(context, after(context, Action(PICK_UP, "tires-1")))
     assert not verdict.correct
     assert "tires-2" not in verdict.reason
 
@@ -49,7 +50,7 @@ def test_doing_nothing_is_wrong(contexts):
 @pytest.mark.parametrize(("carrier", "right"), [("trailer-1", True), ("truck-1", False)])
 def test_a_load_belongs_on_what_the_log_puts_it_on(carrier, right, contexts):
     context = contexts["court_put_crate_on_trailer"]
-    action = Action("carry", "crate-1", place=on(context, carrier))
+    action = Action(CARRY, "crate-1", place=on(context, carrier))
     assert judge(context, after(context, action)).correct is right
 
 
@@ -62,7 +63,7 @@ def test_where_the_log_drives_is_right(contexts):
         for p in context.places
         if np.linalg.norm(p.prism.xy.mean(axis=0) - track.xyz[-1, :2]) < 2.0
     )
-    drive = Action("drive to", target=(goal,))
+    drive = Action(DRIVE_TO, target=(goal,))
     assert judge(context, after(context, drive)).correct
     assert not judge(context, state).correct
 

@@ -5,6 +5,7 @@ import pytest
 from eval.judging.outcome_judge import expected, judge_outcome
 from eval.judging.picked_up import load_labels, loads, picked_in_log, picked_up
 from g3.actions.action_kinds import Action, move, result
+from g3.actions.forklift_actions import CARRY, GO_STRAIGHT, PICK_UP, TURN
 from g3.actions.grounding_candidates import spots_about, spots_of_robot
 from g3.actions.robot_state import start_state
 from g3.annotation import TaskOutcome
@@ -40,10 +41,10 @@ def done(**about):
 
 def test_what_is_on_the_forks_belongs_there(start):
     held = [done(picked=("11",), put="held")]
-    assert verdict(start, held, Action("pick up", "11"))[0].correct
-    other = verdict(start, held, Action("pick up", "12"))
+    assert verdict(start, held, Action(PICK_UP, "11"))[0].correct
+    other = verdict(start, held, Action(PICK_UP, "12"))
     assert (other[0].correct, other[1]) == (False, False)
-    put = Action("carry", "11", place=on(start, "13"))
+    put = Action(CARRY, "11", place=on(start, "13"))
     wrong, same_load = verdict(start, held, put)
     # The right load, but not the whole outcome.
     assert (wrong.correct, same_load) == (False, True)
@@ -54,10 +55,10 @@ def test_any_of_the_things_that_it_may_have_been_put_on_will_do(start):
     either = [done(picked=("11",), put="on", on=("13", "15"), unknown=("on",))]
     first = [done(picked=("11",), put="on", on=("13",))]
     for trailer, right in (("13", True), ("15", False)):
-        action = Action("carry", "11", place=on(start, trailer))
+        action = Action(CARRY, "11", place=on(start, trailer))
         assert verdict(start, either, action)[0].correct
         assert verdict(start, first, action)[0].correct is right
-    ground = Action("carry", "11", place=spots_of_robot(start)[0])
+    ground = Action(CARRY, "11", place=spots_of_robot(start)[0])
     assert not verdict(start, either, ground)[0].correct
     nobody_knows = [done(picked=("11",), put="on", unknown=("on",))]
     assert verdict(start, nobody_knows, action)[0].correct
@@ -67,17 +68,17 @@ def test_any_of_the_things_that_it_may_have_been_put_on_will_do(start):
 def test_anywhere_on_the_ground_is_right_where_the_place_is_unknown(start):
     ground = [done(picked=("11",), put="ground", unknown=("place",))]
     for place, right in ((spots_of_robot(start)[1], True), (on(start, "13"), False)):
-        assert verdict(start, ground, Action("carry", "11", place=place))[0].correct is right
-    assert not verdict(start, ground, Action("pick up", "11"))[0].correct
+        assert verdict(start, ground, Action(CARRY, "11", place=place))[0].correct is right
+    assert not verdict(start, ground, Action(PICK_UP, "11"))[0].correct
 
 
 def test_who_only_drives_picks_up_nothing(start):
     drove = [done(unknown=("place",)), done(unknown=("place",))]
-    assert verdict(start, drove, Action("go straight", amount=4.0)) == (
-        verdict(start, drove, Action("turn", amount=1.0))
+    assert verdict(start, drove, Action(GO_STRAIGHT, amount=4.0)) == (
+        verdict(start, drove, Action(TURN, amount=1.0))
     )
-    assert verdict(start, drove, Action("go straight", amount=4.0))[0].correct
-    wrong, same_load = verdict(start, drove, Action("pick up", "12"))
+    assert verdict(start, drove, Action(GO_STRAIGHT, amount=4.0))[0].correct
+    wrong, same_load = verdict(start, drove, Action(PICK_UP, "12"))
     assert (wrong.correct, same_load) == (False, False)
     assert "12" in wrong.reason
 
@@ -88,7 +89,7 @@ def test_the_last_outcome_of_a_thing_counts_and_others_must_be_left_alone(start)
         done(picked=("11",), put="on", on=("13",)),
         done(picked=("12",), put="held"),
     ]
-    carry, lift = Action("carry", "11", place=on(start, "13")), Action("pick up", "12")
+    carry, lift = Action(CARRY, "11", place=on(start, "13")), Action(PICK_UP, "12")
     assert verdict(start, task, carry, lift)[0].correct
     assert not verdict(start, task, carry)[0].correct
     # If more may have been done, what else is picked up isn't wrong.

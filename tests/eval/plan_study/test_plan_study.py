@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from dataclasses import replace
 
+import msgspec
 import pytest
 from click.testing import CliRunner
 
@@ -88,8 +89,7 @@ def test_a_command_without_a_plan_shows_nothing(records):
 
 
 def replace_run(one, run):
-    fields = {name: getattr(one, name) for name in one.__struct_fields__}
-    return PlanRecord(**{**fields, "run": run})
+    return msgspec.structs.replace(one, run=run)
 
 
 def test_rows_by_people_and_by_the_judge_are_apart(found, records, tmp_path):
@@ -239,3 +239,13 @@ def test_plans_are_kept_and_not_made_again(tmp_path):
     kept = {path: path.stat().st_mtime_ns for path in folder.rglob("*.json*")}
     assert plan_all(folder, settings) == records
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*.json*")} == kept
+
+    # A rating set makes the same plans and carries none out before it has drawn them.
+    rating = settings_for(train, test, most=1, l2=1.0, seed=0, plans=("wrong",))
+    assert (rating.most, rating.pairs) == (0, 1)
+    later = tmp_path / "set"
+    check_settings(later, rating)
+    without_runs = [msgspec.structs.replace(r, run="", failure="") for r in records]
+    assert plan_all(later, rating) == without_runs
+    assert any(r.script and r.verdicts == {"log": r.correct} for r in records)
+    assert list((later / "runs").iterdir()) == []

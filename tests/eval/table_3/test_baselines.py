@@ -5,9 +5,10 @@ import pytest
 
 from eval.table_3 import baselines, static_embeddings
 from eval.table_3.baselines import BASELINES, carried_out, missing, scene_of
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import carrier
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import start_state
+from g3.geometry.footprints import centre
 from tests.eval.yard import yard
 
 FRIDGE, WASHER = "11", "12"
@@ -27,7 +28,7 @@ def plan(name, text, start, loads=(FRIDGE, WASHER)):
 
 def lifted(name, text, start):
     (action,) = plan(name, text, start)
-    assert action.kind == "pick up"
+    assert action.kind is PICK_UP
     return action.object_id
 
 
@@ -89,7 +90,7 @@ def test_embeddings_load_without_a_network():
 @pytest.mark.parametrize("name", ["nearest", "keywords"])
 def test_a_load_goes_where_a_second_thing_is_named(name, start):
     actions = plan(name, "Put the refrigerator on the trailer.", start)
-    assert [a.kind for a in actions] == ["carry"]
+    assert [a.kind for a in actions] == [CARRY]
     final = carried_out(start, actions)
     assert carrier(final, FRIDGE).id == "13"
     assert final.held is None
@@ -101,13 +102,13 @@ def test_a_load_goes_where_a_second_thing_is_named(name, start):
     assert np.linalg.norm(apart) < 3
     # Named before the load, and without a word that says so, it is no goal.
     near = "Past the trailer is a refrigerator: lift it."
-    assert [a.kind for a in plan(name, near, start)] == ["pick up"]
+    assert [a.kind for a in plan(name, near, start)] == [PICK_UP]
 
 
 def test_a_command_that_only_goes_is_driven(start):
     (action,) = plan("keywords", "Drive to the trailer.", start)
-    assert (action.kind, action.target[0].id) == ("drive to", "13")
-    assert [a.kind for a in plan("keywords", "Turn around.", start)] == ["go straight"]
+    assert (action.kind, action.target[0].id) == (DRIVE_TO, "13")
+    assert [a.kind for a in plan("keywords", "Turn around.", start)] == [GO_STRAIGHT]
     assert carried_out(start, plan("keywords", "Go on.", start)).held is None
 
 
@@ -119,5 +120,5 @@ def test_what_is_on_the_forks_is_put_down(start):
     loaded = carried_out(start, plan("keywords", "Lift the washing machine.", start))
     assert loaded.held == WASHER
     (action,) = plan("keywords", "Put the refrigerator on the trailer.", loaded)
-    assert (action.kind, action.object_id) == ("put down", WASHER)
+    assert (action.kind, action.object_id) == (PUT_DOWN, WASHER)
     assert carrier(carried_out(loaded, [action]), WASHER).id == "13"

@@ -88,6 +88,54 @@ def test_intersection_area_is_shapelys_and_symmetric(a: FloatArray, b: FloatArra
     assert_allclose(intersection_area(b, a), expected, atol=1e-9)
 
 
+@given(
+    st.integers(2, 5), st.sampled_from([1.2, 1.5, 2.0, 3.3]), st.floats(-4, 4), points, st.data()
+)
+def test_a_thing_of_a_row_lies_in_the_hull_of_the_row(
+    count: int, step: float, yaw: float, point: FloatArray, data: st.DataObject
+) -> None:
+    """Their sides are on one line but for rounding, which may seem to cut it several times."""
+    side = np.array([[-0.6, -0.5], [0.6, -0.5], [0.6, 0.5], [-0.6, 0.5]])
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    row = [(side + np.array([i * step, 0.0])) @ turn.T + 10 * point for i in range(count)]
+    hull = convex_hull(np.concatenate(row))[None]  # rounding may leave corners on its sides
+    thing = data.draw(st.sampled_from(row))[None]
+    assert_allclose(intersection_area(hull, thing), 1.2, atol=1e-9)
+    assert_allclose(intersection_area(thing, hull), 1.2, atol=1e-9)
+
+
+ROW_HULL = np.array(
+    [
+        [
+            [-0.0472794240637564, -4.828682656348247],
+            [0.5655490510534333, -5.618898614226559],
+            [1.5138082005074092, -4.883504444085932],
+            [4.121520861505843, -2.8611704761992063],
+            [6.729233522504276, -0.8388365083124807],
+            [6.116405047387086, -0.04862055043416724],
+            [5.16814589793311, -0.7840147205747945],
+        ]
+    ]
+)
+ROW_THING = np.array(
+    [
+        [
+            [5.7809743730503005, -1.574230678453108],
+            [6.729233522504276, -0.8388365083124807],
+            [6.116405047387086, -0.04862055043416724],
+            *[[5.16814589793311, -0.7840147205747945]] * 4,
+        ]
+    ]
+)
+
+
+def test_sides_that_rounding_cuts_several_times() -> None:
+    """A hull and a thing of it, found by trying many: clipping them was an IndexError."""
+    hull, thing = ROW_HULL, ROW_THING
+    assert_allclose(intersection_area(hull, thing), 1.2, atol=1e-9)
+    assert_allclose(intersection_area(thing, hull), 1.2, atol=1e-9)
+
+
 @given(convex(), convex())
 def test_gap_is_shapelys_and_symmetric(a: FloatArray, b: FloatArray) -> None:
     expected = shape(a).distance(shape(b))

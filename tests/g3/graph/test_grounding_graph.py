@@ -25,6 +25,11 @@ def factors(notation: str) -> list[str]:
     return [str(factor) for factor in graph_of(notation).factors]
 
 
+def nodes_of(variables):
+    """The breadth-first indices of the clauses whose groundings variables are."""
+    return tuple(variable.node for variable in variables)
+
+
 def test_figure_2b():
     graph = graph_of(FIGURE_2A)
     assert [str(factor) for factor in graph.factors] == [
@@ -63,11 +68,10 @@ def test_nodes_are_breadth_first_indices():
     by_number = {factor.number: factor for factor in grounding_graph(sdcs).factors}
     assert nodes[1].is_implicit  # the robot stands in the order but not in the graph
     assert [by_number[number].node for number in range(1, 6)] == [0, 2, 3, 4, 5]
-    assert by_number[2].grounding_nodes("f") == (2,)
-    assert by_number[2].grounding_nodes("l") == (4,)
-    assert by_number[3].grounding_nodes("f") == (4,)
-    assert by_number[3].grounding_nodes("l") == (5,)
-    assert by_number[3].grounding_nodes("r") == ()
+    assert nodes_of(by_number[2].figure) == (2,)
+    assert nodes_of(by_number[2].landmark1) == (4,)
+    assert nodes_of(by_number[3].figure) == (4,)
+    assert nodes_of(by_number[3].landmark1) == (5,)
 
 
 def test_a_named_figure_of_an_event_is_an_argument_beside_its_state_sequence():

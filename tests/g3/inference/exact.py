@@ -13,12 +13,14 @@ import numpy as np
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_complement
 
 
-def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, dict[int, Group]]:
+def best_groundings(
+    tree: Tree, root: int, problem: GroundingProblem
+) -> tuple[float, dict[int, Group]]:
     """The best groundings of an OBJECT of OBJECTs, each with one figure and one landmark at most.
 
     Returns
@@ -29,14 +31,14 @@ def best_groundings(tree: Tree, root: int, about: Surroundings) -> tuple[float, 
     nodes = tree.all_below(root)
     own = [n for n in nodes if not tree.nodes[n].figure]
     best: tuple[float, dict[int, Group]] = (-np.inf, {})
-    for groups in product(about.scene.groups, repeat=len(own)):
+    for groups in product(problem.scene.groups, repeat=len(own)):
         found = dict(zip(own, groups, strict=True))
         for n in reversed(nodes):
             if n not in found:
                 found[n] = found[tree.below(n, ("f",), "OBJECT")[0]]
         if any(is_complement(tree.nodes[n]) and not _is_one(tree, n, found) for n in nodes):
             continue
-        total = sum(_score(tree, n, found, about) for n in nodes)
+        total = sum(_score(tree, n, found, problem) for n in nodes)
         if total > best[0]:
             best = (total, found)
     return best
@@ -47,10 +49,10 @@ def _is_one(tree: Tree, node: int, found: dict[int, Group]) -> bool:
     return all(found[mark] == found[node] for mark in tree.below(node, ("l", "l2"), "OBJECT"))
 
 
-def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) -> float:
+def _score(tree: Tree, node: int, found: dict[int, Group], problem: GroundingProblem) -> float:
     marks = tree.below(node, ("l", "l2"), "OBJECT")
-    bodies, index = about.scene.indices([found[node], *(found[m] for m in marks)])
-    batch = about.scene.batch(
+    bodies, index = problem.scene.indices([found[node], *(found[m] for m in marks)])
+    batch = problem.scene.batch(
         "OBJECT",
         [tree.words[node]],
         np.zeros(1, dtype=np.intp),
@@ -58,6 +60,6 @@ def _score(tree: Tree, node: int, found: dict[int, Group], about: Surroundings) 
         figure=index[:1],
         landmark=index[1:2] if marks else np.full(1, -1, dtype=np.intp),
     )
-    score = float(about.cost.log_probability(batch)[0])
-    score += float(added(FactorCase(tree, node, batch, about, [len(found[node])]))[0])
+    score = float(problem.cost.log_probability(batch)[0])
+    score += float(added(FactorCase(tree, node, batch, problem, [len(found[node])]))[0])
     return score

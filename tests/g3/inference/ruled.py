@@ -8,7 +8,7 @@ from g3.groundings import Context
 from g3.inference.potentials.cases import ActionCase, CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import added_by, potentials
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Arguments, Surroundings
+from g3.inference.problem.grounding_problem import Arguments, GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
@@ -21,27 +21,27 @@ def adds(name, case):
     return added_by(case).get(name, np.zeros(case.shape))
 
 
-def problem(context, **options):
+def problem_in(context, **options):
     state = start_state(context)
-    return Surroundings(state, scene_of(state.context), ConstantCost(), **options)
+    return GroundingProblem(state, scene_of(state.context), ConstantCost(), **options)
 
 
-EMPTY = problem(Context("empty", (robot(),), (), "robot"))
+EMPTY = problem_in(Context("empty", (robot(),), (), "robot"))
 
 
-def of_rows(name, batch, notation="OBJ(f = it)", about=EMPTY):
+def of_rows(name, batch, notation="OBJ(f = it)", problem=EMPTY):
     """What a potential adds to rows of a factor, of things that are one each."""
     tree = Tree(parse_brackets(notation))
-    return adds(name, FactorCase(tree, 0, batch, about, [1] * len(batch)))
+    return adds(name, FactorCase(tree, 0, batch, problem, [1] * len(batch)))
 
 
 def of_things(name, things, notation, landmark=None, **options):
     """What a potential adds to an OBJECT, by the things of a context that it may be."""
-    about = problem(Context("scene", (*things, robot()), (), "robot"), **options)
+    problem = problem_in(Context("scene", (*things, robot()), (), "robot"), **options)
     tree = Tree(parse_brackets(notation))
-    bodies, index = about.scene.indices([*((t,) for t in things), landmark or (things[0],)])
+    bodies, index = problem.scene.indices([*((t,) for t in things), landmark or (things[0],)])
     n = len(things)
-    batch = about.scene.batch(
+    batch = problem.scene.batch(
         "OBJECT",
         [tree.words[0]],
         np.zeros(n, dtype=np.intp),
@@ -49,18 +49,18 @@ def of_things(name, things, notation, landmark=None, **options):
         figure=index[:n],
         landmark=np.full(n, index[n] if landmark else -1),
     )
-    return adds(name, FactorCase(tree, 0, batch, about, [1] * n))
+    return adds(name, FactorCase(tree, 0, batch, problem, [1] * n))
 
 
-def of_groups(name, notation, groups, about):
+def of_groups(name, notation, groups, problem):
     """What a potential adds to groups that a noun may name."""
     tree = Tree(parse_brackets(notation))
-    return adds(name, CandidateCase(tree, 0, about, groups, "figure", 0))
+    return adds(name, CandidateCase(tree, 0, problem, groups, "figure", 0))
 
 
-def of_actions(name, notation, actions, found=None, about=EMPTY, **options):
+def of_actions(name, notation, actions, found=None, problem=EMPTY, **options):
     """What a potential adds to actions for a clause."""
     tree = Tree(parse_brackets(notation))
     found = found or Arguments((None,), (None,), -1, {})
-    case = ActionCase(tree, 0, about.state, found, actions, about)
+    case = ActionCase(tree, 0, problem.state, found, actions, problem)
     return adds(name, case)

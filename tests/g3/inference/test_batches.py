@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.forklift_actions import PICK_UP
 from g3.actions.grounding_candidates import object_groups, spots_about, spots_of_robot
 from g3.actions.motions import Motions
 from g3.actions.robot_state import start_state
 from g3.features.bodies import Bodies, pack
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Scorer
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import pack_like, scene_of
 from g3.inference.search.leaves import leaf_scores
 from g3.inference.search.thing_search import ground_thing
@@ -29,7 +30,7 @@ def state(dock):
 @pytest.mark.parametrize("loaded", [False, True])
 def test_actions_go_together_as_they_go_alone(state, loaded):
     if loaded:
-        pick = Action("pick up", THEMES[0])
+        pick = Action(PICK_UP, THEMES[0])
         state = result(state, pick, move(state, [pick]), 0)
     pair = tuple(state.thing(i) for i in THEMES)
     trailer = (state.thing("trailer-1"),)
@@ -52,15 +53,15 @@ def test_nouns_score_together_as_they_score_alone(model, dock, state):
             "l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
         )
     )
-    about = Surroundings(state, scene_of(state.context, object_groups(state.context)), cost)
-    leaves = leaf_scores(tree, about.scene, cost)
+    problem = GroundingProblem(state, scene_of(state.context, object_groups(state.context)), cost)
+    leaves = leaf_scores(tree, problem.scene, cost)
     assert [" ".join(w.text for w in tree.nodes[n].words) for n in leaves] == [
         "the tire pallet",
         "the trailer",
     ]
     for node in leaves:
-        alone = ground_thing(tree, node, about)
-        together = ground_thing(tree, node, replace(about, leaves=leaves))
+        alone = ground_thing(tree, node, problem)
+        together = ground_thing(tree, node, replace(problem, leaves=leaves))
         assert [c.group for c in together] == [c.group for c in alone]
         assert [c.score for c in together] == pytest.approx([c.score for c in alone])
 

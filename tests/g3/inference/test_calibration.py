@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
 from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end
@@ -33,16 +34,16 @@ START = State(
 
 def put(name, x, y, bottom=0.0, score=0.0):
     moved = moved_to(START.thing(name), np.array([x, y, 0.0]), bottom)
-    return Hypothesis(score, with_moved(START, {name: moved}, None), (Action("carry", name),))
+    return Hypothesis(score, with_moved(START, {name: moved}, None), (Action(CARRY, name),))
 
 
-def driven(x, y, kind="drive to", score=0.0):
+def driven(x, y, kind=DRIVE_TO, score=0.0):
     moved = moved_to(START.thing("robot"), np.array([x, y, 0.0]), 0.0)
     return Hypothesis(score, with_moved(START, {"robot": moved}, None), (Action(kind),))
 
 
 def lifted(name):
-    return Hypothesis(0.0, State(START.context, name), (Action("pick up", name),))
+    return Hypothesis(0.0, State(START.context, name), (Action(PICK_UP, name),))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import square
 from g3.groundings import Context
 from g3.inference.potentials.cases import PathCase
@@ -11,7 +12,7 @@ from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem
+from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem_in
 from tests.worlds import robot, thing
 
 UNMOVED, UNUSUAL = WEIGHT["moved"], WEIGHT["onto"]
@@ -20,12 +21,12 @@ TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
 ON_TRUCK = thing("boxes", "pallet", 20, 0, z=(1, 2))
 ON_GROUND = thing("tires", "pallet", 8, 0)
-ABOUT = problem(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
+PROBLEM = problem_in(Context("scene", (TRUCK, OTHER, ON_TRUCK, ON_GROUND, robot()), (), "robot"))
 
 
 def put(load, x, y, bottom):
     place = square(np.array([x, y], dtype=float), 0.0, bottom)
-    return Action("put down", load, place=place, goal=0)
+    return Action(PUT_DOWN, load, place=place, goal=0)
 
 
 @pytest.mark.parametrize(
@@ -37,11 +38,11 @@ def put(load, x, y, bottom):
         (put("boxes", 20, 4, 0), 0),
         (put("tires", 8.5, 0, 0), UNMOVED),
         (put("tires", 12, 0, 0), 0),
-        (Action("drive to", target=(TRUCK,)), 0),
+        (Action(DRIVE_TO, target=(TRUCK,)), 0),
     ],
 )
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
-    found = of_actions("moved", "EVENT(r = Put)", [action], about=ABOUT)
+    found = of_actions("moved", "EVENT(r = Put)", [action], problem=PROBLEM)
     assert found.tolist() == [cost]
 
 
@@ -60,7 +61,7 @@ def test_to_the_floor_is_not_on_the_truck_but_to_the_truck_is(path, on, beside):
     actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
     (goal,) = goal_paths(tree, 0)
     found = Arguments((None,), (Candidate((TRUCK,), 0.0, {}),), goal, {})
-    floor, onto = (of_actions(n, notation, actions, found, ABOUT) for n in ("to-floor", "onto"))
+    floor, onto = (of_actions(n, notation, actions, found, PROBLEM) for n in ("to-floor", "onto"))
     assert (floor + onto).tolist() == [on, beside]
 
 
@@ -70,9 +71,9 @@ def test_what_is_taken_off_a_truck_is_on_it():
             "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
         )
     )
-    actions = [Action("pick up", "boxes"), Action("pick up", "tires"), Action("wait")]
+    actions = [Action(PICK_UP, "boxes"), Action(PICK_UP, "tires"), Action(WAIT)]
     marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
     costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
-    off, to = (PathCase(tree, path, ABOUT.state, actions, marks, ABOUT) for path in (0, 1))
+    off, to = (PathCase(tree, path, PROBLEM.state, actions, marks, PROBLEM) for path in (0, 1))
     assert adds("taken-from", off).tolist() == costs
     assert not adds("taken-from", to).any()

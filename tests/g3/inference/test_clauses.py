@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from g3.actions.action_kinds import Action
+from g3.actions.action_kinds import Action, kind_named
+from g3.actions.forklift_actions import DRIVE_PAST, DRIVE_TO
 from g3.groundings import Context
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import added_by
@@ -13,12 +14,12 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
-from tests.g3.inference.ruled import WEIGHT, of_actions, problem
+from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in
 
 KINDS = ("wait", "drive to", "pick up", "carry", "put down")
 UNUSUAL = WEIGHT["verb-take"]
 TIRES = thing("tires", "pallet", 8, 0)
-ABOUT = problem(Context("scene", (TIRES, robot()), (), "robot"))
+PROBLEM = problem_in(Context("scene", (TIRES, robot()), (), "robot"))
 IT = Candidate((TIRES,), 0.0, {})
 
 
@@ -35,9 +36,9 @@ def costs(clauses, *, theme=True, leads=False, held=None, at_start=None, at_plac
     tree = Tree(parse_brackets(clauses))
     goal_path = -1 if at_place else tree.below(0, ("l2",), "PATH")[0]
     found = Arguments((IT if theme else None,), (IT if leads else None,), goal_path, {})
-    about = replace(ABOUT, state=replace(ABOUT.state, held=at_start))
-    state = replace(ABOUT.state, held=held)
-    case = ActionCase(tree, 0, state, found, [Action(kind) for kind in KINDS], about)
+    problem = replace(PROBLEM, state=replace(PROBLEM.state, held=at_start))
+    state = replace(PROBLEM.state, held=held)
+    case = ActionCase(tree, 0, state, found, [Action(kind_named(name)) for name in KINDS], problem)
     verbs = [scores for name, scores in added_by(case).items() if name.startswith("verb-")]
     return dict(zip(KINDS, sum(verbs, np.zeros(len(KINDS))).tolist(), strict=True))
 
@@ -119,7 +120,7 @@ def test_who_goes_to_something_goes_there():
         "EVENT(r = Go, l2 = [PATH(r = past, l = OBJ(f = the barrel)), "
         "PATH(r = to, l = OBJ(f = the truck))])"
     )
-    actions = [Action("drive to", goal=0), Action("drive past")]
+    actions = [Action(DRIVE_TO, goal=0), Action(DRIVE_PAST)]
     past, to = Tree(parse_brackets(go)).below(0, ("l2",), "PATH")
     leads = {path: Arguments((None,), (IT,), path, {}) for path in (past, to, -1)}
     cost = {p: of_actions("reaches-goal", go, actions, found) for p, found in leads.items()}

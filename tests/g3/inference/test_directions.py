@@ -4,19 +4,20 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, PUT_DOWN, TURN, WAIT
 from g3.inference.problem.clause_roles import told_side
 from g3.inference.problem.command_tree import Tree
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, of_actions
 
 ACTIONS = {
-    "wait": Action("wait"),
-    "ahead": Action("go straight", amount=4.0),
-    "back": Action("back up", amount=-4.0),
-    "left": Action("turn", amount=np.pi / 2),
-    "right": Action("turn", amount=-np.pi / 2),
-    "around": Action("turn", amount=np.pi),
-    "put": Action("put down", object_id="boxes-1"),
+    "wait": Action(WAIT),
+    "ahead": Action(GO_STRAIGHT, amount=4.0),
+    "back": Action(BACK_UP, amount=-4.0),
+    "left": Action(TURN, amount=np.pi / 2),
+    "right": Action(TURN, amount=-np.pi / 2),
+    "around": Action(TURN, amount=np.pi),
+    "put": Action(PUT_DOWN, object_id="boxes-1"),
 }
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from g3.actions.proposals import is_load
+from g3.actions.forklift_actions import is_load
 from g3.actions.robot_state import moved_to, start_state, with_moved
 from g3.geometry.plane import rotate
 from g3.inference.clarification import told_apart
@@ -13,7 +13,7 @@ from g3.sdc.sdc_notation import parse_brackets
 
 
 def did(result):
-    return [(a.kind, a.object_id) for a in result.plan.actions]
+    return [(a.kind.name, a.object_id) for a in result.plan.actions]
 
 
 def test_a_load_is_picked_up_and_put_down(grounder, dock):

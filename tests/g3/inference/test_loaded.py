@@ -10,7 +10,7 @@ from g3.inference.grounder import Grounder
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import refusal
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
@@ -23,7 +23,7 @@ def loaded():
 
 
 def in_state(state):
-    return Surroundings(state, scene_of(state.context), ConstantCost())
+    return GroundingProblem(state, scene_of(state.context), ConstantCost())
 
 
 def trees(text, sdcs):
@@ -67,10 +67,10 @@ CRATE = (
     ],
 )
 def test_another_load_by_its_name_has_to_wait(loaded, text, sdcs, in_the_way):
-    about, tree = in_state(loaded), Tree(trees(text, sdcs))
-    why = refusal(CommandCase(tree, about))
+    problem, tree = in_state(loaded), Tree(trees(text, sdcs))
+    why = refusal(CommandCase(tree, problem))
     assert ("boxes-1" in why) is in_the_way
-    off = replace(about, disabled=frozenset({"load-in-the-way"}))
+    off = replace(problem, disabled=frozenset({"load-in-the-way"}))
     assert not refusal(CommandCase(tree, off))
 
 

@@ -9,7 +9,7 @@ from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.problem.phrases import named_places
 from g3.inference.search.thing_search import ground_others, ground_thing
@@ -33,7 +33,7 @@ STATE = start_state(Context("yard", (TRUCK, OTHER, BOXES, TIRES, robot()), PLACE
 
 
 def around(**options):
-    return Surroundings(STATE, scene_of(STATE.context), ConstantCost(), **options)
+    return GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), **options)
 
 
 def possible(noun, *candidates):
@@ -79,9 +79,9 @@ def test_a_row_is_all_that_stands_in_it():
     state = start_state(Context("yard", (*row_of, boxes, far, robot()), (), "robot"))
     groups = object_groups(state.context)
     assert (*row_of, boxes) in groups
-    about = Surroundings(state, scene_of(state.context, groups), ConstantCost())
+    problem = GroundingProblem(state, scene_of(state.context, groups), ConstantCost())
     tried = ((*row_of, boxes), tuple(row_of), (far,))
-    costs = of_groups("whole-row", "OBJ(f = the row)", tried, about)
+    costs = of_groups("whole-row", "OBJ(f = the row)", tried, problem)
     assert costs.tolist() == [0, UNLIKELY, UNLIKELY]
     # What is on the forks is in no row.
     assert tuple(row_of) in object_groups(state.context, "b")

@@ -13,8 +13,8 @@ from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenari
 from eval.judging.judge import judge
 from eval.table_3.judged_commands import annotated_commands
 from g3.actions.grounding_candidates import beneath
-from g3.actions.logged_actions import centre
 from g3.features.feature_registry import select
+from g3.geometry.footprints import centre
 from g3.groundings import Place
 from g3.inference.grounder import Grounder, object_ids
 from g3.inference.training.search_training import TOLERANCE, training_data
@@ -49,7 +49,7 @@ def followed(result):
 
 
 def did(result):
-    return [(a.kind, a.object_id) for a in followed(result).actions]
+    return [(a.kind.name, a.object_id) for a in followed(result).actions]
 
 
 def end_of(result, name):
@@ -216,7 +216,7 @@ def test_ways_without_a_landmark_are_gone(grounder, yard):
         ("Back up", "back up", -4.0),
     ]:
         (action,) = followed(grounder.follow(text, yard, least=0.0)).actions
-        assert (action.kind, action.amount) == (kind, pytest.approx(amount))
+        assert (action.kind.name, action.amount) == (kind, pytest.approx(amount))
 
 
 def test_who_would_be_loaded_on_a_trailer_handles_nothing(grounder):

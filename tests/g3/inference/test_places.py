@@ -11,9 +11,9 @@ from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.place_rules import on_ground
 from g3.inference.potentials.potential_registry import allowed
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Surroundings
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
-from g3.inference.problem.phrases import is_area, is_measure, is_there, told
+from g3.inference.problem.phrases import is_area, is_measure, is_there, unstressed
 from g3.inference.search.arguments import arguments
 from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
 from g3.learning.examples import to_batch
@@ -103,8 +103,8 @@ def test_beside_a_truck_is_not_on_it(place, beside, on_top):
 
 
 def free(places, load):
-    about = Surroundings(STATE, scene_of(STATE.context), ConstantCost(), load=load)
-    found = allowed(SpotCase(about, places))
+    problem = GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), load=load)
+    found = allowed(SpotCase(problem, places))
     return [place for place, is_free in zip(places, found, strict=True) if is_free]
 
 
@@ -118,7 +118,7 @@ def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
 
 
 def around(**options):
-    return Surroundings(STATE, scene_of(STATE.context), ConstantCost(), **options)
+    return GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), **options)
 
 
 def test_places_that_name_one_place_together_are_one():
@@ -170,8 +170,8 @@ def test_phrases():
     there, right = parse_brackets("PLACE(f = over there); PLACE(f = to the right)")
     assert is_there(there)
     assert not is_there(right)
-    assert told(("right", "in", "front", "of")) == ("in", "front", "of")
-    assert told(("to", "the", "right", "of")) == ("to", "the", "right", "of")
+    assert unstressed(("right", "in", "front", "of")) == ("in", "front", "of")
+    assert unstressed(("to", "the", "right", "of")) == ("to", "the", "right", "of")
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def test_what_is_between_pallets_is_between_neighbours():
     scene = scene_of(STATE.context, object_groups(STATE.context))
 
     def best(**options):
-        beam = landmarks_of(tree, 0, Surroundings(STATE, scene, ConstantCost(), **options))
+        beam = landmarks_of(tree, 0, GroundingProblem(STATE, scene, ConstantCost(), **options))
         groups = {frozenset(o.id for o in c.group): c.score for c in beam}
         return {group for group, score in groups.items() if score == beam[0].score}
 
@@ -277,8 +277,8 @@ def test_nothing_is_put_where_the_robot_is():
 
 def test_this_pallet_is_one_that_was_spoken_of():
     this, groups = "OBJ(f = this pallet)", [(thing,) for thing in ROW[:2]]
-    about = around(spoken=frozenset({"a"}))
-    assert of_groups("spoken-of", this, groups, about).tolist() == [0, UNLIKELY]
+    problem = around(spoken=frozenset({"a"}))
+    assert of_groups("spoken-of", this, groups, problem).tolist() == [0, UNLIKELY]
     assert not of_groups("spoken-of", this, groups, around()).any()
 
 

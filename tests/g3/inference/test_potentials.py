@@ -106,8 +106,8 @@ def test_without_what_adds_nothing_nothing_changes(model, annotation, data):
 )
 def test_what_is_switched_off_adds_nothing(notation, rule, model, dock):
     def spoken(without):
-        about = Grounder(Scorer(model), without=without)
-        plans = about.follow(parse_brackets(notation), dock, explain=True, top=8, least=0.0).plans
+        problem = Grounder(Scorer(model), without=without)
+        plans = problem.follow(parse_brackets(notation), dock, explain=True, top=8, least=0.0).plans
         reasons = {r.feature for plan in plans for g in plan.groundings for r in g.reasons}
         return [plan.score for plan in plans], reasons
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
+from g3.actions.forklift_actions import BACK_UP, CARRY, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import object_groups, square
-from g3.actions.logged_actions import centre
 from g3.actions.robot_state import centres, start_state
+from g3.geometry.footprints import centre
 from g3.groundings import Prism
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import RandomCost, Scorer
-from g3.inference.problem.grounding_problem import Candidate, Surroundings
+from g3.inference.problem.grounding_problem import Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.search.thing_search import ground_thing, likely
 from g3.sdc.sdc_notation import parse_brackets
@@ -22,7 +23,7 @@ from tests.g3.inference.exact import best_groundings
 
 def surroundings(context, cost, **options):
     state = start_state(context)
-    return Surroundings(state, scene_of(state.context), cost, **options)
+    return GroundingProblem(state, scene_of(state.context), cost, **options)
 
 
 @pytest.mark.parametrize("learned", [True, False])
@@ -39,17 +40,17 @@ def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, mod
     cost = Scorer(model) if learned else ConstantCost()
     few = (*dock.objects[:4], dock.agent)
     tree = Tree(parse_brackets(notation))
-    about = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
-    score, groundings = best_groundings(tree, 0, about)
-    found = ground_thing(tree, 0, about)[0]
+    problem = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
+    score, groundings = best_groundings(tree, 0, problem)
+    found = ground_thing(tree, 0, problem)[0]
     assert found.score == pytest.approx(score)
     assert {n: group for n, (group, _) in found.nodes.items()} == groundings
 
 
 def test_candidates_with_equal_scores_keep_the_order_of_the_context(dock):
-    about = surroundings(dock, ConstantCost())
+    problem = surroundings(dock, ConstantCost())
     tree = Tree(parse_brackets("OBJ(f = the pallet)"))
-    singles = [c.group[0].id for c in ground_thing(tree, 0, about) if len(c.group) == 1]
+    singles = [c.group[0].id for c in ground_thing(tree, 0, problem) if len(c.group) == 1]
     assert singles == [o.id for o in dock.objects][: len(singles)]
 
 
@@ -62,27 +63,27 @@ def test_random_costs_are_the_same_when_asked_again(dock):
 def test_a_loaded_fork_picks_nothing_up(dock):
     state = start_state(dock)
     focus = Focus(themes=("tires-2", "boxes-1"), has_theme=True)
-    pick = Action("pick up", "tires-2")
+    pick = Action(PICK_UP, "tires-2")
     assert pick in possible_actions(state, focus)
     after = result(state, pick, move(state, [pick]), 0)
     assert after.held == "tires-2"
     kinds = {a.kind for a in possible_actions(after, focus)}
-    assert "put down" in kinds
-    assert not kinds & {"pick up", "carry"}
+    assert PUT_DOWN in kinds
+    assert not kinds & {PICK_UP, CARRY}
 
 
 def test_a_load_goes_with_the_robot_and_stays_where_it_is_put_down(dock):
     state = start_state(dock)
-    pick = Action("pick up", "tires-2")
+    pick = Action(PICK_UP, "tires-2")
     held = result(state, pick, move(state, [pick]), 0)
-    back = Action("back up", amount=-4.0)
+    back = Action(BACK_UP, amount=-4.0)
     backed = result(held, back, move(held, [back]), 0)
     way = backed.pose[:2] - held.pose[:2]
     moved = backed.thing("tires-2").prism.xy - held.thing("tires-2").prism.xy
     assert np.linalg.norm(way) == pytest.approx(4.0)
     assert np.allclose(moved, way)
     spot = square(held.pose[:2] + np.array([0.0, 8.0]), 0.0, 0.0)
-    put = Action("put down", "tires-2", place=spot)
+    put = Action(PUT_DOWN, "tires-2", place=spot)
     down = result(held, put, move(held, [put]), 0)
     assert down.held is None
     assert np.allclose(

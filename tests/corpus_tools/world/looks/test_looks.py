@@ -31,6 +31,7 @@ FROM_BOX = {
     "truck": (np.array([0.02, 0.15, 0.0]), np.array([0.06, 0.15, 0.0])),
     "trailer": (np.array([0.02, 0.0, 0.0]), np.array([DRAWBAR_LENGTH + 0.12, 0.0, 0.0])),
 }
+FROM_BOX["flatbed-truck"] = FROM_BOX["truck"]
 """How far looks may reach out of their boxes, besides the tolerance: mirrors and lamps of a
 truck, the drawbar of a trailer. Both reach down to the ground, a truck's cab to its top."""
 THINGS = sorted(set(KINDS) - {"forklift"})
@@ -85,7 +86,7 @@ def test_looks_fill_their_boxes(kind: str, factor: float) -> None:
     low, high = shape.low - below - TOLERANCE_M, shape.high + above + TOLERANCE_M
     if kind in FROM_BOX:
         low[2] = ground_m - TOLERANCE_M
-    if kind == "truck":
+    if kind in ("truck", "flatbed-truck"):
         high[2] = ground_m + CAB_TOP + 0.06  # lamps on the cab
     assert (seen >= low).all()
     assert (seen <= high).all()
@@ -226,3 +227,28 @@ def test_any_context_can_be_seen(context: Context, kind: str) -> None:
     assert np.isfinite(model.mesh_vert).all()
     item = context.objects[0]
     assert dressed(kind, shape_of(item), -item.trajectory.xyz[0, 2]).ngeom >= 1
+
+
+@pytest.mark.parametrize(
+    ("labels", "kind"),
+    [
+        (("tire", "assembly", "pallet"), "tire-pallet"),
+        (("flatbed", "trailer"), "trailer"),
+        (("flatbed truck",), "flatbed-truck"),
+        (("semi", "truck"), "semi-truck"),
+        (("truck",), "truck"),
+        (("refrigerator", "pallet"), "refrigerator-pallet"),
+        (("washing machine pallet",), "washing-machine-pallet"),
+        (("generator", "pallet"), "generator-pallet"),
+        (("generator", "accessories", "pallet"), "generator-accessories-pallet"),
+        (("Bricks", "pallet"), "bricks-pallet"),
+        (("ship_container",), "container"),
+        (("sign", "post"), "sign"),
+        (("berm",), "berm"),
+        (("operator",), "person"),
+        (("drum of 55 gallons",), "barrel"),
+        (("spaceship",), "other"),
+    ],
+)
+def test_labels_of_other_corpora_are_understood(labels: tuple[str, ...], kind: str) -> None:
+    assert kind_of(labels).name == kind

@@ -1,0 +1,1 @@
+"""What people work on: who has which item, answers kept once, and what videos show."""

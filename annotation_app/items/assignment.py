@@ -1,0 +1,291 @@
+"""Who gets which item: slots are leased for a time, on any database."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+from sqlalchemy import (
+    BindParameter,
+    ColumnElement,
+    Float,
+    UpdateBase,
+    bindparam,
+    exists,
+    func,
+    or_,
+    select,
+    update,
+)
+from sqlalchemy.orm import Session
+from sqlalchemy.sql.dml import ReturningUpdate
+
+from annotation_app.items.elapsed import since_boot
+from annotation_app.store.database import core, dialect_of, inserting
+from annotation_app.store.models import Answer, Handout, Item, Person, Record, Slot, Study, TaskName
+
+Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
+"""Why somebody gets no item: they have done all there is for them, they may not take
+part, others are at work on what is left, or there is nothing (left) in the study."""
+
+
+_TABLES = (Answer, Handout, Item, Person, Slot, Study)
+ANSWER, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
+
+# Statements are built once: that takes several times as long as to run them.
+_STUDY: BindParameter[str] = bindparam("of_study")
+_TASK: BindParameter[str] = bindparam("of_task")
+_WHO: BindParameter[str] = bindparam("who")
+_NUMBER: BindParameter[int] = bindparam("number")
+_ITEM_ID: BindParameter[str] = bindparam("item")
+_NOW: BindParameter[float] = bindparam("at_present")
+_UNTIL: BindParameter[float] = bindparam("until", type_=Float)
+SLACK_S = 3600.0
+"""How much longer than a new lease an earlier one may last."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lease:
+    """An item that is somebody's until a time."""
+
+    item_id: str
+    expires_at: float
+
+
+class Work(NamedTuple):
+    """An item that is or was somebody's, and its study.
+
+    It has what :class:`~annotation_app.store.models.Item` has and people's requests need: objects
+    of the database's own take several times as long to make.
+    """
+
+    who: str
+    id: str
+    task: TaskName
+    subject: str
+    study_id: str
+    study_name: str
+    payload: Record
+    config: Record
+    attention: bool
+
+
+AnyItem: TypeAlias = Item | Work
+
+
+def lock_person(session: Session, person_id: str) -> None:
+    """Let no other transaction do anything for a person until this one ends."""
+    if dialect_of(session) != "sqlite":  # there is one writer at a time
+        session.execute(_LOCK, {"who": person_id})
+
+
+def take(
+    session: Session,
+    study_id: str,
+    task: TaskName,
+    person: Person,
+    *,
+    now: float,
+    lease_s: float,
+    attention_share: float = 0.0,
+    in_random_order: bool = False,
+) -> Lease | Reason:
+    """Give a person an item to work on, the one that they already have if there is one.
+
+    A slot is free if it is neither answered nor leased. Nobody gets an item whose subject
+    they have answered, which they have skipped, or of which they are the author. One
+    statement finds a slot and takes it, passing by those that others are taking.
+
+    Parameters
+    ----------
+    attention_share
+        Part of a person's items whose right answers are known.
+    in_random_order
+        Whether any item may come first, rather than the one of the lowest rank.
+    """
+    lock_person(session, person.id)
+    if person.blocked_at is not None:
+        return "blocked"
+    about = {"of_study": study_id, "of_task": task, "who": person.id}
+    times = {"at_present": now, "until": now + lease_s}
+    held = session.scalar(_HELD, about)
+    if held and extend(session, held, person.id, now=now, lease_s=lease_s):
+        return Lease(held, now + lease_s)
+    if _wants_attention(session, about, attention_share):
+        item_id = session.scalar(_ATTENTION, about)
+        if item_id is not None:  # with a slot of the person's own
+            session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
+            return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
+    taken = session.scalar(_TAKE_ANY if in_random_order else _TAKE, {**about, **times})
+    if taken is None:
+        return _reason(session, about)
+    return _handed_out(session, taken, person, now=now, lease_s=lease_s)
+
+
+def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
+    """Give an item back that somebody has and hasn't answered, and won't get again."""
+    about = {"item": item_id, "who": who, "at_present": now}
+    session.execute(_GIVE_BACK, about)
+    session.execute(_SKIP, about)
+
+
+def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: float) -> bool:
+    """Lease an item on to the person who has it; whether they still have it."""
+    about = {"item": item_id, "who": who, "until": now + lease_s}
+    return session.scalar(_EXTEND, about) is not None
+
+
+def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | None:
+    """An item, if it is or was a person's, whose session of that number hasn't ended."""
+    about = {"item": item_id, "who": who, "number": number}
+    found = session.execute(_HANDED_OUT, about).first()
+    return None if found is None else Work(who, *found)
+
+
+def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
+    """What is true of slots that are neither answered nor leased."""
+    return SLOT.c.answered.is_(False), or_(SLOT.c.person_id.is_(None), SLOT.c.expires_at < now)
+
+
+def _can_be_taken() -> tuple[ColumnElement[bool], ...]:
+    """What is true of slots that are free, also after the clock was set back.
+
+    A lease that ends long after a new one would was made while the clock was ahead.
+    """
+    unanswered, free = is_free(_NOW)
+    return unanswered, or_(free, SLOT.c.expires_at > _UNTIL + SLACK_S)
+
+
+def _handed_out(
+    session: Session, item_id: str, person: Person, *, now: float, lease_s: float
+) -> Lease:
+    given = {"item": item_id, "who": person.id, "at_present": now, **since_boot()}
+    session.execute(_hand_out(dialect_of(session)), given)
+    return Lease(item_id, now + lease_s)
+
+
+def _wants_attention(session: Session, about: Mapping[str, str], share: float) -> bool:
+    """Whether the person has had fewer attention checks than the share of what they did."""
+    if not share:
+        return False
+    done, checks = session.execute(_DONE, about).one()
+    return bool(checks < int((done + 1) * share))
+
+
+def _is_new() -> tuple[ColumnElement[bool], ...]:
+    """What is true of items that a person may get, if there is a free slot."""
+    other = SLOT.alias()
+    return (
+        or_(ITEM.c.author_id.is_(None), ITEM.c.author_id != _WHO),
+        ~exists().where(other.c.item_id == ITEM.c.id, other.c.person_id == _WHO),
+        ~exists().where(
+            HANDOUT.c.item_id == ITEM.c.id,
+            HANDOUT.c.person_id == _WHO,
+            HANDOUT.c.skipped_at.is_not(None),
+        ),
+        ~exists().where(
+            ANSWER.c.person_id == _WHO,
+            ANSWER.c.task == ITEM.c.task,
+            ANSWER.c.subject == ITEM.c.subject,
+        ),
+    )
+
+
+_OF_TASK = (ITEM.c.study_id == _STUDY, ITEM.c.task == _TASK)
+_OWN = (SLOT.c.item_id == _ITEM_ID, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
+
+
+def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
+    """Take the first free slot."""
+    free = (
+        select(SLOT.c.id)
+        .join(ITEM)
+        .where(*_OF_TASK, ITEM.c.attention.is_(False), *_can_be_taken(), *_is_new())
+        .order_by(*order)
+        .limit(1)
+        .with_for_update(of=SLOT, skip_locked=True)
+    )
+    return (
+        update(SLOT)
+        .where(SLOT.c.id == free.scalar_subquery(), *_can_be_taken())
+        .values(person_id=_WHO, expires_at=_UNTIL)
+        .returning(SLOT.c.item_id)
+    )
+
+
+_TAKE = _take(ITEM.c.rank, ITEM.c.id, SLOT.c.id)
+_TAKE_ANY = _take(func.random())
+_LOCK = select(PERSON.c.id).where(PERSON.c.id == _WHO).with_for_update()
+_EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL).returning(SLOT.c.id)
+_GIVE_BACK = update(SLOT).where(*_OWN).values(person_id=None, expires_at=None)
+_SKIP = (
+    update(HANDOUT)
+    .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
+    .values(skipped_at=_NOW)
+)
+_DONE = (
+    select(func.count(), func.count().filter(ITEM.c.attention))
+    .select_from(ANSWER)
+    .join(ITEM)
+    .where(*_OF_TASK, ANSWER.c.person_id == _WHO)
+)
+_ATTENTION = (
+    select(ITEM.c.id)
+    .where(*_OF_TASK, ITEM.c.attention, *_is_new())
+    .order_by(func.random())
+    .limit(1)
+)
+_UNANSWERED = (
+    select(SLOT.c.id)
+    .join(ITEM)
+    .where(*_OF_TASK, ITEM.c.attention.is_(False), SLOT.c.answered.is_(False))
+    .limit(1)
+)
+_UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
+_ANSWERED = select(ANSWER.c.id).join(ITEM).where(*_OF_TASK, ANSWER.c.person_id == _WHO).limit(1)
+_HELD = (
+    select(ITEM.c.id)
+    .join(SLOT)
+    .where(*_OF_TASK, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
+    .order_by(ITEM.c.rank, ITEM.c.id)
+    .limit(1)
+)
+_HANDED_OUT = (
+    select(
+        ITEM.c.id,
+        ITEM.c.task,
+        ITEM.c.subject,
+        STUDY.c.id,
+        STUDY.c.name,
+        ITEM.c.payload,
+        STUDY.c.config,
+        ITEM.c.attention,
+    )
+    .select_from(HANDOUT)
+    .join(ITEM, ITEM.c.id == HANDOUT.c.item_id)
+    .join(STUDY, STUDY.c.id == ITEM.c.study_id)
+    .join(PERSON, PERSON.c.id == HANDOUT.c.person_id)
+    .where(
+        HANDOUT.c.item_id == _ITEM_ID,
+        HANDOUT.c.person_id == _WHO,
+        PERSON.c.session_number == _NUMBER,
+    )
+)
+
+
+@functools.cache
+def _hand_out(dialect: str) -> UpdateBase:
+    read: dict[str, BindParameter[Any]] = {n: bindparam(n) for n in ("boot", "since_boot_s")}
+    given = {"item_id": _ITEM_ID, "person_id": _WHO, "at": _NOW, **read}
+    statement: UpdateBase = inserting(dialect, Handout).values(given).on_conflict_do_nothing()
+    return statement.returning(HANDOUT.c.at)
+
+
+def _reason(session: Session, about: Mapping[str, str]) -> Reason:
+    if session.scalar(_UNANSWERED_NEW, about) is not None:
+        return "all taken"
+    if session.scalar(_ANSWERED, about) is not None:
+        return "done"
+    return "nothing to do" if session.scalar(_UNANSWERED, about) is None else "done"

@@ -1,0 +1,36 @@
+"""The world of an item's video, and what its things are called on the item's page."""
+
+from __future__ import annotations
+
+from sqlalchemy.orm import Session
+
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.media import Files, media_files
+from annotation_app.items.scenes import Aliases, Scene, aliases, read_scene
+from annotation_app.store.models import Record
+
+
+def scene_of(session: Session, study_id: str, video: str) -> Scene:
+    """The world of a video."""
+    return _shown(media_files(session, study_id, video), video)
+
+
+def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:
+    """A video's world and what its things are called in an item."""
+    scene = scene_of(session, item.study_id, video)
+    return scene, aliases(scene, item.id, salt)
+
+
+def watched(session: Session, item: AnyItem) -> Record:
+    """What a page needs to show an item's video: ``video``, ``poster`` and ``duration_s``."""
+    video = item.payload["video"]
+    files = media_files(session, item.study_id, video)
+    return {
+        "video": files.public.get("video"),
+        "poster": files.public.get("poster"),
+        "duration_s": _shown(files, video).duration_s,
+    }
+
+
+def _shown(files: Files, video: str) -> Scene:
+    return read_scene(files.paths["manifest"].parent, files.paths.get("corpus"), video)

@@ -1,0 +1,102 @@
+"""Videos and pictures, under names that tell nothing, with ranges so that people can scrub."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from flask import Blueprint, redirect, send_file
+from sqlalchemy import bindparam, select
+from sqlalchemy.orm import Session
+from werkzeug.wrappers import Response as BaseResponse
+
+from annotation_app.core.problems import Refusal
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Media
+
+TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
+"""What people may see, of the files that are kept of a video."""
+
+blueprint = Blueprint("media", __name__)
+
+
+@blueprint.get("/media/<media_id>")
+def media(media_id: str) -> BaseResponse:
+    """A file, or where a copy of it is, to people who are signed in."""
+    with reading(installation().engine) as session:
+        required_person(session)
+        found = session.get(Media, media_id)
+    if found is None or found.role not in TYPES:
+        raise Refusal(404, "There is no such file.")
+    copies = installation().config.media_url
+    if copies:
+        elsewhere = redirect(f"{copies.rstrip('/')}/{public_name(found)}")
+        elsewhere.headers["Cache-Control"] = "private, max-age=3600"
+        return elsewhere
+    if not Path(found.path).is_file():
+        raise Refusal(404, "There is no such file.")
+    response = send_file(
+        found.path, mimetype=TYPES[found.role], conditional=True, etag=found.sha256
+    )
+    response.headers["Cache-Control"] = "private, max-age=86400"
+    response.headers.pop("Content-Disposition", None)
+    response.headers.pop("Last-Modified", None)
+    return response
+
+
+def public_name(found: Media) -> str:
+    """What a copy of a file is called; it tells nothing, and changes with the file."""
+    return f"{found.id}-{found.sha256[:12]}{Path(found.path).suffix}"
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """A video's files by their roles.
+
+    Parameters
+    ----------
+    public
+        The names under which people may see some of them.
+    paths
+        Where they are.
+    """
+
+    public: Mapping[str, str]
+    paths: Mapping[str, Path]
+
+
+_FILES = select(Media.role, Media.id, Media.path).where(
+    Media.study_id == bindparam("study"), Media.video == bindparam("video")
+)
+
+
+def media_files(session: Session, study_id: str, video: str) -> Files:
+    """The files of a video."""
+    rows = session.execute(_FILES, {"study": study_id, "video": video}).all()
+    return Files(
+        {role: name for role, name, _ in rows if role in TYPES},
+        {role: Path(path) for role, _, path in rows},
+    )
+
+
+def media_path(session: Session, study_id: str, video: str, role: str) -> Path | None:
+    """Where one of a video's files is, if it has such a file."""
+    path = session.scalar(
+        select(Media.path).where(
+            Media.study_id == study_id, Media.video == video, Media.role == role
+        )
+    )
+    return None if path is None else Path(path)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(2**20):
+            found.update(block)
+    return found.hexdigest()

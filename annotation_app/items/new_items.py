@@ -1,0 +1,91 @@
+"""Making items: what they are about, and how many answers they want.
+
+What an item is about says what it was made of, so that all that was made of an answer is found
+when the answer is replaced, or its author's data are erased:
+
+- the payload of what shows a command has ``"command"``, the id of the answer that is the command;
+- the subject of what was made of another answer is :func:`about_answer`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import bindparam, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.random_ids import new_id
+from annotation_app.store.models import Answer, Item, Media, Record, Slot, Study, TaskName
+from annotation_app.studies.study_file import StudyConfig
+
+REPLACED = "replaced "
+"""How the subjects of items begin that were made of an answer that has been replaced."""
+
+
+@dataclass(frozen=True, slots=True)
+class NewItem:
+    """An item to be made, if there is none about its subject yet.
+
+    Parameters
+    ----------
+    subject
+        What it is about: nobody answers a task about a subject twice.
+    payload
+        What the server knows of it. All have ``"video"``, and those about a command ``"text"``.
+    author_id
+        Who must not get it.
+    attention
+        Whether the right answer is known.
+    """
+
+    task: TaskName
+    subject: str
+    payload: Record
+    author_id: str | None = None
+    attention: bool = False
+
+
+_VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
+_KNOWN = select(Item.id).where(
+    Item.study_id == bindparam("study"),
+    Item.task == bindparam("of_task"),
+    Item.subject == bindparam("of_subject"),
+)
+
+
+def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) -> Item | None:
+    """Add an item with its slots; None if there is one about its subject."""
+    about = {"study": study.id, "of_task": new.task, "of_subject": new.subject}
+    if session.scalar(_KNOWN, about) is not None:
+        return None
+    item = Item(
+        id=new_id(),
+        study_id=study.id,
+        task=new.task,
+        subject=new.subject,
+        payload=new.payload,
+        rank=draws(config, new.subject).random(),
+        author_id=new.author_id,
+        attention=new.attention,
+    )
+    slots = 0 if new.attention else config.tasks[new.task].answers
+    item.slots = [Slot(answered=False) for _ in range(slots)]
+    session.add(item)
+    return item
+
+
+def about_answer(answer: Answer) -> str:
+    """The subject of the items that are made of an answer that is no command."""
+    return f"answer {answer.id}"
+
+
+def videos_of(session: Session, study_id: str) -> list[str]:
+    """The names of a study's videos."""
+    return sorted(session.scalars(_VIDEOS, {"study": study_id}))
+
+
+def draws(config: StudyConfig, subject: str) -> np.random.Generator:
+    """Random numbers that are the same each time for a subject."""
+    return np.random.default_rng([config.seed, zlib.crc32(subject.encode())])

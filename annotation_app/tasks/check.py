@@ -1,0 +1,203 @@
+"""Check: people tell whether clauses match what was drawn at random for them.
+
+An item's payload is ``{"video", "text", "command", "sdcs", "grounding": id of the answer, "shown":
+{node: {"video", "objects": [ids], "places": [indices]}}}``. The page sends ``{"verdicts": {node:
+True, False or "cant_tell"}}``, which is kept. The answers make a corpus's negatives (section 4.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import aliases_of, scene_of
+from annotation_app.items.media import media_files
+from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
+from annotation_app.items.scenes import scene_payload
+from annotation_app.store.models import Answer, Item, Record
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.agreement import Measured, by_clause, measured
+from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.exported_groundings import checked_negative
+from annotation_app.tasks.practice_example import PracticeExample
+from annotation_app.tasks.task_record import GROUNDINGS, Counts, Source, Task, TaskWords
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import from_json
+
+
+class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Whether clauses match what was shown with them."""
+
+    verdicts: dict[str, bool | Literal["cant_tell"]]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckCounts:
+    """How many clauses were checked."""
+
+    checks: int
+
+
+def _payload(session: Session, item: Item, salt: bytes) -> Record:
+    shown = item.payload["shown"]
+    videos = list(dict.fromkeys(shown[node]["video"] for node in shown))
+    worlds = {video: aliases_of(session, item, video, salt) for video in videos}
+    clauses = []
+    for clause in clauses_of(from_json(item.payload["sdcs"])):
+        grounding = shown.get(str(clause["node"]))
+        if grounding is None:
+            continue
+        names = worlds[grounding["video"]][1]
+        objects = {real: alias for alias, real in names.objects.items()}
+        places = {index: alias for alias, index in names.places.items()}
+        found = {
+            "scene": videos.index(grounding["video"]),
+            "objects": [objects[real] for real in grounding["objects"]],
+            "places": [places[index] for index in grounding["places"]],
+        }
+        clauses.append({**clause, "shown": found})
+    return {
+        "command": item.payload["text"],
+        "sdcs": item.payload["sdcs"],
+        "clauses": clauses,
+        "scenes": [
+            scene_payload(*worlds[video], media_files(session, item.study_id, video).public)
+            for video in videos
+        ],
+    }
+
+
+def _check(
+    _session: Session, item: AnyItem, answer: Checked, _salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    shown = item.payload["shown"]
+    missing = sorted(shown.keys() - answer.verdicts.keys(), key=int)
+    unknown = sorted(answer.verdicts.keys() - shown.keys())
+    problems = [FieldProblem(node, "Tell whether this matches.") for node in missing]
+    problems += [FieldProblem(node, "There is no such clause to check.") for node in unknown]
+    return {"verdicts": dict(answer.verdicts)}, problems
+
+
+def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
+    subject = about_answer(answer)
+    shown = random_groundings(session, item, answer.body, draws(config, subject))
+    if shown:
+        about = {key: item.payload[key] for key in ("text", "command", "video", "sdcs")}
+        yield NewItem("check", subject, {**about, "grounding": answer.id, "shown": shown})
+
+
+def random_groundings(
+    session: Session, item: Item, body: Record, rng: np.random.Generator
+) -> Mapping[str, Record]:
+    """As many random groundings for each clause as it has right ones (section 4.1).
+
+    They come from all videos; what happens comes from another video than the command's.
+    """
+    own = item.payload["video"]
+    videos = videos_of(session, item.study_id)
+    others = [video for video in videos if video != own]
+    shown: dict[str, Record] = {}
+    for node, sdc in enumerate(breadth_first(from_json(item.payload["sdcs"]))):
+        if sdc.type in ("EVENT", "PATH"):
+            if others:
+                video = others[int(rng.integers(len(others)))]
+                shown[str(node)] = {"video": video, "objects": [], "places": []}
+            continue
+        right = body["groundings"].get(str(node))
+        count = len(right["objects"]) + len(right["places"]) if right is not None else 0
+        if right is None or not count:
+            continue
+        video = videos[int(rng.integers(len(videos)))]
+        context = scene_of(session, item.study_id, video).context
+        kind = "objects" if right["objects"] or not context.places else "places"
+        pool: list[Any] = (
+            [o.id for o in context.objects] if kind == "objects" else [*range(len(context.places))]
+        )
+        if video == own:
+            known = [place.get("place") for place in right["places"]]
+            pool = [thing for thing in pool if thing not in (*right["objects"], *known)]
+        picks = rng.choice(len(pool), size=min(count, len(pool)), replace=False)
+        drawn: Record = {"video": video, "objects": [], "places": []}
+        drawn[kind] = [pool[int(i)] for i in sorted(picks)]
+        if drawn[kind]:
+            shown[str(node)] = drawn
+    return shown
+
+
+def _export(parts: CorpusParts) -> None:
+    """Add what was drawn at random for adopted groundings, as far as somebody has checked it."""
+    session, study = parts.session, parts.study
+    verdicts: dict[str, list[Record]] = {}
+    for answer, item in answers_of(session, study, "check", adopted=True):
+        verdicts.setdefault(item.id, []).append(answer.body["verdicts"])
+    still_adopted = {answer.id for answer, _ in answers_of(session, study, "ground", adopted=True)}
+    items = session.scalars(
+        select(Item).where(Item.study_id == study.id, Item.task == "check").order_by(Item.subject)
+    )
+    for item in items:
+        if item.id in verdicts and item.payload["grounding"] in still_adopted:
+            command = parts.commands[item.payload["command"]]
+            parts.annotations.append(
+                checked_negative(item, command, parts.worlds, verdicts[item.id])
+            )
+
+
+def _example(practice: PracticeExample) -> Record:
+    shown = {"scene": 0, "objects": ["thing-b"], "places": []}
+    return {
+        "command": practice.command,
+        "sdcs": practice.sdcs,
+        "clauses": [
+            {**clause, "shown": shown} for clause in practice.clauses if clause["type"] == "OBJECT"
+        ],
+        "scenes": [practice.scene],
+    }
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    return CheckCounts(sum(len(body["verdicts"]) for body, _ in answers))
+
+
+def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
+    return measured(by_clause(items, "verdicts", str))
+
+
+CHECK = Task(
+    name="check",
+    words=TaskWords(
+        title="Check",
+        summary="Tell whether parts of a command match what is shown.",
+        offer="Tell whether parts of commands match what is shown.",
+        instructions=(
+            "For each clause something is shown that was drawn at random. It need not be what the "
+            "command was about, and mostly it isn't.",
+            "Choose “It matches” if the words of this clause could well mean what is shown, "
+            "looking at nothing but these words.",
+            "Choose “It doesn't match” if nobody would mean this by the words.",
+        ),
+        keys=(
+            ("Y N X", "it matches, it doesn't, can't tell"),
+            ("[ ]", "go from clause to clause"),
+            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("Ctrl Enter", "send"),
+        ),
+    ),
+    template="tasks/check.html",
+    answer=Checked,
+    payload=_payload,
+    check=_check,
+    example=_example,
+    source=Source(GROUNDINGS, _items, lambda payload, answer: payload["grounding"] == answer.id),
+    export=_export,
+    counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
+    agreement=_measured,
+)

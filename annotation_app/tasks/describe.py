@@ -1,0 +1,127 @@
+"""Describe: people watch a video and type the command that it fulfils.
+
+An item's payload is ``{"video"}``. The page sends ``{"text", "played_to_end", "watched_s"}``; text
+and time are kept. An answer is a command at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.core.sent_text import clean_text
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import watched
+from annotation_app.items.new_items import NewItem
+from annotation_app.store.models import Item, Record
+from annotation_app.tasks.answer_types import Seconds
+from annotation_app.tasks.corpus_parts import CorpusParts, add_commands
+from annotation_app.tasks.task_record import COMMAND, Counts, Task, TaskWords
+
+LONGEST_TEXT = 2000
+LONGEST_COMMAND_WORDS = 200
+SAME_TEXTS = 3
+"""How often somebody may type the same."""
+
+
+class Described(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A command for what a video shows."""
+
+    text: str
+    played_to_end: bool
+    watched_s: Seconds = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CommandCounts:
+    """What there is of commands."""
+
+    commands: int
+    words: int
+    vocabulary: int
+
+
+def text_problems(text: str) -> Iterator[FieldProblem]:
+    """What is wrong with a command that somebody has typed."""
+    if not any(character.isalnum() for character in text):
+        yield FieldProblem("text", "Type what you would tell the operator to do.")
+    elif len(text) > LONGEST_TEXT:
+        message = f"This is {len(text)} characters long. Use at most {LONGEST_TEXT}."
+        yield FieldProblem("text", message)
+    elif len(text.split()) > LONGEST_COMMAND_WORDS:
+        yield FieldProblem("text", f"Use at most {LONGEST_COMMAND_WORDS} words for the command.")
+
+
+def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
+    """Whether somebody has typed the same command again and again."""
+    texts = [body["text"].casefold() for body in bodies]
+    same = max((texts.count(text) for text in set(texts)), default=0)
+    if same >= SAME_TEXTS:
+        yield f"typed the same command {same} times"
+
+
+def _payload(session: Session, item: Item, _salt: bytes) -> Record:
+    return watched(session, item)
+
+
+def _check(
+    _session: Session, _item: AnyItem, answer: Described, _salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    text = clean_text(answer.text)
+    problems = [*text_problems(text)]
+    if not answer.played_to_end:
+        problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
+    return {"text": text, "watched_s": answer.watched_s}, problems
+
+
+def _of_video(video: str, sha256: str) -> NewItem:
+    # A video is the same for a person in any study, if its file is.
+    return NewItem("describe", f"video {sha256}", {"video": video})
+
+
+def _export(parts: CorpusParts) -> None:
+    add_commands(parts, "describe")
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    texts = [body["text"].split() for body, _ in answers]
+    different = {word.casefold().strip(".,;:!?") for text in texts for word in text}
+    return CommandCounts(len(texts), sum(map(len, texts)), len(different))
+
+
+DESCRIBE = Task(
+    name="describe",
+    words=TaskWords(
+        title="Describe",
+        summary="Watch a video and type the command that it fulfils.",
+        offer="Watch short videos and type a command for each.",
+        instructions=(
+            "Watch the video to its end. You may watch it again as often as you like.",
+            "Imagine that you had told an expert operator to do exactly this. Type the command "
+            "that you would have given, in your own words, in English.",
+            "Say what is to be done, not what you see: the operator hears you before anything "
+            "has happened, and sees the same scene.",
+            "Write as you would speak. There is no single right answer.",
+        ),
+    ),
+    template="tasks/describe.html",
+    answer=Described,
+    payload=_payload,
+    check=_check,
+    example=lambda scene: scene.watched,
+    hides_title=True,
+    gives=COMMAND,
+    of_video=_of_video,
+    export=_export,
+    counts=Counts(
+        CommandCounts,
+        _counts,
+        {"commands": "commands", "words": "words", "vocabulary": "different words"},
+    ),
+    oddities=typed_often,
+)

@@ -1,0 +1,152 @@
+"""Between the answers of people and a corpus: what they showed, and what was drawn at random."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from annotation_app.items.trims import trimmed
+from annotation_app.store.models import Answer, Item, Record
+from annotation_app.tasks.corpus_parts import World
+from g3.annotation import Annotation, Command
+from g3.geometry.footprints import covers
+from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism
+from g3.groundings import Path as GroundedPath
+from g3.sdc.clauses import SDC, breadth_first, child_indices
+from g3.sdc.sdc_notation import from_json
+
+PLACE_HEIGHT_M = 0.3
+
+
+def positive(
+    answer: Answer, item: Item, command: Command, worlds: Mapping[str, World]
+) -> Annotation:
+    """What somebody showed, as the annotation of a command."""
+    world = worlds[item.payload["video"]]
+    sdcs = from_json(item.payload["sdcs"])
+    trims = _trims(sdcs, answer.body["trims"])
+    things = {thing.id: thing for thing in world.context.objects}
+    groundings: list[tuple[Grounding, ...]] = []
+    for node, sdc in enumerate(breadth_first(sdcs)):
+        if sdc.type in ("EVENT", "PATH"):
+            # In a world of which no log tells what moved, nothing happens.
+            moves = len(world.context.agent.trajectory) > 1
+            groundings.append((_happening(world, sdc, trims[node]),) if moves else ())
+            continue
+        given = answer.body["groundings"].get(str(node))
+        found: list[Grounding] = []
+        if given is not None:
+            found += [things[thing] for thing in given["objects"]]
+            found += [_place(place, world.context) for place in given["places"]]
+        groundings.append(tuple(found))
+    return Annotation(
+        id=f"{command.id}/positive",
+        command=command,
+        context=world.context,
+        sdcs=sdcs,
+        groundings=tuple(groundings),
+        correct=tuple(True if found else None for found in groundings),
+        source="positive",
+    )
+
+
+def checked_negative(
+    item: Item, command: Command, worlds: Mapping[str, World], verdicts: Sequence[Record]
+) -> Annotation:
+    """What was drawn at random for a command, with the labels that most people gave."""
+    sdcs = from_json(item.payload["sdcs"])
+    groundings: list[tuple[Grounding, ...]] = []
+    correct: list[bool | None] = []
+    for node, sdc in enumerate(breadth_first(sdcs)):
+        shown = item.payload["shown"].get(str(node))
+        if shown is None:
+            groundings.append(())
+            correct.append(None)
+            continue
+        world = worlds[shown["video"]]
+        things = {thing.id: thing for thing in world.context.objects}
+        happens = sdc.type in ("EVENT", "PATH")
+        groundings.append(
+            (_happening(world, sdc, None),)
+            if happens
+            else (
+                *(things[thing] for thing in shown["objects"]),
+                *(world.context.places[index] for index in shown["places"]),
+            )
+        )
+        correct.append(_majority(verdict.get(str(node)) for verdict in verdicts))
+    return Annotation(
+        id=f"{command.id}/random",
+        command=command,
+        context=worlds[item.payload["video"]].context,
+        sdcs=sdcs,
+        groundings=tuple(groundings),
+        correct=tuple(correct),
+        source="random",
+    )
+
+
+def shown_groundings(annotation: Annotation) -> Record:
+    """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
+    places = {id(place): i for i, place in enumerate(annotation.context.places)}
+    known = {item.id for item in annotation.context.objects}
+    found: Record = {}
+    pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
+    for node, (sdc, groundings) in enumerate(pairs):
+        if sdc.type not in ("OBJECT", "PLACE") or not groundings:
+            continue
+        found[str(node)] = {
+            "objects": [
+                g.id for g in groundings if isinstance(g, PhysicalObject) and g.id in known
+            ],
+            "places": [
+                {"place": places[id(g)]} if id(g) in places else {"xy": g.prism.xy.tolist()}
+                for g in groundings
+                if isinstance(g, Place)
+            ],
+            "cant_tell": False,
+            "time_s": 0.0,
+        }
+    return found
+
+
+def _trims(
+    sdcs: tuple[SDC, ...], trims: Mapping[str, Sequence[float]]
+) -> dict[int, Sequence[float] | None]:
+    """For each clause the part of the video it refers to: its own, else that of what it is in."""
+    found: dict[int, Sequence[float] | None] = {}
+    for node, children in enumerate(child_indices(sdcs)):
+        found[node] = trims.get(str(node), found.get(node))
+        for child in (c for group in children.values() for c in group):
+            found[child] = found[node]
+    return found
+
+
+def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Grounding:
+    """What the robot does: all of the log, or a part."""
+    agent = world.context.agent
+    if trim is not None:
+        agent = trimmed(agent, world.start_s + trim[0], world.start_s + trim[1])
+    return agent if sdc.type == "EVENT" else GroundedPath(agent.trajectory)
+
+
+def _place(place: Record, context: Context) -> Place:
+    """One of the context's places, or what was marked, on top of what is there."""
+    if "place" in place:
+        return context.places[place["place"]]
+    xy = np.array(place["xy"], dtype=np.float64)
+    middle = xy.mean(axis=0)
+    tops = [
+        thing.prism.z_max
+        for thing in context.objects
+        if thing.id != context.agent_id and covers(thing.prism, middle)
+    ]
+    bottom = max(tops, default=float(context.agent.trajectory.xyz[0, 2]))
+    return Place(Prism(xy, bottom, bottom + PLACE_HEIGHT_M))
+
+
+def _majority(verdicts: Iterable[object]) -> bool | None:
+    counts = Counter(verdict for verdict in verdicts if isinstance(verdict, bool))
+    return None if counts[True] == counts[False] else counts[True] > counts[False]

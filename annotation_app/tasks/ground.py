@@ -1,0 +1,277 @@
+"""Ground: people show in pictures and on a map what the clauses of a command refer to.
+
+An item's payload is ``{"video", "text", "command", "sdcs"}``. The page sends ``{"groundings":
+{node: {"objects": [ids], "places": [{"xy"} or {"place": index}], "cant_tell", "time_s"}}, "trims":
+{node: [start_s, end_s]}}`` with the ids that it was told; real ones are kept. It is adopted as a
+segmentation is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import aliases_of
+from annotation_app.items.media import media_files
+from annotation_app.items.new_items import NewItem, about_answer
+from annotation_app.items.scenes import Aliases, Scene, scene_payload
+from annotation_app.store.models import Answer, Item, Record
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.agreement import Measured, by_clause, measured
+from annotation_app.tasks.answer_types import Coordinate, Seconds
+from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.exported_groundings import positive
+from annotation_app.tasks.grounding_comparison import (
+    compare,
+    essence,
+    grounding_key,
+    mixed_groundings,
+    shared_part,
+)
+from annotation_app.tasks.task_record import (
+    CLAUSES,
+    GROUNDINGS,
+    Adjudication,
+    Counts,
+    Source,
+    Task,
+    TaskWords,
+)
+from g3.geometry.plane import area, convex_hull
+from g3.sdc.clauses import all_words, breadth_first
+from g3.sdc.sdc_notation import from_json
+
+MOST_THINGS = 50
+SMALLEST_PLACE_M2 = 0.01
+FAR_M = 200.0
+"""How far from the map's things a place may be marked."""
+
+
+class MarkedPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A place: one of the map's, or corners on the map."""
+
+    xy: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=100)] | None = None
+    place: str | None = None
+
+
+class ClauseGrounding(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a clause refers to."""
+
+    objects: Annotated[list[str], msgspec.Meta(max_length=MOST_THINGS)] = []
+    places: Annotated[list[MarkedPlace], msgspec.Meta(max_length=MOST_THINGS)] = []
+    cant_tell: bool = False
+    time_s: Seconds = 0.0
+
+
+class Grounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The groundings of a command's clauses."""
+
+    groundings: dict[str, ClauseGrounding]
+    trims: dict[str, tuple[Seconds, Seconds]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class GroundingCounts:
+    """How many clauses are grounded in adopted answers."""
+
+    groundings: int
+
+
+def _payload(session: Session, item: Item, salt: bytes) -> Record:
+    video = item.payload["video"]
+    scene, names = aliases_of(session, item, video, salt)
+    sdcs = from_json(item.payload["sdcs"])
+    return {
+        "command": item.payload["text"],
+        "sdcs": item.payload["sdcs"],
+        "clauses": clauses_of(sdcs),
+        **scene_payload(scene, names, media_files(session, item.study_id, video).public),
+    }
+
+
+def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Record:
+    _, names = aliases_of(session, item, item.payload["video"], salt)
+    objects = {real: alias for alias, real in names.objects.items()}
+    places = {index: alias for alias, index in names.places.items()}
+
+    def again(grounding: Record) -> Record:
+        return {
+            **grounding,
+            "objects": [objects[real] for real in grounding["objects"]],
+            "places": [
+                {"place": places[place["place"]]} if "place" in place else place
+                for place in grounding["places"]
+            ],
+        }
+
+    groundings = {node: again(grounding) for node, grounding in body["groundings"].items()}
+    return {"groundings": groundings, "trims": body["trims"]}
+
+
+def _check(
+    session: Session, item: AnyItem, answer: Grounded, salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    problems: list[FieldProblem] = []
+    scene, names = aliases_of(session, item, item.payload["video"], salt)
+    nodes = list(breadth_first(from_json(item.payload["sdcs"])))
+    wanted = {
+        str(n)
+        for n, sdc in enumerate(nodes)
+        if sdc.type in ("OBJECT", "PLACE") and not sdc.is_implicit
+    }
+    trimmed = {str(n) for n, sdc in enumerate(nodes) if sdc.type in ("EVENT", "PATH")}
+    for node in sorted(answer.groundings.keys() - wanted):
+        problems.append(FieldProblem(node, "There is no such clause to ground."))
+    kept = {}
+    for node in sorted(wanted, key=int):
+        grounding = answer.groundings.get(node)
+        if grounding is None or not (grounding.objects or grounding.places or grounding.cant_tell):
+            phrase = " ".join(word.text for word in all_words(nodes[int(node)]))
+            problems.append(
+                FieldProblem(node, f'Show what "{phrase}" is, or choose "can\'t tell".')
+            )
+        else:
+            kept[node] = _clause_grounding(node, grounding, scene, names, problems)
+    for node, (start, end) in sorted(answer.trims.items()):
+        if node not in trimmed:
+            problems.append(FieldProblem(node, "There is no such clause to trim."))
+        elif not start < end <= scene.duration_s + 0.5:
+            problems.append(FieldProblem(node, "The part of the video must begin before it ends."))
+    trims = {node: list(trim) for node, trim in answer.trims.items()}
+    return {"groundings": kept, "trims": trims}, problems
+
+
+def _clause_grounding(
+    node: str,
+    grounding: ClauseGrounding,
+    scene: Scene,
+    names: Aliases,
+    problems: list[FieldProblem],
+) -> Record:
+    def refuse(message: str) -> None:
+        problems.append(FieldProblem(node, message))
+
+    if grounding.cant_tell and (grounding.objects or grounding.places):
+        refuse('Choose either something or "can\'t tell".')
+    if len(set(grounding.objects)) < len(grounding.objects):
+        refuse("The same object is chosen twice.")
+    if not names.objects.keys() >= set(grounding.objects):
+        refuse("An object that was chosen isn't in this picture. Choose it again.")
+    places: list[Record] = []
+    for place in grounding.places:
+        if (place.xy is None) == (place.place is None):
+            refuse("A place is one of the map's, or has corners.")
+        elif place.xy is not None:
+            _check_corners(place.xy, scene, refuse)
+            places.append({"xy": [list(corner) for corner in place.xy]})
+        elif place.place is not None and place.place in names.places:
+            places.append({"place": names.places[place.place]})
+        else:
+            refuse("A place that was chosen isn't on this map. Choose it again.")
+    return {
+        "objects": [names.objects[o] for o in grounding.objects if o in names.objects],
+        "places": places,
+        "cant_tell": grounding.cant_tell,
+        "time_s": grounding.time_s,
+    }
+
+
+def _check_corners(
+    xy: list[tuple[float, float]], scene: Scene, refuse: Callable[[str], None]
+) -> None:
+    corners = np.array(xy, dtype=np.float64).reshape(-1, 2)
+    if len(corners) < 3 or area(convex_hull(corners)[None])[0] < SMALLEST_PLACE_M2:
+        refuse("The place is too small. Mark an area, not a point or a line.")
+        return
+    things = np.concatenate([o.trajectory.xyz[:, :2] for o in scene.context.objects])
+    low, high = things.min(axis=0) - FAR_M, things.max(axis=0) + FAR_M
+    if (corners < low).any() or (corners > high).any():
+        refuse("The place is far outside of the map. Mark it again.")
+
+
+def _items(
+    _session: Session, _config: StudyConfig, item: Item, answer: Answer
+) -> Iterable[NewItem]:
+    about = {key: item.payload[key] for key in ("text", "command", "video")}
+    yield NewItem("ground", about_answer(answer), {**about, "sdcs": answer.body["sdcs"]})
+
+
+def _export(parts: CorpusParts) -> None:
+    """Add adopted groundings; what the study's corpus held stays where nobody has changed it."""
+    known = {a.id: a for a in parts.original.annotations} if parts.original else {}
+    for answer, item in answers_of(parts.session, parts.study, "ground", adopted=True):
+        unchanged = known.get(answer.body.get("imported", ""))
+        command = parts.commands[item.payload["command"]]
+        parts.annotations.append(unchanged or positive(answer, item, command, parts.worlds))
+    parts.annotations += [a for a in known.values() if a.source != "positive"]
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    bodies = (body for body, adopted in answers if adopted)
+    return GroundingCounts(
+        sum(not grounding["cant_tell"] for b in bodies for grounding in b["groundings"].values())
+    )
+
+
+def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
+    return measured(by_clause(items, "groundings", grounding_key))
+
+
+GROUND = Task(
+    name="ground",
+    words=TaskWords(
+        title="Ground",
+        summary="Show what the parts of a command refer to.",
+        offer="Show in pictures what the parts of commands refer to.",
+        instructions=(
+            "Go through the clauses one by one. Click the thing that the words refer to, in the "
+            "picture or on the map seen from above. Choose several if the words mean several.",
+            "Several clauses may mean the same thing: “the cup” and “the cup on the table” are "
+            "one cup.",
+            "If the words mean a place, choose one that is on the map, or mark it there.",
+            "The video tells what the command was meant to bring about.",
+            "Where words say what happens, you need do nothing, unless they say only a part of "
+            "it: then choose which.",
+            "Choose “can't tell” if you have looked and still don't know.",
+        ),
+        keys=(
+            ("1 to 9", "choose a thing by its number, or not"),
+            ("[ ]", "go from clause to clause"),
+            ("X", "can't tell"),
+            ("M", "mark a place: arrows move, + and − size, Enter sets, Esc ends"),
+            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("Ctrl Enter", "send"),
+        ),
+    ),
+    template="tasks/ground.html",
+    answer=Grounded,
+    payload=_payload,
+    check=_check,
+    sent_form=_sent_form,
+    example=lambda scene: {
+        "command": scene.command,
+        "sdcs": scene.sdcs,
+        "clauses": scene.clauses,
+        **scene.scene,
+    },
+    gives=GROUNDINGS,
+    source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),
+    adjudication=Adjudication(
+        essence=essence,
+        agreement=shared_part,
+        compare=compare,
+        edited=mixed_groundings,
+        template="dashboard/compare_groundings.html",
+    ),
+    export=_export,
+    counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
+    agreement=_measured,
+)

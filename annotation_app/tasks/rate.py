@@ -1,0 +1,177 @@
+"""Rate: people watch a video and tell how well a command fits it.
+
+An item's payload is ``{"video": the one shown, "own_video", "text", "command", "right": True, False
+or None}``; attention checks are those whose right answer is known. The page sends ``{"rating"}``,
+from 1 (strongly disagree) to 5, which is kept. The answers are a corpus's judgments.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import msgspec
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import watched
+from annotation_app.items.new_items import NewItem, draws, videos_of
+from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.agreement import Measured, measured
+from annotation_app.tasks.corpus_parts import CorpusParts, answers_of, people_of
+from annotation_app.tasks.task_record import COMMAND, Counts, Source, Task, TaskWords
+from corpus_tools.world.scenarios.documents import Problem
+from g3.annotation import RATINGS, Judgment
+
+AGREES, DISAGREES = 4, 2
+"""From and up to which rating an attention check was understood."""
+FEWEST_RATINGS = 8
+"""How many ratings must be the same to be odd."""
+
+
+class Rated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How much somebody agrees: 1 strongly disagrees, 5 strongly agrees."""
+
+    rating: Annotated[int, msgspec.Meta(ge=1, le=5)]
+
+
+@dataclass(frozen=True, slots=True)
+class RatingCounts:
+    """How often each rating was given."""
+
+    ratings: dict[int, int]
+
+
+def judgments(session: Session, study: Study) -> list[Judgment]:
+    """The ratings that people have given in a study."""
+    people = people_of(session)
+    return [
+        Judgment(
+            id=f"{study.name}-rating-{answer.id:05d}",
+            command=item.payload["text"],
+            command_video=item.payload["own_video"],
+            shown_video=item.payload["video"],
+            rating=RATINGS[answer.body["rating"] - 1],
+            subject=people[answer.person_id],
+            study=study.name,
+        )
+        for answer, item in answers_of(session, study, "rate")
+    ]
+
+
+def passes(payload: Record, body: Record) -> bool:
+    """Whether an attention check was answered as it should be."""
+    rating: int = body["rating"]
+    return rating >= AGREES if payload["right"] else rating <= DISAGREES
+
+
+def _payload(session: Session, item: Item, _salt: bytes) -> Record:
+    return {"command": item.payload["text"], **watched(session, item)}
+
+
+def _check(
+    _session: Session, _item: AnyItem, answer: Rated, _salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    return {"rating": answer.rating}, []
+
+
+def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
+    """A command with its own video, and with another one."""
+    own, subject = item.payload["video"], f"command {answer.id}"
+    others = [video for video in videos_of(session, item.study_id) if video != own]
+    shown = [own]
+    if others:
+        shown.append(others[int(draws(config, subject).integers(len(others)))])
+    for video in shown:
+        about = _about(answer.body["text"], video, own, command=answer.id)
+        yield NewItem("rate", f"{subject} video {video}", about, author_id=answer.person_id)
+
+
+def _of_study(config: StudyConfig) -> Iterator[NewItem]:
+    """Attention checks, and pairs to be rated."""
+    for known in config.known_commands if config.attention_checks else ():
+        for video in (known.video, known.wrong_video):
+            about = _about(known.text, video, known.video, right=video == known.video)
+            subject = f"known {known.text[:200]} video {video}"
+            yield NewItem("rate", subject, about, attention=True)
+    for pair in config.pairs:
+        subject = f"pair {pair.own_video} {pair.text[:200]} video {pair.video}"
+        yield NewItem("rate", subject, _about(pair.text, pair.video, pair.own_video))
+
+
+def _about(
+    text: str, video: str, own: str, *, command: int | None = None, right: bool | None = None
+) -> Record:
+    return {"text": text, "command": command, "own_video": own, "video": video, "right": right}
+
+
+def _study_problem(study: StudyConfig) -> Problem | None:
+    if study.attention_checks and not study.known_commands:
+        return Problem(
+            ("attention_checks",), "there are no known commands to check with", "add known_commands"
+        )
+    if study.pairs and "rate" not in study.tasks:
+        return Problem(("pairs",), "the study has no task to rate them in", "add the task rate")
+    for i, known in enumerate(study.known_commands):
+        if known.video == known.wrong_video:
+            return Problem(
+                ("known_commands", i, "wrong_video"),
+                "the command can't be wrong for the video that it is right for",
+                "name another video",
+            )
+    return None
+
+
+def _export(parts: CorpusParts) -> None:
+    parts.judgments += judgments(parts.session, parts.study)
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    found = Counter(body["rating"] for body, _ in answers)
+    return RatingCounts({value: found[value] for value in range(1, 6)})
+
+
+def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
+    return measured(
+        ([body["rating"] for body in bodies] for bodies in items), ("ordinal", "interval")
+    )
+
+
+def _oddities(bodies: Sequence[Record]) -> Iterator[str]:
+    ratings = {body["rating"] for body in bodies}
+    if len(bodies) >= FEWEST_RATINGS and len(ratings) == 1:
+        yield f"always the same rating: {ratings.pop()}, {len(bodies)} times"
+
+
+RATE = Task(
+    name="rate",
+    words=TaskWords(
+        title="Rate",
+        summary="Watch a video and tell how well a command fits it.",
+        offer="Watch short videos and tell how well commands fit them.",
+        instructions=(
+            "Read the command, then watch the video to its end.",
+            "Tell how much you agree with the statement below it. Trust your own judgment.",
+            "Some commands fit well and some don't fit at all.",
+        ),
+        keys=(("1 to 5", "choose"), ("Ctrl Enter", "send")),
+    ),
+    template="tasks/rate.html",
+    answer=Rated,
+    payload=_payload,
+    check=_check,
+    example=lambda scene: {"command": scene.command, **scene.watched},
+    source=Source(COMMAND, _items),
+    of_study=_of_study,
+    study_problem=_study_problem,
+    in_random_order=True,
+    passes=passes,
+    export=_export,
+    counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
+    agreement=_measured,
+    oddities=_oddities,
+)

@@ -1,0 +1,238 @@
+"""Segment: people mark the clauses of a command and how they belong together.
+
+An item's payload is ``{"video", "text", "command": id of the answer}``, and ``"suggestion"``: SDCs,
+if the command came with some. The page sends ``{"sdcs"}`` as :func:`g3.sdc.sdc_notation.to_json`
+writes them. A segmentation is adopted when it is the only one that is asked for, or all that were
+asked for agree; else an adjudicator adopts one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, get_args
+
+import msgspec
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem, Refusal
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.new_items import NewItem
+from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.suggestions import suggest, warm_up
+from annotation_app.tasks.agreement import Measure, Measured, mean_pairwise, tree_f
+from annotation_app.tasks.clause_words import words_of
+from annotation_app.tasks.task_record import (
+    CLAUSES,
+    COMMAND,
+    Adjudication,
+    AnswerTable,
+    Compared,
+    Counts,
+    Source,
+    Task,
+    TaskWords,
+)
+from g3.errors import SDCError
+from g3.sdc.clauses import SDC, SDC_TYPES, all_words, breadth_first
+from g3.sdc.sdc_drawing import to_svg
+from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
+
+
+class Segmented(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The SDC trees of a command."""
+
+    sdcs: list[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class TreeCounts:
+    """What there is of adopted trees, and how many clauses of each type they have."""
+
+    trees: int
+    clauses: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownTrees:
+    """The clauses of an answer as text and as SVG."""
+
+    notation: str
+    drawing: str
+
+
+def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem]:
+    """What is wrong with the SDC trees of a command, beyond their form."""
+    problems = []
+    if not any(not sdc.is_implicit for sdc in breadth_first(sdcs)):
+        problems.append(FieldProblem("sdcs", "Mark at least one clause."))
+    for i, tree in enumerate(sdcs):
+        words = all_words(tree)
+        for word in words:
+            if text[word.start : word.end] != word.text:
+                problems.append(
+                    FieldProblem(f"sdcs[{i}]", f'"{word.text}" is not in the command there.')
+                )
+        for word in sorted({w for w, following in pairwise(words) if w == following}):
+            problems.append(
+                FieldProblem(
+                    f"sdcs[{i}]", f'The word "{word.text}" is used twice. Use it in one place.'
+                )
+            )
+    for node, sdc in enumerate(breadth_first(sdcs)):
+        is_figure = any(sdc is figure for parent in breadth_first(sdcs) for figure in parent.figure)
+        if sdc.is_implicit and not (sdc.type == "OBJECT" and is_figure):
+            problems.append(
+                FieldProblem(str(node), "This clause has no words. Give it some, or remove it.")
+            )
+    return problems
+
+
+def _payload(_session: Session, item: Item, _salt: bytes) -> Record:
+    text = item.payload["text"]
+    return {
+        "command": text,
+        "words": list(words_of(text)),
+        "suggestion": item.payload.get("suggestion") or suggest(text),
+    }
+
+
+def _check(
+    _session: Session, item: AnyItem, answer: Segmented, _salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    try:
+        sdcs = from_json(answer.sdcs)
+    except SDCError as error:
+        message = f"{error.what[:1].upper()}{error.what[1:]}."
+        return {}, [FieldProblem(error.where, f"{message} {error.fix}".strip())]
+    return {"sdcs": to_json(sdcs)}, segmentation_problems(sdcs, item.payload["text"])
+
+
+def _items(
+    _session: Session, _config: StudyConfig, item: Item, answer: Answer
+) -> Iterable[NewItem]:
+    about = {"text": answer.body["text"], "command": answer.id, "video": item.payload["video"]}
+    yield NewItem("segment", f"command {answer.id}", about)
+
+
+def _agreement(one: Record, other: Record) -> float:
+    return tree_f(from_json(one["sdcs"]), from_json(other["sdcs"]))
+
+
+def _compare(_session: Session, _item: Item, bodies: Sequence[Record]) -> Compared:
+    trees = [from_json(body["sdcs"]) for body in bodies]
+    return Compared(tuple(ShownTrees(format_brackets(sdcs), to_svg(sdcs)) for sdcs in trees))
+
+
+def _edited(_session: Session, item: Item, form: Mapping[str, str]) -> Record:
+    """A segmentation from what somebody typed."""
+    text = item.payload["text"]
+    try:
+        sdcs = parse_brackets(form.get("notation", ""), command=text)
+    except SDCError as error:
+        raise Refusal(
+            422, "The clauses can't be read.", [FieldProblem("notation", str(error))]
+        ) from error
+    problems = segmentation_problems(sdcs, text)
+    if problems:
+        raise Refusal(422, "The clauses must be changed.", problems)
+    return {"sdcs": to_json(sdcs)}
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    trees = [from_json(body["sdcs"]) for body, adopted in answers if adopted]
+    found = Counter(sdc.type for t in trees for sdc in breadth_first(t) if not sdc.is_implicit)
+    return TreeCounts(len(trees), {name: found[name] for name in SDC_TYPES})
+
+
+def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
+    trees = [[from_json(body["sdcs"]) for body in bodies] for bodies in items]
+    for measure in get_args(Measure):
+        value, pairs = mean_pairwise(trees, measure) or (None, 0)
+        yield Measured(f"{measure} F, mean over pairs", value, pairs)
+
+
+def to_conllu(session: Session, study: Study) -> bytes:
+    """The words of commands with the clauses that they are in, as far as those are adopted.
+
+    Raises
+    ------
+    FormatError
+        If the parser of English isn't installed.
+    """
+    from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
+
+    found = session.execute(
+        select(Answer, Item)
+        .join(Item, Item.id == Answer.item_id)
+        .where(Item.study_id == study.id, Item.task == "segment", Answer.adopted)
+        .order_by(Answer.id)
+    ).all()
+    analyses = analyse(item.payload["text"] for _, item in found)
+    sentences = (
+        f"# sent_id = {study.name}-{answer.id}\n"
+        + sentence(analysis, from_json(answer.body["sdcs"]))
+        for (answer, _), analysis in zip(found, analyses, strict=True)
+    )
+    return "".join(f"{text}\n" for text in sentences).encode()
+
+
+SEGMENT = Task(
+    name="segment",
+    words=TaskWords(
+        title="Segment",
+        summary="Mark the parts of a command and how they belong together.",
+        offer="Mark the parts of short commands.",
+        instructions=(
+            "A command is made of clauses. An EVENT is something to be done (“Put”), an OBJECT a "
+            "thing (“the cup”), a PLACE where something is (“on”), a PATH which way something "
+            "goes (“to”).",
+            "Begin with the EVENT: choose its words, then press EVENT. Go on with the clauses "
+            "inside it, each with its own words, and then with those inside them. The program "
+            "proposes where each clause belongs; the tree shows it.",
+            "Words need not stand side by side: in “Put it down”, the EVENT is “Put … down”.",
+            "A clause is the figure (who or what it is about), the landmark or the second "
+            "landmark of the clause that it is in, as the picture shows.",
+            "An OBJECT may be described by another one: “the cup on the table”. Choose the "
+            "clause “the cup”, give it the relation “on”, and add “the table” as its landmark.",
+        ),
+        keys=(
+            ("← →", "go from word to word"),
+            ("Space", "choose the word, or not"),
+            ("Shift ← →", "choose words in a row"),
+            ("E O P T", "make an EVENT, OBJECT, PLACE or PATH of the chosen words"),
+            ("R F", "add the chosen words to the clause's relation or figure"),
+            ("L M S", "next clause becomes landmark, second landmark or figure"),
+            ("N", "next clause stands alone"),
+            ("[ ]", "go from clause to clause"),
+            ("Delete", "remove the clause"),
+            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("Ctrl Enter", "send"),
+        ),
+    ),
+    template="tasks/segment.html",
+    answer=Segmented,
+    payload=_payload,
+    check=_check,
+    example=lambda scene: {"command": scene.command, "words": scene.words, "suggestion": None},
+    warm_up=warm_up,
+    gives=CLAUSES,
+    source=Source(COMMAND, _items),
+    adjudication=Adjudication(
+        essence=lambda body: body,
+        agreement=_agreement,
+        compare=_compare,
+        edited=_edited,
+        template="dashboard/compare_trees.html",
+    ),
+    counts=Counts(
+        TreeCounts, _counts, {"trees": "adopted SDC trees"}, "dashboard/clause_counts.html"
+    ),
+    agreement=_measured,
+    tables={"conllu": AnswerTable("Clauses (CoNLL-U)", "text/plain; charset=utf-8", to_conllu)},
+)

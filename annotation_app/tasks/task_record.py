@@ -1,0 +1,247 @@
+"""What a task of the app is: the form of its answers, its page, and what is made of answers.
+
+A task is one record. All else, from leases to exports, asks the record and knows no task by its
+name. ``docs/how-to/new-task.md`` shows how to add one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+from flask import Blueprint
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.new_items import NewItem
+from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.corpus_parts import CorpusParts
+from annotation_app.tasks.practice_example import PracticeExample
+from corpus_tools.world.scenarios.documents import Problem
+
+COMMAND, CLAUSES, GROUNDINGS = "command", "clauses", "groundings"
+"""What answers give, and items are made of."""
+LONGEST_NAME = 20
+"""Characters that the database has for a task's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class TaskWords:
+    """A task in words. They name no object and no action of any video.
+
+    Parameters
+    ----------
+    title
+        One word, usually a verb.
+    summary
+        What people do, in one sentence.
+    offer
+        The same for people at a crowd platform, who do it several times.
+    instructions
+        What to know before, a sentence or two each.
+    keys
+        Each key of the page, and what it does.
+    """
+
+    title: str
+    summary: str
+    offer: str
+    instructions: tuple[str, ...]
+    keys: tuple[tuple[str, str], ...] = (("Ctrl Enter", "send"),)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a task's items come from, if they are made of adopted answers.
+
+    Parameters
+    ----------
+    made_of
+        What answers must give: `COMMAND`, `CLAUSES`, or what another task's ``gives`` says.
+    items
+        The items that are made of an adopted answer to an item
+        (:mod:`annotation_app.items.new_items` tells how their subjects begin).
+    shows
+        Whether an item of such a payload shows what an answer holds. It tells whether an item may
+        stay when the data of another answer's author are erased. It isn't needed for items that
+        are made of commands.
+    """
+
+    made_of: str
+    items: Callable[[Session, StudyConfig, Item, Answer], Iterable[NewItem]]
+    shows: Callable[[Record, Answer], bool] = lambda _payload, _answer: False
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Several answers to an item, as the page shows them that decides between them.
+
+    Parameters
+    ----------
+    sides
+        What the task's template shows of each answer.
+    about
+        What it shows of all of them.
+    """
+
+    sides: tuple[Any, ...]
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Adjudication:
+    """How people decide between answers to an item that differ.
+
+    Parameters
+    ----------
+    essence
+        What two answers must share to agree.
+    agreement
+        How much two answers agree, from 0 to 1.
+    compare
+        What the page shows of an item's answers.
+    edited
+        The answer that somebody has made of the others, from the page's form. It raises a
+        :class:`~annotation_app.core.problems.Refusal` if it can't be kept.
+    template
+        Of the page; it extends ``dashboard/compare.html``.
+    """
+
+    essence: Callable[[Record], Any]
+    agreement: Callable[[Record, Record], float]
+    compare: Callable[[Session, Item, Sequence[Record]], Compared]
+    edited: Callable[[Session, Item, Mapping[str, str]], Record]
+    template: str
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What the dashboard counts of a task's answers.
+
+    Parameters
+    ----------
+    type
+        A dataclass of numbers, or of dictionaries of numbers. Its fields' names are new.
+    of
+        The counts of answers: for each its body, and whether it was adopted.
+    labels
+        What the fields are called that have a tile on the dashboard.
+    template
+        Of what the dashboard shows besides, if it shows more.
+    """
+
+    type: type[Any]
+    of: Callable[[Sequence[tuple[Record, bool]]], Any]
+    labels: Mapping[str, str]
+    template: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerTable:
+    """A file that can be made of answers: what its button says, its type, how it is written."""
+
+    label: str
+    media_type: str
+    write: Callable[[Session, Study], bytes]
+
+
+def _none(*_of: Any) -> tuple[()]:
+    return ()
+
+
+def _as_kept(_session: Session, _item: Item, body: Record, _salt: bytes) -> Record:
+    return body
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A task. What has a default here can be left out.
+
+    Parameters
+    ----------
+    name
+        In study files, addresses and the database: lower-case letters, at most 20.
+    words
+        What people read.
+    template
+        Of the page; it extends ``task.html``.
+    answer
+        The form in which the page sends an answer.
+    payload
+        What the page gets of an item, and nothing beyond it.
+    check
+        An answer as it is kept, and what is wrong with it. What is kept has real names, what the
+        page sends has those that the page was told.
+    sent_form
+        A kept answer in the form in which the page sends it.
+    blueprint
+        Serves the files of a task that comes from another distribution.
+    example
+        What the page gets for practice; without it there is no practice.
+    hides_title
+        Whether the page leaves out the study's title, which may name what is in the videos.
+    warm_up
+        Called before the app serves a study with the task.
+
+    gives
+        What its adopted answers give to other tasks' items. The answers of a task that gives
+        `COMMAND` have a ``"text"``.
+    source
+        Where items come from that are made of answers.
+    of_video
+        The item about a video, from its name and its SHA-256, for tasks that begin with videos.
+    of_study
+        The items that a study's file asks for.
+    study_problem
+        What is wrong with what a study's file says for this task; the study may not have it.
+    in_random_order
+        Whether people get the items in a random order of their own.
+    passes
+        Whether an attention check was answered well, from its payload and the answer. A task with
+        it has attention checks.
+    adjudication
+        How people decide between answers; without it each answer is adopted at once.
+
+    export
+        Adds to an exported corpus what the answers make.
+    counts
+        What the dashboard counts.
+    agreement
+        How much people agree, from the answers to each item.
+    oddities
+        What is odd about the answers of one person, in plain words.
+    tables
+        The files that can be made of its answers, by the names of their formats.
+    """
+
+    name: str
+    words: TaskWords
+    template: str
+    answer: type[msgspec.Struct]
+    payload: Callable[[Session, Item, bytes], Record]
+    check: Callable[[Session, AnyItem, Any, bytes], tuple[Record, Sequence[FieldProblem]]]
+    sent_form: Callable[[Session, Item, Record, bytes], Record] = _as_kept
+    blueprint: Blueprint | None = None
+    example: Callable[[PracticeExample], Record] | None = None
+    hides_title: bool = False
+    warm_up: Callable[[], None] | None = None
+
+    gives: str = ""
+    source: Source | None = None
+    of_video: Callable[[str, str], NewItem] | None = None
+    of_study: Callable[[StudyConfig], Iterable[NewItem]] = _none
+    study_problem: Callable[[StudyConfig], Problem | None] = lambda _study: None
+    in_random_order: bool = False
+    passes: Callable[[Record, Record], bool] | None = None
+    adjudication: Adjudication | None = None
+
+    export: Callable[[CorpusParts], None] = lambda _parts: None
+    counts: Counts | None = None
+    agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
+    oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
+    tables: Mapping[str, AnswerTable] = field(default_factory=dict)

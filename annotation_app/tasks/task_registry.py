@@ -1,0 +1,73 @@
+"""The tasks of the app, in their order.
+
+:func:`register` adds one. Modules that other distributions name in the entry point group
+``ct.tasks`` do so when this one is imported.
+"""
+
+from __future__ import annotations
+
+import re
+
+from annotation_app.core.problems import Refusal
+from annotation_app.store.models import TaskName
+from annotation_app.tasks.check import CHECK
+from annotation_app.tasks.describe import DESCRIBE
+from annotation_app.tasks.ground import GROUND
+from annotation_app.tasks.rate import RATE
+from annotation_app.tasks.segment import SEGMENT
+from annotation_app.tasks.task_record import COMMAND, LONGEST_NAME, Task
+from g3.extensions import load_extensions
+
+_tasks: dict[TaskName, Task] = {}
+
+
+def register(task: Task) -> None:
+    """Add a task; its name must be new."""
+    if not re.fullmatch(f"[a-z][a-z-]{{0,{LONGEST_NAME - 1}}}", task.name):
+        raise ValueError(
+            f"{task.name!r} is no name for a task: use at most {LONGEST_NAME} lower-case letters"
+        )
+    if task.gives == COMMAND and task.adjudication is not None:
+        raise ValueError(f"{task.name}: answers that are commands are adopted at once")
+    if task.name in _tasks:
+        raise ValueError(f"there is a task {task.name!r} already")
+    _tasks[task.name] = task
+
+
+def tasks() -> tuple[Task, ...]:
+    """All tasks: a study's people see them in this order."""
+    return tuple(_tasks.values())
+
+
+def task_names() -> tuple[TaskName, ...]:
+    """The names of all tasks, in their order."""
+    return tuple(_tasks)
+
+
+def find_task(name: TaskName) -> Task | None:
+    """The task of a name; None if there is none, or its distribution isn't installed any more."""
+    return _tasks.get(name)
+
+
+def task_of(name: TaskName) -> Task:
+    """The task of a name.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    task = _tasks.get(name)
+    if task is None:
+        raise Refusal(404, "There is no such task here any more.")
+    return task
+
+
+def makers(gives: str) -> tuple[Task, ...]:
+    """The tasks whose items are made of answers that give something."""
+    return tuple(t for t in _tasks.values() if gives and t.source and t.source.made_of == gives)
+
+
+for _task in (DESCRIBE, SEGMENT, GROUND, CHECK, RATE):
+    register(_task)
+load_extensions("ct.tasks")

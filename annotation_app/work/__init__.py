@@ -1,0 +1,1 @@
+"""What is the same for all tasks: handing items out, reading answers, and going on with them."""

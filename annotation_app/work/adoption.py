@@ -1,0 +1,133 @@
+"""From the answers of one task to the items of the next.
+
+Where a task has an adjudication, an answer is adopted when it is the only one that is asked for, or
+all that were asked for agree; else an adjudicator adopts one. Other answers are adopted at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import bindparam, delete, func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.items.new_items import REPLACED, about_answer, add_item
+from annotation_app.items.submissions import add_event
+from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
+from annotation_app.studies.study_file import restored
+from annotation_app.tasks.task_registry import makers, task_of
+
+_ANSWERED = (
+    select(Answer, Item, Study)
+    .join(Item, Item.id == Answer.item_id)
+    .join(Study, Study.id == Item.study_id)
+    .where(Answer.id == bindparam("answer"))
+    # One at a time, or of two who agree at the same moment neither sees the other's answer.
+    .with_for_update(key_share=True, of=Item)
+)
+
+
+def answered(session: Session, task: TaskName, answer_id: int) -> None:
+    """Go on with an answer that was accepted; adopt it, if that is to be decided here and clear."""
+    adjudication = task_of(task).adjudication
+    if adjudication is None and not makers(task_of(task).gives):
+        return
+    answer, item, study = session.execute(_ANSWERED, {"answer": answer_id}).one()
+    if adjudication is not None:
+        others = session.scalars(
+            select(Answer).where(Answer.item_id == item.id, Answer.surplus.is_(False))
+        ).all()
+        is_full = not session.scalar(
+            select(func.count()).where(Slot.item_id == item.id, Slot.answered.is_(False))
+        )
+        essence = adjudication.essence(answer.body)
+        if not is_full or any(adjudication.essence(a.body) != essence for a in others):
+            return
+        adopt(session, study, item, answer)
+    else:
+        _go_on(session, study, item, answer)
+
+
+def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:
+    """Take an answer as the right one, in place of any other, and make the next items of it.
+
+    Nobody gets the items that were made of the one that it replaces any more.
+    """
+    if answer.adopted:
+        return
+    if task_of(item.task).adjudication is not None:
+        replaced = session.scalars(
+            select(Answer).where(
+                Answer.item_id == item.id, Answer.adopted.is_(True), Answer.id != answer.id
+            )
+        ).all()
+        for other in replaced:
+            other.adopted = False
+        _withdraw(session, item, [*replaced, answer])
+    answer.adopted = True
+    session.flush()
+    _go_on(session, study, item, answer)
+
+
+def adjudicate(
+    session: Session,
+    study: Study,
+    item: Item,
+    person: Person,
+    *,
+    uuid: str,
+    sent: Record,
+    body: Record,
+    now: float,
+) -> Answer:
+    """Keep what an adjudicator answers to an item, and adopt it.
+
+    They may think better of it: then they have another answer to the item in its place.
+    """
+    event = add_event(session, item, person.id, name="adjudicate", uuid=uuid, body=sent, now=now)
+    answer = session.scalars(
+        select(Answer).where(
+            Answer.person_id == person.id,
+            Answer.task == item.task,
+            Answer.subject == item.subject,
+        )
+    ).first()
+    if answer is None:
+        answer = Answer(
+            item_id=item.id,
+            person_id=person.id,
+            task=item.task,
+            subject=item.subject,
+            surplus=True,
+            seconds=None,
+        )
+        session.add(answer)
+    answer.event_id, answer.body, answer.at = event, body, now
+    answer.adopted = False
+    session.flush()
+    adopt(session, study, item, answer)
+    return answer
+
+
+def _go_on(session: Session, study: Study, item: Item, answer: Answer) -> None:
+    """Make the next items of an answer that is adopted."""
+    config = restored(study.config)
+    for task in makers(task_of(item.task).gives):
+        if task.source is not None and task.name in config.tasks:
+            for new in task.source.items(session, config, item, answer):
+                add_item(session, study, config, new)
+
+
+def _withdraw(session: Session, item: Item, answers: Sequence[Answer]) -> None:
+    """Let nobody get what was made of answers any more, and make their subjects free."""
+    made = [task.name for task in makers(task_of(item.task).gives)]
+    for answer in answers:
+        items = select(Item).where(
+            Item.study_id == item.study_id,
+            Item.subject == about_answer(answer),
+            Item.task.in_(made),
+        )
+        for one in session.scalars(items).all():
+            session.execute(delete(Slot).where(Slot.item_id == one.id, Slot.answered.is_(False)))
+            one.subject = f"{REPLACED}{one.id}"
+    session.flush()

@@ -1,0 +1,136 @@
+"""Giving people work: who may do which task of a study, and the next item."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+from sqlalchemy import bindparam, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.items import assignment
+from annotation_app.items.assignment import Lease, Work
+from annotation_app.people.browser_sessions import current_id, current_number, required_person
+from annotation_app.people.participants import OPEN, RANKS, has_consented, has_practised
+from annotation_app.store.models import Person, Study, TaskName
+from annotation_app.studies.study_file import StudyConfig, TaskConfig, restored
+from annotation_app.tasks.task_registry import task_of
+
+Reason: TypeAlias = (
+    assignment.Reason
+    | Literal["closed", "not part", "not invited", "no consent", "no practice", "role"]
+)
+
+EXPLANATIONS: dict[Reason, str] = {
+    "done": "You have done all that there is for you here. Thank you!",
+    "blocked": "You can't take part any more. Write to the people who run the study if you "
+    "think that this is a mistake.",
+    "all taken": "Others are at work on all that is left. Some of it may become free: try again "
+    "in a few minutes.",
+    "nothing to do": "There is nothing to do here at the moment.",
+    "closed": "The study is closed. Thank you for your interest!",
+    "not part": "This task is not part of the study.",
+    "not invited": "Only people who have been invited can take part in this study.",
+    "no consent": "Please read what the study is about, and agree to it, first.",
+    "no practice": "Please do the practice example first.",
+    "role": "This task is for annotators, who have a login.",
+}
+"""What people are told when they get no item."""
+
+
+_STUDY = select(Study).where(Study.name == bindparam("study"))
+_VISIT = _STUDY.add_columns(Person).join(
+    Person, (Person.id == bindparam("who")) & (Person.session_number == bindparam("number"))
+)
+
+
+def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
+    """Whose request this is, and the study that it is about.
+
+    Raises
+    ------
+    Refusal
+        If there is no such study.
+    """
+    whose = {"who": current_id(), "number": current_number()}
+    row = session.execute(_VISIT, {**whose, "study": study_name}).first()
+    return (None, find_study(session, study_name)) if row is None else (row[1], row[0])
+
+
+def find_study(session: Session, name: str) -> Study:
+    """A study by its name.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    study = session.scalars(_STUDY, {"study": name}).first()
+    if study is None:
+        raise Refusal(404, "There is no such study.")
+    return study
+
+
+def task_config(config: StudyConfig, task: TaskName) -> TaskConfig:
+    """How a task is done in a study, also one that has been taken out of it."""
+    return config.tasks.get(task, TaskConfig())
+
+
+def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) -> Reason | None:
+    """Why somebody may not do a task of a study, whatever items there are."""
+    task_of = config.tasks.get(task)
+    is_staff = RANKS[person.role] > RANKS["worker"]
+    checks: tuple[tuple[bool, Reason], ...] = (
+        (person.blocked_at is not None, "blocked"),
+        (study.closed_at is not None, "closed"),
+        (task_of is None, "not part"),
+        (config.access == "invited" and person.provider == OPEN and not is_staff, "not invited"),
+        (task_of is not None and RANKS[person.role] < RANKS[task_of.role], "role"),
+        (not has_consented(person, study.id) and not is_staff, "no consent"),
+        (
+            task_of is not None and task_of.practice and not has_practised(person, task),
+            "no practice",
+        ),
+    )
+    return next((reason for fails, reason in checks if fails), None)
+
+
+def take_work(
+    session: Session, study: Study, task: TaskName, person: Person, *, now: float
+) -> Lease | Reason:
+    """Give somebody an item of a task, or tell why not."""
+    config = restored(study.config)
+    reason = obstacle(study, config, task, person)
+    if reason is not None:
+        return reason
+    of_task = task_of(task)
+    return assignment.take(
+        session,
+        study.id,
+        task,
+        person,
+        now=now,
+        lease_s=lease_s(config, task),
+        attention_share=config.attention_checks if of_task.passes is not None else 0.0,
+        in_random_order=of_task.in_random_order,
+    )
+
+
+def lease_s(config: StudyConfig, task: TaskName) -> float:
+    """How long an item of a task is somebody's."""
+    return 60 * task_config(config, task).lease_minutes
+
+
+def item_of(session: Session, item_id: str) -> Work:
+    """An item that is or was theirs whose request this is.
+
+    Raises
+    ------
+    Refusal
+        If it never was, whether there is such an item or not.
+    """
+    found = assignment.handed_out(session, item_id, current_id() or "", current_number())
+    if found is None:
+        required_person(session)
+        raise Refusal(404, "You don't have such an item. Open the study again.")
+    return found

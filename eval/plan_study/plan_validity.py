@@ -1,0 +1,150 @@
+"""How well the automatic judge agrees with people on plans of which only a sample was rated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.judging.judge_validity import cohens_kappa
+from eval.plan_study.rating_sample import RIGHT, DistinctPlan, Sample, kind_of
+from eval.plan_study.study_plans import CONFIGURATIONS
+from eval.statistics.estimates import Estimate, FloatArray
+from eval.statistics.intervals import percentiles
+from eval.statistics.ratings import codes
+from eval.statistics.resampling import resampled_sums
+
+FIGURES = ("kappa", "precision", "recall", "precision_of_wrong", "same", "people_right")
+"""Order of the last axis of :func:`figures`."""
+ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """The judge against the majority of people on the plans of a configuration, or on all.
+
+    Parameters
+    ----------
+    configuration
+        Its name, or ``all``, where a plan of several configurations counts once.
+    plans
+        How many plans there are, rated or not.
+    rated
+        How many were rated.
+    counts
+        Rated plans by what people and the judge say, as ``people_yes_judge_no``.
+    figures
+        Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision is the part of
+        the plans that the judge calls right which people call right too, recall the part of those
+        that people call right which the judge does.
+    """
+
+    configuration: str
+    plans: int
+    rated: int
+    counts: Mapping[str, int]
+    figures: Mapping[str, Estimate]
+
+
+def figures(counts: FloatArray) -> FloatArray:
+    """Figures of all plans from weighted counts of rated ones.
+
+    The plans that the judge calls right, and those that it calls wrong, count as many as there
+    are: the rated ones only tell how people divide them.
+
+    Parameters
+    ----------
+    counts
+        Shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows are
+        the weights of plans that people call wrong, of those that they call right, and how many
+        plans there are.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't tell.
+    """
+    rated, there = counts[..., :2, :], counts[..., 2, :]
+    shares = _over(rated, rated.sum(axis=-2, keepdims=True))
+    table = np.where(there[..., None, :] > 0, shares * there[..., None, :], 0.0)
+    (no_no, no_yes), (yes_no, yes_yes) = (
+        (table[..., row, 0], table[..., row, 1]) for row in (0, 1)
+    )
+    total = there.sum(axis=-1)
+    return np.stack(
+        [
+            cohens_kappa(table),
+            _over(yes_yes, no_yes + yes_yes),
+            _over(yes_yes, yes_no + yes_yes),
+            _over(no_no, no_no + yes_no),
+            _over(no_no + yes_yes, total),
+            _over(yes_no + yes_yes, total),
+        ],
+        axis=-1,
+    )
+
+
+def agreements(
+    plans: Sequence[DistinctPlan],
+    sample: Sample,
+    people: Mapping[str, bool],
+    verdict: str,
+    *,
+    seed: int,
+    draws: int,
+) -> list[Agreement]:
+    """A row for all plans, and one for each configuration.
+
+    Parameters
+    ----------
+    plans
+        All plans, rated or not.
+    people
+        By the run of a rated plan, whether most people call it right.
+    verdict
+        The verdict of the judge that is compared.
+    """
+    rows = []
+    for name in (ALL, *CONFIGURATIONS):
+        own = [p for p in plans if name in (ALL, *p.configurations)]
+        if not own:
+            continue
+        scenario = codes([p.record.scenario for p in own])
+        counts = np.zeros((scenario.max() + 1, 3, 2))
+        said = [int(kind_of(p, verdict) == RIGHT) for p in own]
+        raw = {_name(yes, judge): 0 for yes in (1, 0) for judge in (1, 0)}
+        for plan, place, judge in zip(own, scenario, said, strict=True):
+            counts[place, 2, judge] += 1
+            if plan.run in people:
+                yes = int(people[plan.run])
+                counts[place, yes, judge] += 1 / sample.chance[plan.run]
+                raw[_name(yes, judge)] += 1
+        values = figures(counts.sum(axis=0))
+        # The same seed for each row, so that all are of the same scenarios.
+        rng = np.random.default_rng(seed)
+        drawn = figures(resampled_sums(counts, rng=rng, draws=draws))
+        bounded = {
+            figure: percentiles(float(values[i]), drawn[:, i])
+            if np.isfinite(values[i])
+            else Estimate(np.nan, np.nan, np.nan)
+            for i, figure in enumerate(FIGURES)
+        }
+        rows.append(Agreement(name, len(own), sum(raw.values()), raw, bounded))
+    return rows
+
+
+def tells_of_all(plans: Sequence[DistinctPlan], sample: Sample) -> bool:
+    """Whether every kind of plan was drawn, without which only the first verdict can be checked."""
+    return {p.kind for p in plans} == {p.kind for p in plans if p.run in sample.chance}
+
+
+def _name(people: int, judge: int) -> str:
+    said = ("no", "yes")
+    return f"people_{said[people]}_judge_{said[judge]}"
+
+
+def _over(part: FloatArray, whole: FloatArray) -> FloatArray:
+    part, whole = np.broadcast_arrays(part, whole)
+    found: FloatArray = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
+    return found

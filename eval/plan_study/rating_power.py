@@ -1,0 +1,152 @@
+"""What a set of plans to rate will tell, and what it costs, before anybody has rated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.plan_study.plan_validity import FIGURES, figures
+from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan, Sample
+from eval.plan_study.study_pairs import ANSWERS
+from eval.plan_study.study_plans import CONFIGURATIONS
+from eval.statistics.estimates import percentile_bounds
+from eval.statistics.ratings import codes
+
+ASSUMED = {WRONG: 0.15, RIGHT: 0.85}
+"""Part of the plans that most people call right, by the judge's verdict.
+
+Of the AAAI-11 corpus's pairs it is .04 and .89 (`ct eval --judge-validity`), but plans are nearer
+misses than videos of other scenarios.
+"""
+CORRELATION = 0.1
+"""Between plans of a scenario; .11 between the pairs of a video there that the judge refuses."""
+ANSWER_S = 10.0
+"""To read the command and to answer, besides watching the video once."""
+STUDIES = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """What is planned.
+
+    Parameters
+    ----------
+    plans
+        How many plans there are by the judge's verdict, each once.
+    without
+        Commands in a configuration for which there is no plan.
+    stopped
+        How many plans were drawn that physics stopped; nobody rates them.
+    pairs
+        How many are rated, by the judge's verdict.
+    configurations
+        The same by configuration; a plan of two counts in both.
+    scenarios
+        How many scenarios they are of.
+    raters
+        How many people rate each pair.
+    seconds_each
+        That a pair takes, on average.
+    minutes
+        That one person takes for all pairs.
+    half_widths
+        Expected of the figures' 95 % intervals; NaN where there will be no figure.
+    """
+
+    plans: Mapping[str, int]
+    without: int
+    stopped: int
+    pairs: Mapping[str, int]
+    configurations: Mapping[str, Mapping[str, int]]
+    scenarios: int
+    raters: int
+    seconds_each: float
+    minutes: float
+    half_widths: Mapping[str, float]
+
+    @property
+    def total(self) -> int:
+        """How many pairs there are."""
+        return sum(self.pairs.values())
+
+
+def planned(
+    plans: Sequence[DistinctPlan],
+    sample: Sample,
+    seconds: Sequence[float],
+    *,
+    without: int,
+    stopped: int,
+    seed: int,
+) -> Planned:
+    """What is planned for a sample.
+
+    Parameters
+    ----------
+    seconds
+        How long the videos are.
+    without, stopped
+        How many commands have no plan, and how many plans physics stopped.
+    """
+    chosen = [p for p in plans if p.run in sample.chance]
+    whole = float(sum(seconds)) + ANSWER_S * len(chosen)
+    return Planned(
+        _by_kind(plans),
+        without,
+        stopped,
+        _by_kind(chosen),
+        {c: _by_kind([p for p in chosen if c in p.configurations]) for c in CONFIGURATIONS},
+        len({p.record.scenario for p in chosen}),
+        ANSWERS,
+        whole / max(len(chosen), 1),
+        whole / 60,
+        half_widths(plans, sample, np.random.default_rng(seed)),
+    )
+
+
+def half_widths(
+    plans: Sequence[DistinctPlan],
+    sample: Sample,
+    rng: np.random.Generator,
+    *,
+    shares: Mapping[str, float] = ASSUMED,
+    correlation: float = CORRELATION,
+    studies: int = STUDIES,
+) -> dict[str, float]:
+    """Half widths that the figures' 95 % intervals have in simulated studies.
+
+    As :func:`eval.statistics.power.simulated_half_width` does for a share: each scenario's own
+    shares are drawn from beta distributions with the wanted correlation, the majority of each
+    pair from those; the half width is that of the middle of the studies' figures.
+
+    Parameters
+    ----------
+    shares
+        Part of the plans that most people call right, by the judge's verdict.
+    correlation
+        Between plans of a scenario, of the same verdict.
+    """
+    chosen = [p for p in plans if p.run in sample.chance]
+    if not chosen:
+        return dict.fromkeys(FIGURES, np.nan)
+    said = np.array([KINDS.index(p.kind) for p in chosen])
+    place = codes([p.record.scenario for p in chosen])
+    weight = 1 / np.array([sample.chance[p.run] for p in chosen])
+    share = np.array([shares[kind] for kind in KINDS])
+    own = np.broadcast_to(share, (studies, place.max() + 1, len(KINDS)))
+    if correlation > 0:
+        size = 1 / correlation - 1
+        own = rng.beta(share * size, (1 - share) * size, size=own.shape)
+    people = rng.random((studies, len(chosen))) < own[:, place, said]
+    of_kind = weight[:, None] * (said[:, None] == np.arange(len(KINDS)))
+    yes = people @ of_kind
+    there = [_by_kind(plans)[kind] for kind in KINDS]
+    counts = np.stack([of_kind.sum(axis=0) - yes, yes, np.broadcast_to(there, yes.shape)], axis=-2)
+    low, high = percentile_bounds(figures(counts))
+    return {name: float(half) for name, half in zip(FIGURES, (high - low) / 2, strict=True)}
+
+
+def _by_kind(plans: Sequence[DistinctPlan]) -> dict[str, int]:
+    return {kind: sum(p.kind == kind for p in plans) for kind in KINDS}

@@ -1,0 +1,143 @@
+"""Which plans people rate so that the automatic judge can be checked, and how they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from eval.plan_study.study_plans import FIRST, PlanRecord
+from eval.plan_study.study_settings import Settings
+from eval.statistics.sampling import balanced_sample
+from g3.storage.atomic_file import write_bytes
+
+SAMPLE = "sample.json"
+WRONG, RIGHT = KINDS = ("wrong", "right")
+RESERVED = 0.25
+"""Part of the pairs that isn't for the kind which counts first: without right plans nobody can
+tell the judge's precision, nor its kappa."""
+
+
+@dataclass(frozen=True, slots=True)
+class DistinctPlan:
+    """A plan for a command, once however many configurations made it.
+
+    Parameters
+    ----------
+    run
+        Name of its run and of its video; it tells nothing of who made it.
+    record
+        The plan as the first of its configurations has it.
+    configurations
+        All that made it.
+    """
+
+    run: str
+    record: PlanRecord
+    configurations: tuple[str, ...]
+
+    @property
+    def kind(self) -> str:
+        """``wrong`` or ``right``, by the judge's first verdict."""
+        return kind_of(self, FIRST)
+
+
+class Sample(msgspec.Struct, frozen=True):
+    """What was drawn.
+
+    Parameters
+    ----------
+    seed
+        It was drawn with.
+    judge
+        The verdict that it was drawn by.
+    chance
+        By the run of each plan that was drawn, the chance that it had.
+    """
+
+    seed: int
+    judge: str
+    chance: dict[str, float]
+
+
+def kind_of(plan: DistinctPlan, verdict: str) -> str:
+    """``wrong`` or ``right``, by one of the judge's verdicts."""
+    return RIGHT if plan.record.verdicts[verdict] else WRONG
+
+
+def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
+    """All plans; those that tell the robot the same for the same command are one."""
+    by_run: dict[str, list[PlanRecord]] = {}
+    for record in records:
+        if record.script is not None:
+            run = f"{record.command}-{record.script.digest}".replace("/", "-")
+            by_run.setdefault(run, []).append(record)
+    return [
+        DistinctPlan(run, same[0], tuple(sorted({r.configuration for r in same})))
+        for run, same in sorted(by_run.items())
+    ]
+
+
+def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
+    """How many plans of each kind are drawn.
+
+    Parameters
+    ----------
+    sizes
+        How many there are of each kind, that which counts first first.
+    most
+        How many may be drawn; 0 for all.
+    """
+    if not most:
+        return dict(sizes)
+    others = sum(sizes.values()) - next(iter(sizes.values()))
+    kept = min(others, max(int(RESERVED * most), int(most > 1)))
+    found, left = {}, most
+    for number, (kind, size) in enumerate(sizes.items()):
+        found[kind] = min(size, left - (0 if number else kept))
+        left -= found[kind]
+    return found
+
+
+def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: int) -> Sample:
+    """Draw plans of some kinds, balanced over scenarios and over who made them.
+
+    Parameters
+    ----------
+    kinds
+        Some of :data:`KINDS`; of two, the second gets only :data:`RESERVED` of the pairs while
+        there are enough plans of the first.
+    most
+        How many plans at most; 0 for all.
+    """
+    rng = np.random.default_rng(seed)
+    of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}
+    chance: dict[str, float] = {}
+    counts = quotas({kind: len(own) for kind, own in of_kind.items()}, most)
+    for kind, count in counts.items():
+        own = of_kind[kind]
+        cells = sorted({_cell(p) for p in own})
+        shuffled = rng.random(len(cells))
+        # What is left over is spread over configurations, at random over their scenarios.
+        order = sorted(range(len(cells)), key=lambda i: (cells[i][0], shuffled[i]))
+        number = {cells[i]: place for place, i in enumerate(order)}
+        codes = np.array([number[_cell(p)] for p in own], dtype=np.int64)
+        drawn, chances = balanced_sample(codes, count, rng)
+        chance |= {own[i].run: float(chances[i]) for i in drawn}
+    return Sample(seed, FIRST, dict(sorted(chance.items())))
+
+
+def sampled(folder: Path, plans: Sequence[DistinctPlan], settings: Settings) -> Sample:
+    """The sample of a folder, which is drawn once."""
+    path = folder / SAMPLE
+    if not path.exists():
+        found = draw(plans, settings.plans, settings.pairs, settings.seed)
+        write_bytes(path, msgspec.json.format(msgspec.json.encode(found)) + b"\n")
+    return msgspec.json.decode(path.read_bytes(), type=Sample)
+
+
+def _cell(plan: DistinctPlan) -> tuple[tuple[str, ...], str]:
+    return plan.configurations, plan.record.scenario

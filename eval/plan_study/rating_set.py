@@ -1,0 +1,247 @@
+"""A rating set: plans drawn for people to rate, so that the automatic judge can be checked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.runtime.parallel import Team, Workers, work_in_order
+from corpus_tools.runtime.progress import OnProgress
+from eval.plan_study.filming import film_all
+from eval.plan_study.plan_validity import Agreement, agreements, tells_of_all
+from eval.plan_study.rating_power import Planned, planned
+from eval.plan_study.rating_sample import DistinctPlan, Sample, distinct_plans, sampled
+from eval.plan_study.study_pairs import Pair, write_study
+from eval.plan_study.study_plans import (
+    FIRST,
+    RUNS,
+    PlanRecord,
+    carry_out,
+    chosen_commands,
+    plan_all,
+    run_corpus,
+)
+from eval.plan_study.study_results import check_ratings
+from eval.plan_study.study_settings import Settings, check_settings
+from eval.plan_study.whole_study import ratings_so_far
+from eval.statistics.raters import majorities
+from eval.statistics.ratings import AGREES, codes
+from g3.annotation import RATINGS, Judgment
+from g3.groundings import Context
+from g3.storage.atomic_file import write_bytes
+
+PLANNED = "planned.json"
+
+
+class RunOutcome(msgspec.Struct, frozen=True):
+    """What came of a run, kept beside its corpus when that is whole.
+
+    Parameters
+    ----------
+    seconds
+        How long it took.
+    failure
+        Why physics stopped it; empty if it didn't.
+    """
+
+    seconds: float
+    failure: str
+
+
+@dataclass(frozen=True, slots=True)
+class RatingSet:
+    """A rating set before its videos are made.
+
+    Parameters
+    ----------
+    plans
+        All plans, each once.
+    sample
+        Those that people rate. Plans that physics stopped aren't among them, for their videos
+        don't show what the judge has judged.
+    pairs
+        What people rate.
+    """
+
+    folder: Path
+    settings: Settings
+    plans: Sequence[DistinctPlan]
+    sample: Sample
+    pairs: Sequence[Pair]
+    planned: Planned
+
+
+@dataclass(frozen=True, slots=True)
+class Rated:
+    """A rating set as far as people have come.
+
+    Parameters
+    ----------
+    file
+        What ``ct annotate`` serves.
+    judgments
+        How many there are.
+    people
+        By the run of each rated plan, whether most people call it right.
+    agreements
+        By verdict of the judge; empty without ratings.
+    """
+
+    of: RatingSet
+    file: Path
+    judgments: int
+    people: Mapping[str, bool]
+    agreements: Mapping[str, Sequence[Agreement]]
+
+
+def prepare(
+    folder: Path, settings: Settings, *, on_progress: OnProgress | None = None
+) -> RatingSet:
+    """Make and draw plans, carry out what was drawn, and tell what is planned.
+
+    What is there already isn't made again.
+
+    Raises
+    ------
+    CorpusError
+        If the folder is of another study.
+    """
+    check_settings(folder, settings)
+    records = plan_all(folder, settings, on_progress)
+    plans = distinct_plans(records)
+    drawn = sampled(folder, plans, settings)
+    own = {a.command.id: a.context for a in chosen_commands(settings)}
+    runs = _carried_out(folder, [p for p in plans if p.run in drawn.chance], own, on_progress)
+    whole = {run: chance for run, chance in drawn.chance.items() if not runs[run].failure}
+    sample = msgspec.structs.replace(drawn, chance=whole)
+    pairs = [
+        Pair(
+            p.record.text,
+            p.run,
+            own[p.record.command].id,
+            "+".join(p.configurations),
+            p.record.command,
+        )
+        for p in plans
+        if p.run in whole
+    ]
+    plan = planned(
+        plans,
+        sample,
+        [runs[run].seconds for run in whole],
+        without=sum(r.script is None for r in records),
+        stopped=len(runs) - len(whole),
+        seed=settings.seed,
+    )
+    write_bytes(folder / PLANNED, msgspec.json.format(msgspec.json.encode(plan)) + b"\n")
+    return RatingSet(folder, settings, plans, sample, pairs, plan)
+
+
+def finish(
+    found: RatingSet,
+    *,
+    ratings: Path | None = None,
+    pay: float | None = None,
+    draws: int = 2000,
+    on_progress: OnProgress | None = None,
+) -> Rated:
+    """Make the videos that aren't there yet and the study's file, and read the ratings so far.
+
+    Parameters
+    ----------
+    ratings, pay, draws
+        As :func:`eval.plan_study.whole_study.go_on` takes them.
+
+    Raises
+    ------
+    FormatError
+        If a rating is of a pair that the study hasn't, with its row.
+    """
+    folder, seed = found.folder, found.settings.seed
+    film_all(folder, found.settings.test, [*found.pairs], on_progress)
+    file = write_study(folder, [*found.pairs], seed, pay)
+    judgments = ratings_so_far(folder, ratings)
+    people = most_people(found.pairs, judgments)
+    rows: dict[str, Sequence[Agreement]] = {}
+    if people:
+        rows = {
+            verdict: agreements(found.plans, found.sample, people, verdict, seed=seed, draws=draws)
+            for verdict in verdicts(found.plans, found.sample)
+        }
+    return Rated(found, file, len(judgments), people, rows)
+
+
+def verdicts(plans: Sequence[DistinctPlan], sample: Sample) -> list[str]:
+    """The judge's verdicts that the sample can check, of those that all plans have."""
+    named = [name for name in plans[0].record.verdicts if name != FIRST] if plans else []
+    others = [name for name in named if all(name in p.record.verdicts for p in plans)]
+    return [FIRST, *(others if tells_of_all(plans, sample) else ())]
+
+
+def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[str, bool]:
+    """By the run of each rated pair, whether more than half of its judgments agree.
+
+    Raises
+    ------
+    FormatError
+        If a rating is of another pair, or a second one by the same person, with its row.
+    """
+    check_ratings(pairs, judgments)
+    if not judgments:
+        return {}
+    agrees = np.array([RATINGS.index(j.rating) + 1 >= AGREES for j in judgments])
+    runs = [j.shown_video for j in judgments]
+    return dict(zip(dict.fromkeys(runs), map(bool, majorities(agrees, codes(runs))), strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class _Errand:
+    folder: Path
+    run: str
+    record: PlanRecord
+    context: Context
+
+
+def _carried_out(
+    folder: Path,
+    plans: Sequence[DistinctPlan],
+    contexts: Mapping[str, Context],
+    on_progress: OnProgress | None,
+) -> dict[str, RunOutcome]:
+    """Carry out the plans that haven't been yet, in as many processes as there are processors."""
+    errands = [
+        _Errand(folder, p.run, p.record, contexts[p.record.command])
+        for p in plans
+        if not _outcome_file(folder, p.run).exists()
+    ]
+    before = len(plans) - len(errands)
+
+    def told(done: int) -> None:
+        if on_progress:
+            on_progress("runs in physics", before + done, len(plans))
+
+    if errands:
+        with Team(Workers(min(os.cpu_count() or 1, len(errands)))) as team:
+            work_in_order(_carry_out, errands, team, on_done=told)
+    return {
+        p.run: msgspec.json.decode(_outcome_file(folder, p.run).read_bytes(), type=RunOutcome)
+        for p in plans
+    }
+
+
+def _carry_out(errand: _Errand) -> None:
+    failure = carry_out(errand.folder, errand.run, errand.record, errand.context)
+    (run,) = load_corpus(run_corpus(errand.folder, errand.run)).contexts.values()
+    t = run.agent.trajectory.t
+    outcome = RunOutcome(float(t[-1] - t[0]), failure)
+    write_bytes(_outcome_file(errand.folder, errand.run), msgspec.json.encode(outcome))
+
+
+def _outcome_file(folder: Path, run: str) -> Path:
+    return folder / RUNS / f"{run}.json"

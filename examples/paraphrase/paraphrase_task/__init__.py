@@ -1,0 +1,1 @@
+"""Paraphrase: a task of the annotation app in which people say a command in other words."""

@@ -1,0 +1,147 @@
+"""The weights where a convex sum over many factors is least, by SciPy's optimisers.
+
+A step needs the value and the gradient of all factors, so that the optimum is that of all. Of the
+curvature, which Newton's method uses, an estimate is enough: what it lacks makes steps worse, not
+the optimum. Near the optimum most factors are decided, and few have curvature at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from scipy import sparse
+from threadpoolctl import threadpool_limits
+
+from g3.groundings import FloatArray
+
+Optimizer = Literal["newton", "lbfgs"]
+
+METHODS = MappingProxyType({"newton": "Newton-CG", "lbfgs": "L-BFGS-B"})
+"""SciPy's names of the ways to the optimum; the paper's is L-BFGS."""
+
+KEPT = 100_000
+"""How many rows a step takes the curvature of at most, on average."""
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """A function of k weights, near some weights.
+
+    Parameters
+    ----------
+    value
+        The function there.
+    gradient
+        Shape (k,).
+    curvature
+        The sum of the curvatures of all its rows.
+    rows, strengths
+        ``rows.T @ diag(strengths) @ rows`` estimates the second derivative; shapes (m, k), (m,).
+    """
+
+    value: float
+    gradient: FloatArray
+    curvature: float
+    rows: sparse.csr_array
+    strengths: FloatArray
+
+
+Look = Callable[[FloatArray, float], Local]
+"""What is minimised near some weights (k,), with the rows of at least this curvature, and of the
+others so many as make up for those that are left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A convex function of k weights, to which half their square is added.
+
+    Parameters
+    ----------
+    look
+        The function.
+    unit
+        What the components of the gradient are divided by before they are compared, shape (k,).
+    curvature
+        The sum of the curvatures of all rows at 0.
+    """
+
+    look: Look
+    unit: FloatArray
+    curvature: float
+
+
+class _Penalised:
+    """What SciPy asks for at some weights, of which the last ones are remembered."""
+
+    def __init__(self, problem: Problem, tolerance: float, *, curved: bool) -> None:
+        self._problem, self._tolerance = problem, tolerance
+        self._least = problem.curvature / KEPT if curved else np.inf
+        self._seen: dict[bytes, Local] = {}
+
+    def _at(self, weights: FloatArray) -> Local:
+        key = weights.tobytes()
+        if key not in self._seen:
+            self._seen = dict(list(self._seen.items())[-1:])
+            self._seen[key] = self._problem.look(weights, self._least)
+        return self._seen[key]
+
+    def value(self, weights: FloatArray) -> tuple[float, FloatArray]:
+        """The sum, and its gradient."""
+        local = self._at(weights)
+        return local.value + float(weights @ weights) / 2, local.gradient + weights
+
+    def bend(self, weights: FloatArray, step: FloatArray) -> FloatArray:
+        """The second derivative times a step."""
+        local = self._at(weights)
+        bent: FloatArray = local.rows.T @ (local.strengths * (local.rows @ step)) + step
+        return bent
+
+    def stop_if_flat(self, xk: FloatArray) -> None:
+        """End where no component of the gradient exceeds the tolerance."""
+        local = self._at(xk)
+        if self._least < np.inf:
+            self._least = local.curvature / KEPT
+        if np.abs((local.gradient + xk) / self._problem.unit).max() <= self._tolerance:
+            raise StopIteration
+
+
+def minimise(
+    problem: Problem, *, tolerance: float, max_iterations: int, optimizer: Optimizer
+) -> FloatArray:
+    """Where a problem's sum is least, from 0.
+
+    Parameters
+    ----------
+    tolerance
+        Stop when no component of the gradient exceeds it.
+    max_iterations
+        Stop after so many steps all the same.
+    optimizer
+        Newton's method looks at all factors a few dozen times, L-BFGS hundreds.
+    """
+    start = np.zeros(len(problem.unit))
+    if not len(start):
+        return start
+    from scipy import optimize  # noqa: PLC0415 - a fifth of a second, which only training waits for
+
+    newton = optimizer == "newton"
+    at = _Penalised(problem, tolerance, curved=newton)
+    options: Any = {"xtol": 0} if newton else {"gtol": 0, "ftol": 0, "maxls": 50}
+    method: Any = METHODS[optimizer]  # SciPy's stubs want it written out
+    # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
+    with threadpool_limits(limits=1, user_api="blas"):
+        result = optimize.minimize(
+            at.value,
+            start,
+            jac=True,
+            hessp=at.bend if newton else None,
+            method=method,
+            callback=at.stop_if_flat,
+            options={"maxiter": max_iterations} | options,
+        )
+    found: FloatArray = result.x
+    return found

@@ -1,0 +1,207 @@
+"""Clocks that are set forward or back cost no answer, and no wrong durations are kept."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from collections.abc import Callable
+
+import pytest
+from flask import Flask
+from limits import parse
+from limits.strategies import MovingWindowRateLimiter
+from sqlalchemy import select, text
+
+from annotation_app.core.config import Config
+from annotation_app.core.counting import ProcessStorage
+from annotation_app.dashboard.study_statistics import durations
+from annotation_app.dashboard.workers import workers
+from annotation_app.export.answer_tables import to_csv, to_jsonl, to_parquet
+from annotation_app.items import elapsed
+from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.models import Answer, Handout, Slot, Study
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from tests.annotation_app.browser import Browser, described, engine_of
+
+DAY_S = 24 * 3600.0
+KINDS = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+JUMPS = pytest.mark.parametrize("jump_s", [-DAY_S, DAY_S])
+
+
+@pytest.fixture
+def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Sets the machine's clock forward or back, as far as Python is concerned."""
+    real = time.time
+
+    def jump(by_s: float) -> None:
+        monkeypatch.setattr(time, "time", lambda: real() + by_s)
+
+    return jump
+
+
+def only_answer(app: Flask) -> Answer:
+    with reading(engine_of(app)) as session:
+        return session.scalars(select(Answer)).one()
+
+
+def first_study(app: Flask) -> str:
+    with reading(engine_of(app)) as session:
+        return session.scalars(select(Study.id)).one()
+
+
+@KINDS
+@JUMPS
+def test_the_clock_jumps_between_handout_and_answer(
+    app: Flask, jump_s: float, set_clock: Callable[[float], None]
+) -> None:
+    browser = Browser(app)
+    item = browser.take("describe")["item"]
+    set_clock(jump_s)
+    # A signed cookie has a time as well; whose it is isn't what is tested here.
+    with browser.client.session_transaction() as cookie:
+        cookie["person"] = browser.person.id
+    browser.csrf = browser.client.get("/api/session").json["csrf"]
+    assert browser.draft(item, 1, {"text": "Go"}).json == {"kept": True, "leased": True}
+    response = browser.answer(item, described())
+    assert response.status_code == 200, response.text
+    assert response.json["state"] == "accepted"
+    seconds = only_answer(app).seconds
+    assert seconds is not None
+    assert 0 <= seconds < 60
+
+
+@KINDS
+@pytest.mark.parametrize(
+    ("jump_s", "least_s", "most_s"),
+    [(-DAY_S, None, None), (DAY_S, DAY_S, DAY_S + 60), (8 * DAY_S, None, None), (0, 0, 60)],
+)
+def test_after_another_boot_the_clock_tells_if_it_can(
+    app: Flask,
+    jump_s: float,
+    least_s: float | None,
+    most_s: float | None,
+    monkeypatch: pytest.MonkeyPatch,
+    set_clock: Callable[[float], None],
+) -> None:
+    browser = Browser(app)
+    item = browser.take("describe")["item"]
+    set_clock(jump_s)
+    monkeypatch.setattr(elapsed, "boot", lambda: "the next one")
+    monkeypatch.setattr(elapsed, "_since_boot_s", lambda: 5.0)
+    with browser.client.session_transaction() as cookie:
+        cookie["person"] = browser.person.id
+    browser.csrf = browser.client.get("/api/session").json["csrf"]
+    assert browser.answer(item, described()).status_code == 200
+    seconds = only_answer(app).seconds
+    if least_s is None or most_s is None:
+        assert seconds is None
+    else:
+        assert seconds is not None
+        assert least_s <= seconds <= most_s
+
+
+@KINDS
+def test_handouts_of_the_previous_program_have_no_boot(app: Flask) -> None:
+    browser = Browser(app)
+    item = browser.take("describe")["item"]
+    with transaction(engine_of(app)) as session:
+        handout = session.scalars(select(Handout)).one()
+        handout.boot = handout.since_boot_s = None
+        handout.at -= 100
+    browser.answer(item, described())
+    seconds = only_answer(app).seconds
+    assert seconds is not None
+    assert 100 <= seconds < 160
+
+
+@pytest.mark.parametrize(
+    "study",
+    [StudyConfig(name="tests", title="A study", tasks={"describe": TaskConfig(lease_minutes=10)})],
+)
+def test_leases_made_while_the_clock_was_ahead_dont_block(
+    app: Flask, set_clock: Callable[[float], None]
+) -> None:
+    set_clock(DAY_S)
+    with transaction(engine_of(app)) as session:
+        slots = len(session.scalars(select(Slot)).all())
+    for _ in range(slots):
+        Browser(app).take("describe")
+    assert Browser(app).lease("describe").status_code == 409
+    set_clock(0)
+    Browser(app).take("describe")
+
+
+@JUMPS
+def test_limits_go_on_counting_by_what_has_passed(
+    jump_s: float, set_clock: Callable[[float], None]
+) -> None:
+    counter, limit = MovingWindowRateLimiter(ProcessStorage()), parse("2/second")
+    assert [counter.hit(limit, "ann") for _ in range(3)] == [True, True, False]
+    set_clock(jump_s)
+    assert not counter.hit(limit, "ann")
+    assert 0 < counter.get_window_stats(limit, "ann").reset_time - time.time() <= 1
+    time.sleep(1.05)
+    assert counter.hit(limit, "ann")
+
+
+def test_durations_that_are_unknown_are_told_as_such(app: Flask) -> None:
+    browser = Browser(app)
+    for _ in range(2):
+        browser.do("describe", described())
+    with transaction(engine_of(app)) as session:
+        first, second = session.scalars(select(Answer).order_by(Answer.id))
+        first.seconds, second.seconds = None, 12.5
+    study_id = first_study(app)
+    with reading(engine_of(app)) as session:
+        study = session.get_one(Study, study_id)
+        (duration,) = durations(session, study_id)
+        assert (duration.answers, duration.median_s) == (1, 12.5)
+        (worker,) = workers(session, study_id)
+        assert (worker.answers, worker.median_s) == (2, {"describe": 12.5})
+        table = list(csv.DictReader(io.StringIO(to_csv(session, study).decode())))
+        assert [row["seconds"] for row in table] == ["", "12.5"]
+        assert b'"seconds":null' in to_jsonl(session, study)
+        parquet = pytest.importorskip("pyarrow.parquet")
+        read = parquet.read_table(io.BytesIO(to_parquet(session, study)))
+        assert read["seconds"].to_pylist() == [None, 12.5]
+
+
+@KINDS
+def test_wrong_durations_of_the_previous_program_become_unknown(config: Config) -> None:
+    given = {1: -DAY_S, 2: 0.0, 3: 7.0, 4: DAY_S}
+    with opened(config.database) as engine:
+        migrate(engine, "0001")
+        with transaction(engine) as session:
+            for statement in OLD:
+                session.execute(text(statement))
+            for number, seconds in given.items():
+                item = {"id": f"i{number}", "rank": 0.0, "subject": f"s{number}"}
+                session.execute(text(OLD_ITEM), item)
+                session.execute(text(OLD_EVENT), {"item": item["id"], "uuid": f"e{number}"})
+                answer = {"item": item["id"], "subject": item["subject"], "seconds": seconds}
+                session.execute(text(OLD_ANSWER), {**answer, "event": number})
+        migrate(engine)
+        with reading(engine) as session:
+            kept = session.execute(select(Answer.event_id, Answer.seconds)).all()
+    assert dict(map(tuple, kept)) == {1: None, 2: None, 3: 7.0, 4: DAY_S}
+
+
+OLD = (
+    "INSERT INTO study (id, name, config, created_at) VALUES ('s', 's', '{}', 0)",
+    "INSERT INTO person (id, role, provider, external_hash, profile, created_at) "
+    "VALUES ('p', 'worker', 'open', 'x', '{}', 0)",
+)
+OLD_ITEM = (
+    "INSERT INTO item (id, study_id, task, subject, payload, rank) "
+    "VALUES (:id, 's', 'describe', :subject, '{}', :rank)"
+)
+OLD_EVENT = (
+    "INSERT INTO event (uuid, item_id, person_id, name, body, at) "
+    "VALUES (:uuid, :item, 'p', 'submit', '{}', 0)"
+)
+OLD_ANSWER = (
+    "INSERT INTO answer (item_id, person_id, task, subject, event_id, body, surplus, seconds, at) "
+    "VALUES (:item, 'p', 'describe', :subject, :event, '{}', false, :seconds, 0)"
+)
