@@ -38,7 +38,8 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     "--judge",
     type=click.Choice(["automatic"]),
     required=True,
-    help="Who says whether a plan is right: a comparison with the command's own log. "
+    help="Who says whether a plan is right: a program that compares it with the command's own "
+    "log, and with its words. "
     "People's ratings are shown by --table 2.",
 )
 @HELD_OUT
@@ -66,8 +67,9 @@ def table_3(
 ) -> None:
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
-    Each scenario is held out when it is tested. --judge automatic compares where the plans lead
-    with the commands' logs; how valid that is stands beside. With --out, scenarios that are done
+    Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
+    where the command's log ends, and whether it does what the words say; how valid that is stands
+    beside. With --out, scenarios that are done
     are kept beside the file until it is written, so that a run that was stopped goes on.
     """
     from corpus_tools import __version__
