@@ -69,8 +69,8 @@ def table_3(
 
     Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
     where the command's log ends, and whether it does what the words say; how valid that is stands
-    beside. With --out, scenarios that are done
-    are kept beside the file until it is written, so that a run that was stopped goes on.
+    beside. With --out, scenarios that are done are kept beside the file until it is written, so
+    that a run that was stopped goes on.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
