@@ -43,7 +43,8 @@ if TYPE_CHECKING:
     "--judge",
     type=click.Choice(["automatic"]),
     required=True,
-    help="Who says whether a plan is right: a comparison with the command's own log or outcome. "
+    help="Who says whether a plan is right: a program that compares it with the command's own "
+    "log or outcome, and with its words. "
     "People's ratings are shown by --table 2.",
 )
 @HELD_OUT
@@ -88,10 +89,11 @@ def table_3(
 ) -> None:
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
-    Each scenario is held out when it is tested. --judge automatic compares where the plans lead
-    with the commands' logs, or with their outcomes where there is no log; how valid that is stands
-    beside. Baselines without a model are rows of the table. With --out, scenarios that are
-    done are kept beside the file until it is written, so that a run that was stopped goes on.
+    Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
+    where the command's log ends, or its outcome where there is no log, and whether it does what
+    annotated words say; how valid that is stands beside. Baselines without a model are rows of the
+    table. With --out, scenarios that are done are kept beside the file until it is written, so
+    that a run that was stopped goes on.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
