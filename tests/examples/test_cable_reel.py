@@ -25,7 +25,7 @@ def reel(tmp_path_factory):
 
 def test_scenarios_may_hold_its_kind(reel):
     kinds = reel.ct("scenarios", "kinds").stdout.splitlines()
-    assert any(line.split()[:6] == "cable-reel cable reel 1 x 1".split() for line in kinds)
+    assert any(line.split()[:6] == ["cable-reel", "cable", "reel", "1", "x", "1"] for line in kinds)
     assert reel.ct("scenarios", "check", SCENARIO).stdout == "1 scenario: no problems\n"
 
 

@@ -78,7 +78,7 @@ def test_what_the_words_do_not_speak_of_stays_where_it_is(commands):
 def test_a_singular_speaks_of_one_thing(commands):
     # "Get crate onto trailor"
     own = commands["court_put_crate_on_trailer-04"]
-    both = [Action("carry", f"crate-{n}", place=on(own, "trailer-1", n)) for n in (1, 2)]
+    both = [Action(CARRY, f"crate-{n}", place=on(own, "trailer-1", n)) for n in (1, 2)]
     assert verdict(own, *both).reason == "it moves more than the words say"
 
 
