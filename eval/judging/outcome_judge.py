@@ -28,7 +28,7 @@ class Expected:
     is_whole
         Whether nothing else was picked up.
     is_determined
-        Whether nothing at all is listed as unknown.
+        Whether nothing is unknown, but which of several carriers a thing was put on: any is right.
     """
 
     last: Mapping[str, TaskOutcome]
@@ -52,7 +52,7 @@ def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
     return Expected(
         {thing: o for o in outcomes for thing in o.picked},
         bool(outcomes) and not unknown & {"picked", "rest"},
-        bool(outcomes) and not unknown,
+        bool(outcomes) and unknown <= {"on"},
     )
 
 

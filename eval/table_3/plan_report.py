@@ -31,7 +31,7 @@ PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.4
 """The paper's figures, which are people's judgments."""
 TITLES: dict[str, str] = {
     "all": "all commands",
-    "determined": "commands whose outcome is fully known",
+    "determined": "commands whose outcome is known (on any trailer that it may have been)",
     "two-or-more": "commands in worlds with two loads or more",
 }
 HEADINGS: dict[str, str] = {
@@ -181,15 +181,16 @@ def _two(value: float) -> str:
 
 
 def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
+    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(_number(r, v)) for r in found)]
     for subset, own in _parts(found):
         yield f"{TITLES[subset]}   (automatic judge)"
-        heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in VERDICTS)
+        heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in shown_verdicts)
         yield f"{'':12}{''.join(heads)}{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}".rstrip()
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
             paper = PAPER.get(str(row["configuration"])) if is_alike else None
-            cells = "".join(_verdict_cells(row, verdict) for verdict in VERDICTS)
+            cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
                 f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
                 f"{'' if paper is None else f'{paper:.2f}':>8}"

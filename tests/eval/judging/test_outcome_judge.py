@@ -103,7 +103,7 @@ def test_the_last_outcome_of_a_thing_counts_and_others_must_be_left_alone(start)
     ("unknown", "picked", "whole", "determined", "tells"),
     [
         ((), ("11",), True, True, True),
-        (("on",), ("11",), True, False, True),
+        (("on",), ("11",), True, True, True),
         (("place",), (), True, False, True),
         (("rest",), ("11",), False, False, True),
         (("picked", "put"), (), False, False, False),
