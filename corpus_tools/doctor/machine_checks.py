@@ -111,7 +111,7 @@ def extras() -> str:
     return ", ".join(_EXTRAS)
 
 
-_EXTRAS = {"app": "flask", "parquet": "pyarrow", "study": "statsmodels"}
+_EXTRAS = {"app": "flask", "embeddings": "wordllama", "parquet": "pyarrow", "study": "statsmodels"}
 
 
 def _nearest(folder: Path) -> Path:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.format_option import FORMAT, format_option
 from corpus_tools.options.model_options import ABLATE, L2
 from corpus_tools.options.parallel_options import JOBS, SCHEDULER
 from corpus_tools.runtime.progress import progress_bar
@@ -24,6 +24,9 @@ from eval.cli.mode_options import (
 )
 from eval.cli.option_sets import OptionSet, takes_one_of
 
+if TYPE_CHECKING:
+    from eval.tables.formats import Format
+
 
 @click.command(
     "--table 3",
@@ -31,22 +34,39 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     epilog="\b\nExamples:\n"
     "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
     "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal",
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal\n"
+    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test automatic "
+    "--heading loads --heading loads+45 --heading loads-45",
 )
 @train_and_test
 @click.option(
     "--judge",
     type=click.Choice(["automatic"]),
     required=True,
-    help="Who says whether a plan is right: a comparison with the command's own log. "
+    help="Who says whether a plan is right: a comparison with the command's own log or outcome. "
     "People's ratings are shown by --table 2.",
 )
 @HELD_OUT
+@click.option(
+    "--most",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all",
+    help="How many commands of each scenario to follow.",
+)
+@click.option(
+    "--heading",
+    "headings",
+    metavar="RULE",
+    multiple=True,
+    help="Which way robots face whose heading is assumed, such as loads, things or loads+30; "
+    "give several for the mean over them [default: as imported].",
+)
 @ABLATE
 @L2
 @SEED
 @draws_option()
-@FORMAT
+@format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
 @OUT
 @JOBS
 @SCHEDULER
@@ -55,11 +75,13 @@ def table_3(
     train: str,
     test: str,
     judge: Literal["automatic"],
+    most: int,
+    headings: tuple[str, ...],
     ablate: tuple[str, ...],
     l2: float | None,
     seed: int,
     draws: int,
-    form: Literal["text", "json"],
+    form: Format,
     out: Path | None,
     jobs: int,
     scheduler: str,
@@ -67,14 +89,16 @@ def table_3(
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
     Each scenario is held out when it is tested. --judge automatic compares where the plans lead
-    with the commands' logs; how valid that is stands beside. With --out, scenarios that are done
-    are kept beside the file until it is written, so that a run that was stopped goes on.
+    with the commands' logs, or with their outcomes where there is no log; how valid that is stands
+    beside. Baselines without a model are rows of the table. With --out, scenarios that are
+    done are kept beside the file until it is written, so that a run that was stopped goes on.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.runtime.parallel import Workers
     from eval.judging.judge_report import in_a_line, with_validity
     from eval.judging.judge_validity import known_validity
+    from eval.table_3.baselines import missing
     from eval.table_3.end_to_end import run
     from eval.table_3.kept_outcomes import kept_beside
     from eval.table_3.plan_report import render
@@ -88,6 +112,9 @@ def table_3(
         "l2": strength,
         "seed": seed,
         "ablate": sorted(set(ablate)),
+        "headings": list(headings),
+        "most": most,
+        "missing": sorted(missing()),
     }
     kept = kept_beside(out, settings) if out else None
     if kept and kept.scenarios:
@@ -99,6 +126,8 @@ def table_3(
             l2=strength,
             seed=seed,
             ablate=ablate,
+            headings=headings,
+            most=most,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,
             workers=Workers(jobs, scheduler),
@@ -107,7 +136,10 @@ def table_3(
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
     validity = known_validity(corpora, draws=draws, seed=seed)
     text = render(result, form, draws=draws, seed=seed)
-    text = with_validity(text, validity) if form == "json" else f"{text}\n{in_a_line(validity)}"
+    if form == "json":
+        text = with_validity(text, validity)
+    elif form == "text":
+        text = f"{text}\n{in_a_line(validity)}"
     write(text, out)
     if kept:
         kept.path.unlink(missing_ok=True)

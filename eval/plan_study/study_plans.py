@@ -17,8 +17,9 @@ from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from eval.judging.judge import judge
 from eval.plan_study.study_settings import Settings
-from eval.table_3.end_to_end import TOP, annotated_commands
 from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.judged_commands import annotated_commands
+from eval.table_3.plan_rows import TOP
 from eval.table_3.search_examples import data_of
 from g3.actions.robot_state import start_state
 from g3.annotation import Annotation

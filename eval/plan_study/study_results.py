@@ -15,7 +15,9 @@ from eval.statistics.estimates import Estimate
 from eval.statistics.intervals import bootstrap, two_way
 from eval.statistics.raters import majorities
 from eval.statistics.ratings import AGREES, codes
+from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.outcomes import JudgedRow, judged_row
+from eval.table_3.plan_rows import MODELS
 from eval.tables.comparison_report import compare_commands
 from g3.annotation import RATINGS, Judgment
 from g3.errors import FormatError
@@ -113,9 +115,11 @@ def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
 
 
 def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
-    """The same rows by the automatic judge."""
+    """The same rows by the automatic judge, and those of baselines."""
     rows: list[JudgedRow] = []
-    for name, (which, only_top) in ROWS.items():
+    there = {r.configuration for r in records} | missing().keys()
+    baselines = {name: (name, False) for name in BASELINES if name in there}
+    for name, (which, only_top) in {**ROWS, **baselines}.items():
         own = top(records, which) if only_top else [r for r in records if r.configuration == which]
         correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
         rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
@@ -146,12 +150,13 @@ def compare_people(
 
 
 def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
-    """The same by the automatic judge, on all commands."""
+    """Each model with each other configuration by the automatic judge, on all commands."""
     shares = {
         name: {r.command: float(r.correct) for r in records if r.configuration == name}
-        for name in CONFIGURATIONS
+        for name in (*CONFIGURATIONS, *BASELINES)
     }
-    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+    scenarios = _scenarios(records)
+    return compare_commands(shares, scenarios, seed=seed, draws=draws, including=MODELS)
 
 
 def _scenarios(records: list[PlanRecord]) -> dict[str, str]:

@@ -17,6 +17,7 @@ from corpus_tools.runtime.progress import OnProgress
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
 from eval.plan_study.filming import film_all
+from eval.plan_study.study_baselines import baseline_records
 from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
 from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
 from eval.plan_study.study_results import (
@@ -28,6 +29,7 @@ from eval.plan_study.study_results import (
 )
 from eval.plan_study.study_settings import Settings, check_settings
 from eval.statistics.comparison import Comparison
+from eval.table_3.baselines import missing
 from eval.table_3.outcomes import JudgedRow
 from eval.table_3.plan_report import PAPER
 from eval.tables.comparison_report import NOTE, TITLE, comparison_table
@@ -95,6 +97,7 @@ def go_on(
     film_all(folder, settings.test, found, _half(on_progress, 1))
     file = write_study(folder, found, settings.seed, pay)
     judgments = _judgments(folder, ratings)
+    judged = [*records, *baseline_records(settings)]
     options = {"seed": settings.seed, "draws": draws}
     return Study(
         settings,
@@ -102,10 +105,10 @@ def go_on(
         found,
         records,
         by_people(found, records, judgments, **options) if judgments else (),
-        by_judge(records, **options),
+        by_judge(judged, **options),
         known_validity(corpora.values(), **options),
         compare_people(found, records, judgments, **options) if judgments else (),
-        compare_judge(records, **options),
+        compare_judge(judged, **options),
     )
 
 
@@ -173,9 +176,11 @@ def _told(records: Sequence[PlanRecord], configuration: str) -> list[dict[str, o
 
 def _notes(study: Study) -> list[str]:
     failed = sum(bool(r.failure) for r in study.records)
+    lacking = [f"{name} {why}" for name, why in missing().items()]
     found = [
         NOTE,
         in_a_line(study.validity),
+        *lacking,
         f"{failed} of {len(study.records)} plans were stopped in physics; their videos end there",
         f"{len(study.pairs)} pairs of commands and videos to rate by {ANSWERS} people each: "
         f"ct annotate {study.file} --instance {study.file.parent / INSTANCE}",
@@ -220,7 +225,8 @@ def _automatic(rows: Sequence[JudgedRow]) -> Table:
         table.add_column(heading, justify="right")
     for row in rows:
         bounds = interval(row["low"], row["high"])
-        table.add_row(row["configuration"], f"{row['precision']:.2f}", bounds, str(row["n"]))
+        shown = f"{row['precision']:.2f}" if row["n"] else "-"
+        table.add_row(row["configuration"], shown, bounds, str(row["n"]))
     return table
 
 

@@ -11,20 +11,31 @@ from typing import Any
 import msgspec
 
 from eval.report.reliability import Bin
+from eval.table_3.plan_report import TITLES
+from eval.table_3.plan_rows import ALONE
 from g3.errors import FormatError
 
+WHOLE = "all"
+"""The part of the commands that tables without parts are of."""
 MADE_BY = "make one with `ct eval --table 3` or `--end-to-end`, and --format json --out FILE"
 
 
 class PlanRow(msgspec.Struct, frozen=True):
-    """A configuration's row."""
+    """A row of a configuration, or of a baseline, on a part of the commands."""
 
     configuration: str
-    precision: float
+    precision: float | None
     low: float | None
     high: float | None
     n: int
     judge: str = "automatic"
+    subset: str = WHOLE
+    theme: float | None = None
+    theme_low: float | None = None
+    theme_high: float | None = None
+    chance: float | None = None
+    refusals: float | None = None
+    note: str = ""
 
 
 class JudgedPlan(msgspec.Struct, frozen=True):
@@ -50,6 +61,8 @@ class Compared(msgspec.Struct, frozen=True):
     p: float
     adjusted_p: float
     effect: float
+    subset: str = WHOLE
+    verdict: str = "precision"
 
 
 class PlanBin(msgspec.Struct, frozen=True):
@@ -94,7 +107,7 @@ class Plans:
     Parameters
     ----------
     rows
-        A row for each configuration, by the automatic judge.
+        A row for each configuration and part of the commands, by the automatic judge.
     people
         The same by people, with known right and wrong pairs; empty if nobody has rated.
     compared, people_compared
@@ -124,6 +137,19 @@ class Plans:
     provenance: Mapping[str, Any]
     document: Mapping[str, Any]
 
+    def part(self, subset: str) -> list[PlanRow]:
+        """The judge's rows of a part of the commands."""
+        return [row for row in self.rows if row.subset == subset]
+
+    def parts(self) -> dict[str, list[PlanRow]]:
+        """The judge's rows by the title of their part; what is the same as all is told once."""
+        sizes = {subset: max((r.n for r in self.part(subset)), default=0) for subset in TITLES}
+        return {
+            title: self.part(subset)
+            for subset, title in TITLES.items()
+            if subset == WHOLE or 0 < sizes[subset] < sizes[WHOLE]
+        }
+
     def wrong(self, configuration: str) -> list[JudgedPlan]:
         """Wrong plans of a configuration, those that were thought most probable first."""
         found = [plan for plan in self.commands.get(configuration, ()) if not plan.correct]
@@ -136,7 +162,7 @@ def read_plans(path: Path) -> Plans:
     Raises
     ------
     FormatError
-        If the file can't be read or holds something else.
+        If the file can't be read or holds something else, or has no baselines.
     """
     try:
         text = path.read_bytes()
@@ -151,6 +177,14 @@ def read_plans(path: Path) -> Plans:
     )
     if not automatic.rows:
         raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
+    lacking = [name for name in ALONE if name not in {row.configuration for row in automatic.rows}]
+    if lacking:
+        raise FormatError(
+            f"this Table 3 has no rows of {', '.join(lacking)}, and a report shows no model "
+            "without what it has to beat",
+            where=str(path),
+            fix=f"run it again: {MADE_BY}",
+        )
     nan = float("nan")
     return Plans(
         automatic.rows,

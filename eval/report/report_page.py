@@ -12,13 +12,14 @@ from importlib.util import find_spec
 from eval.judging.judge_report import CONFIGURATIONS, notes
 from eval.judging.judge_validity import Validity, confusion
 from eval.report.charts import Bar, differences, intervals, reliability
-from eval.report.plan_results import Compared, PlanRow
+from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
 from eval.report.reliability import calibration_error
 from eval.report.report_contents import Contents
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_2.rating_table import PAPER as PAPER_TABLE_2
 from eval.table_2.rating_table import Results
 from eval.table_2.rating_table import notes as table_2_notes
+from eval.table_3.plan_report import HEADINGS, TITLES
 from eval.table_3.plan_report import PAPER as PAPER_TABLE_3
 from eval.tables.comparison_report import shown_p
 from eval.tables.formats import interval
@@ -26,6 +27,9 @@ from g3.errors import CorpusError
 
 NAMES = {
     "random": "random cost",
+    "nearest": "no model: the nearest load",
+    "keywords": "no model: keywords",
+    "embeddings": "no model: word embeddings",
     "gold-top30": "annotated SDCs, top 30",
     "auto-top30": "extracted SDCs, top 30",
     "gold-all": "annotated SDCs, all",
@@ -60,6 +64,7 @@ def page(contents: Contents) -> str:
         "f2": _two,
         "f3": _three,
         "signed": _signed,
+        "count": _count,
         "to": _to,
         "signed_to": _signed_to,
         "p": shown_p,
@@ -79,6 +84,8 @@ def page(contents: Contents) -> str:
         table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
         validity_notes=notes(contents.validity) if contents.validity else [],
         confusions=_confusions(contents.validity),
+        plan_parts=contents.plans.parts() if contents.plans else {},
+        plan_comparisons=_comparisons(contents.plans),
         wrong=contents.plans.wrong("gold")[:WRONG_PLANS] if contents.plans else [],
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
@@ -93,12 +100,11 @@ def _charts(contents: Contents) -> dict[str, str]:
     if contents.table_2:
         found["table_2"] = intervals(_of_table_2(contents.table_2), "Table 2 with intervals")
     if contents.plans:
-        found["table_3"] = intervals(_of_table_3(contents.plans.rows), "Table 3 with intervals")
+        rows = contents.plans.part(WHOLE)
+        found["table_3"] = intervals(_of_table_3(rows), "Table 3 with intervals")
         found["people"] = intervals(_of_table_3(contents.plans.people), "Table 3 by people")
-        for name, compared in (
-            ("compared", contents.plans.compared),
-            ("people_compared", contents.plans.people_compared),
-        ):
+        shown = {f"compared: {what}": c for what, c in _comparisons(contents.plans).items()}
+        for name, compared in {**shown, "people_compared": contents.plans.people_compared}.items():
             found[name] = differences(_of_comparisons(compared), "Differences with intervals")
         found["plans"] = reliability(contents.plans.reliability, "Reliability of plans")
     return found
@@ -118,11 +124,20 @@ def _of_table_2(results: Results) -> list[Bar]:
     ]
 
 
+def _comparisons(plans: Plans | None) -> dict[str, list[Compared]]:
+    """The judge's comparisons by what is compared."""
+    found: dict[str, list[Compared]] = {}
+    for c in plans.compared if plans else ():
+        what = f"{HEADINGS.get(c.verdict, c.verdict)} compared on {TITLES.get(c.subset, c.subset)}"
+        found.setdefault(what.capitalize(), []).append(c)
+    return found
+
+
 def _of_table_3(rows: Sequence[PlanRow]) -> list[Bar]:
     return [
         Bar(
             NAMES.get(row.configuration, row.configuration),
-            row.precision,
+            math.nan if row.precision is None else row.precision,
             *_bounds(row),
             PAPER_TABLE_3.get(row.configuration),
         )
@@ -155,6 +170,10 @@ def _said(value: object) -> str:
 
 def _two(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{value:.2f}"
+
+
+def _count(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
 
 
 def _signed(value: float) -> str:

@@ -24,7 +24,7 @@ from eval.tables.formats import delimited, document
 from eval.tables.latex import estimate, tabular, text
 
 MARKER = "report.json"
-PLAN_COLUMNS = ("configuration", "judge", "precision", "low", "high", "n", "paper")
+PLAN_COLUMNS = (*PlanRow.__struct_fields__, "paper")
 
 
 def check_writable(folder: Path) -> None:
@@ -79,7 +79,7 @@ def _files(contents: Contents) -> dict[str, str]:
             for c in several
         ]
         found["table-3-comparisons.csv"] = delimited(
-            compared, {}, columns=("judge", *COMPARISON_COLUMNS)
+            compared, {}, columns=("judge", "subset", "verdict", *COMPARISON_COLUMNS)
         )
     return found
 
@@ -105,22 +105,14 @@ def _document(contents: Contents) -> str:
 
 
 def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
-    return [
-        {
-            "configuration": row.configuration,
-            "judge": row.judge,
-            "precision": row.precision,
-            "low": row.low,
-            "high": row.high,
-            "n": row.n,
-            "paper": PAPER.get(row.configuration),
-        }
-        for row in rows
-    ]
+    return [{**msgspec.to_builtins(row), "paper": PAPER.get(row.configuration)} for row in rows]
 
 
 def _latex(plans: Plans) -> str:
-    parts = [_rows_latex("Judged by a program; the paper's figures are people's.", plans.rows)]
+    parts = [
+        _rows_latex(f"Judged by a program: {title}. The paper's figures are people's.", own)
+        for title, own in plans.parts().items()
+    ]
     if plans.people:
         parts.append(_rows_latex("Judged by people.", plans.people))
     for who, several in (("a program", plans.compared), ("people", plans.people_compared)):
@@ -134,9 +126,15 @@ def _rows_latex(title: str, rows: Sequence[PlanRow]) -> str:
     for row in rows:
         paper = PAPER.get(row.configuration)
         shown = "--" if paper is None else f"{paper:.2f}"
-        right = estimate(row.precision, row.low, row.high)
-        cells.append((text(row.configuration), right, shown, str(row.n)))
-    return tabular(("Configuration", "Right", "Paper", "$n$"), cells, comments=[title])
+        right = estimate(_figure(row.precision), row.low, row.high)
+        load = estimate(_figure(row.theme), row.theme_low, row.theme_high)
+        cells.append((text(row.configuration), right, load, shown, str(row.n)))
+    headings = ("Configuration", "Right", "Right load", "Paper", "$n$")
+    return tabular(headings, cells, comments=[title])
+
+
+def _figure(value: float | None) -> float:
+    return float("nan") if value is None else value
 
 
 def _compared_latex(title: str, compared: Sequence[Compared]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -49,6 +49,7 @@ def compare_all(
     rng: np.random.Generator,
     draws: int = 10_000,
     level: float = LEVEL,
+    including: Collection[str] = (),
 ) -> list[Comparison]:
     """Compare each two configurations on the commands that both have; none are left out.
 
@@ -59,9 +60,13 @@ def compare_all(
         where it has none.
     cluster
         Each command's cluster, such as its video, shape (commands,).
+    including
+        Leave out pairs that have none of these; by default none are left out.
     """
     found = []
     for one, other in combinations(shares, 2):
+        if including and not {one, other} & set(including):
+            continue
         both = ~np.isnan(shares[one]) & ~np.isnan(shares[other])
         if both.any():
             mine, theirs = shares[one][both], shares[other][both]

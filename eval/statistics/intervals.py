@@ -48,7 +48,7 @@ def _independent(
 
 
 def bootstrap(
-    agrees: BoolArray,
+    agrees: BoolArray | FloatArray,
     cluster: IntArray,
     *,
     rng: np.random.Generator,
@@ -61,7 +61,7 @@ def bootstrap(
     Parameters
     ----------
     agrees, cluster
-        Each judgment's answer and cluster, shape (n,).
+        Each judgment's answer, or the share of several, and its cluster, shape (n,).
     team
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
@@ -73,7 +73,9 @@ def bootstrap(
     return percentiles(float(agrees.mean()), sums / counts, level)
 
 
-def two_way(agrees: BoolArray, first: IntArray, second: IntArray, level: float = LEVEL) -> Estimate:
+def two_way(
+    agrees: BoolArray | FloatArray, first: IntArray, second: IntArray, level: float = LEVEL
+) -> Estimate:
     """Interval for judgments in two crossed clusterings, such as of videos and of raters.
 
     A. C. Cameron, J. B. Gelbach and D. L. Miller (J. Bus. Econ. Stat. 29, 2011): the variance
@@ -84,7 +86,7 @@ def two_way(agrees: BoolArray, first: IntArray, second: IntArray, level: float =
     Parameters
     ----------
     agrees
-        Each judgment's answer, shape (n,).
+        Each judgment's answer, or the share of several, shape (n,).
     first, second
         Its clusters, shape (n,).
     """

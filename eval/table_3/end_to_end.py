@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -16,43 +16,55 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Team, Workers
 from corpus_tools.runtime.progress import OnProgress
-from eval.judging.judge import judge
+from eval.table_3.baselines import missing
+from eval.table_3.following import CONFIGURATIONS, follow_command
 from eval.table_3.held_out import calibrated, costs_without, extractor_without
-from eval.table_3.outcomes import JudgedRow, Outcome, judged_row
+from eval.table_3.judged_commands import Facts, JudgedCommand, facts, in_headings, judged_commands
+from eval.table_3.outcomes import Outcome
+from eval.table_3.plan_rows import MODELS
 from eval.table_3.search_examples import data_of, read, written
-from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.features.feature_registry import FeatureSet, select
-from g3.groundings import PhysicalObject
-from g3.inference.grounder import Grounder, Result, object_ids
+from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation, ablation
-from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.costs import Cost, RandomCost, Scorer
+from g3.inference.problem.costs import RandomCost, Scorer
 from g3.language.parsing.extractor import SDCExtractor
 from g3.sdc.clauses import SDC
-
-TOP = 30
-"""How many commands the paper's top rows have."""
 
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
 
 @dataclass(frozen=True, slots=True)
 class EndToEnd:
-    """The outcomes of all commands by configuration: ``random``, ``gold`` and ``auto``."""
+    """The outcomes of all commands by configuration.
+
+    Parameters
+    ----------
+    outcomes
+        Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
+        and of the baselines.
+    facts
+        What is known of each command.
+    missing
+        Baselines that couldn't be run, and why.
+    """
 
     outcomes: Mapping[str, Sequence[Outcome]]
     metadata: Mapping[str, object]
+    facts: Mapping[str, Facts] = field(default_factory=dict)
+    missing: Mapping[str, str] = field(default_factory=dict)
 
 
 def run(
     train: str,
     test: str,
     *,
-    configurations: Iterable[str] = ("random", "gold", "auto"),
+    configurations: Iterable[str] = CONFIGURATIONS,
     l2: float = 1.0,
     seed: int = 0,
     ablate: Iterable[str] = (),
+    headings: Sequence[str] = (),
+    most: int = 0,
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,
     workers: Workers | None = None,
@@ -71,9 +83,16 @@ def run(
     test
         The corpus to test on.
     configurations
-        Which to run.
+        Which to run. ``gold`` is left out where nobody has annotated a command, and so is a
+        baseline that can't be run.
     ablate
         Feature sets that costs are learned without, and potentials that are switched off.
+    headings
+        Which way robots face whose heading is assumed, each by a rule
+        (:func:`corpus_tools.corpus.start_headings.parse_heading`). All commands are followed in
+        each.
+    most
+        How many commands of each scenario to follow; 0 for all.
     done
         Outcomes of scenarios that are known already, by configuration.
     on_scenario
@@ -84,15 +103,23 @@ def run(
     Raises
     ------
     CorpusError
-        If that fails for a scenario, after all others are done.
+        If that fails for a scenario, after all others are done, or plans for the test corpus's
+        commands can't be judged.
     ModelError
         If there is no feature set or potential of a name.
     """
     left_out = ablation(ablate)
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
-    names = sorted({a.command.scenario for a in annotated_commands(tested).values()})
-    asked = _Asked(train, test, tuple(configurations), l2, seed, left_out)
+    commands = judged_commands(tested, most)
+    in_headings(tested, headings)  # so that a wrong one is told at once
+    names = sorted({t.command.scenario for t in commands})
+    lacking = {name: why for name, why in missing().items() if name in configurations}
+    is_annotated = any(t.annotation for t in commands)
+    chosen = tuple(
+        name for name in configurations if name not in lacking and (is_annotated or name != "gold")
+    )
+    asked = _Asked(train, test, chosen, l2, seed, left_out, tuple(headings), most)
     found = dict(done)
     left = [name for name in names if name not in found]
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -123,12 +150,13 @@ def run(
         "l2": l2,
         "seed": seed,
         "ablated": sorted(left_out.sets | left_out.potentials),
+        "headings": list(headings),
+        "most": most,
     }
     together = {
-        which: calibrated([o for name in names for o in found[name][which]])
-        for which in asked.configurations
+        which: calibrated([o for name in names for o in found[name][which]]) for which in chosen
     }
-    return EndToEnd(together, metadata)
+    return EndToEnd(together, metadata, {t.command.id: facts(t) for t in commands}, lacking)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +169,8 @@ class _Asked:
     l2: float
     seed: int
     without: Ablation
+    headings: tuple[str, ...]
+    most: int
 
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
@@ -168,96 +198,53 @@ def _followed(
                 _lessons.cache_clear()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lessons:
+    """What a process has made ready to learn from and to test on, by the name of the heading."""
+
+    cost_of: Callable[[str], Scorer]
+    extractor_of: Callable[[str], SDCExtractor]
+    tested: Mapping[str, Sequence[JudgedCommand]]
+
+
 @functools.lru_cache(maxsize=1)
-def _lessons(
-    asked: _Asked, file: Path
-) -> tuple[Callable[[str], Scorer], Callable[[str], SDCExtractor], tuple[Annotation, ...]]:
-    """What a process has made ready to learn from and to test on."""
+def _lessons(asked: _Asked, file: Path) -> _Lessons:
     known = [open_corpus(name) for name in asked.train.split(",")]
     # A cluster's worker may not see the file.
     data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
-    tested = tuple(annotated_commands(open_corpus(asked.test)).values())
-    return costs_without(data, l2=asked.l2), extractor_without(known), tested
+    turned = in_headings(open_corpus(asked.test), asked.headings)
+    tested = {name: judged_commands(corpus, asked.most) for name, corpus in turned.items()}
+    return _Lessons(costs_without(data, l2=asked.l2), extractor_without(known), tested)
 
 
 def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
     """The outcomes of a scenario's commands by configuration."""
-    cost_of, extractor_of, tested = _lessons(asked, file)
-    own, learned = [a for a in tested if a.command.scenario == scenario], cost_of(scenario)
-    extracted: list[tuple[SDC, ...]] = []
-    if "auto" in asked.configurations:
-        extracted = extractor_of(scenario).predict(a.command.text for a in own)
-    outcomes: dict[str, list[Outcome]] = {}
-    for which in asked.configurations:
-        cost: Cost = RandomCost(asked.seed) if which == "random" else learned
-        trees = extracted if which == "auto" else [a.sdcs for a in own]
-        outcomes[which] = [
-            outcome(annotation, sdcs, Grounder(cost, without=asked.without.potentials))
-            for annotation, sdcs in zip(own, trees, strict=True)
-        ]
+    lessons = _lessons(asked, file)
+    without = asked.without.potentials
+    needs_model = any(name in MODELS for name in asked.configurations)
+    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
+    guesser = Grounder(RandomCost(asked.seed), without=without)
+    outcomes: dict[str, list[Outcome]] = {name: [] for name in asked.configurations}
+    for heading, everything in lessons.tested.items():
+        own = [t for t in everything if t.command.scenario == scenario]
+        extracted = _extracted(own, lessons.extractor_of, asked)
+        for which in asked.configurations:
+            grounder = model if which in MODELS else guesser
+            outcomes[which] += [
+                follow_command(which, tested, trees, grounder, heading)
+                for tested, trees in zip(own, extracted, strict=True)
+                if which != "gold" or tested.annotation
+            ]
     return outcomes
 
 
-def annotated_commands(corpus: Corpus) -> dict[str, Annotation]:
-    """The first positive annotation of each command, by the command's id."""
-    found: dict[str, Annotation] = {}
-    for annotation in corpus.annotations:
-        if annotation.source == "positive":
-            found.setdefault(annotation.command.id, annotation)
-    return found
-
-
-def outcome(annotation: Annotation, sdcs: Sequence[SDC], grounder: Grounder) -> Outcome:
-    """Follow a command in its own scenario and judge the plan, however improbable it is."""
-    result = grounder.follow(sdcs, annotation.context, least=0.0)
-    own = annotation.command
-    plan = result.plan
-    if plan is None:
-        return Outcome(own.id, own.scenario, own.text, 0.0, False, result.note)
-    verdict = judge(annotation.context, plan.state)
-    right, total = _objects(annotation, result) if sdcs is annotation.sdcs else (0, 0)
-    return Outcome(
-        own.id,
-        own.scenario,
-        own.text,
-        plan.probability,
-        verdict.correct,
-        verdict.reason,
-        total,
-        right,
-        plan.evidence,
+def _extracted(
+    own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: _Asked
+) -> Sequence[tuple[SDC, ...]]:
+    """The extracted clauses of a scenario's commands; none where nothing needs them."""
+    needs_them = "auto" in asked.configurations or (
+        "random" in asked.configurations and not all(t.annotation for t in own)
     )
-
-
-def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
-    """How many annotated OBJECTs are grounded as annotated, and how many there are."""
-    given = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
-    right = total = 0
-    for node, sdc in enumerate(Tree(annotation.sdcs).nodes):
-        groundings = annotation.groundings[node]
-        if sdc.type != "OBJECT" or not all(isinstance(g, PhysicalObject) for g in groundings):
-            continue
-        if groundings and annotation.correct[node]:
-            total += 1
-            right += set(given.get(node, ())) == set(object_ids(groundings))
-    return right, total
-
-
-def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[JudgedRow]:
-    """The rows of Table 3."""
-    rows: list[JudgedRow] = []
-    for name, of, top in (
-        ("random", "random", 0),
-        ("gold-top30", "gold", TOP),
-        ("auto-top30", "auto", TOP),
-        ("gold-all", "gold", 0),
-        ("auto-all", "auto", 0),
-    ):
-        if of not in result.outcomes:
-            continue
-        outcomes = sorted(result.outcomes[of], key=lambda o: (-o.probability, o.command))
-        outcomes = outcomes[: top or len(outcomes)]
-        correct = [o.correct for o in outcomes]
-        scenarios = [o.scenario for o in outcomes]
-        rows.append(judged_row(name, correct, scenarios, draws=draws, seed=seed))
-    return rows
+    if not needs_them:
+        return [()] * len(own)
+    return extractor_of(own[0].command.scenario).predict(t.command.text for t in own)

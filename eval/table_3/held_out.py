@@ -66,9 +66,11 @@ def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor
 
     The bundled extractor has learned from the bundled corpus and from the paper's, so that it
     must not be asked where commands of these are tested. As with ``ct train sdc`` the first
-    corpus says how trees are made, and the others teach as far as they agree.
+    corpus says how trees are made, and the others teach as far as they agree. A corpus without
+    annotations teaches nothing here, but one must have some.
     """
-    trees = [annotated_trees(corpus) for corpus in corpora]
+    annotated = [corpus for corpus in corpora if corpus.annotations] or corpora[:1]
+    trees = [annotated_trees(corpus) for corpus in annotated]
     number = np.repeat(np.arange(len(trees)), [len(part) for part in trees])
     scenarios = [item.command.scenario for part in trees for item in part]
     lessons = functools.cache(lambda: [lesson for part in trees for lesson in prepare(part)])

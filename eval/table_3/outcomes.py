@@ -33,6 +33,12 @@ class Outcome:
         How many OBJECTs are annotated, and how many of them are grounded as annotated.
     evidence
         What the probability was calibrated from; empty where there is no plan.
+    theme
+        Whether it picks up the right things and no other; None where that isn't known.
+    refused
+        Whether there is no plan, which counts as wrong.
+    heading
+        Which way the robot faced at the start; empty for the corpus's own.
     """
 
     command: str
@@ -44,6 +50,9 @@ class Outcome:
     objects: int = 0
     objects_right: int = 0
     evidence: tuple[float, ...] = ()
+    theme: bool | None = None
+    refused: bool = False
+    heading: str = ""
 
 
 class JudgedRow(TypedDict):

@@ -1,90 +1,254 @@
-"""Table 3 as text and as JSON, with how well the plans' probabilities tell right from wrong."""
+"""Table 3 as text, JSON, CSV and LaTeX, with how well probabilities tell right from wrong."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
-from eval.statistics.comparison import Comparison
-from eval.table_3.end_to_end import EndToEnd, table
-from eval.table_3.outcomes import (
-    JudgedRow,
-    Outcome,
-    grounding_accuracy,
-    reliability,
-    risk_coverage,
+import numpy as np
+
+from eval.table_3.end_to_end import EndToEnd
+from eval.table_3.judged_commands import SUBSETS, Facts, Subset
+from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk_coverage
+from eval.table_3.plan_rows import (
+    ALONE,
+    COLUMNS,
+    MODELS,
+    VERDICTS,
+    Compared,
+    Row,
+    columns,
+    comparisons,
+    followed,
+    rows,
 )
-from eval.tables.comparison_report import NOTE, compare_commands, lines, records
-from eval.tables.formats import document, interval
+from eval.tables import latex
+from eval.tables.comparison_report import lines, records
+from eval.tables.formats import Format, comments, delimited, document, interval
+from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
 """The paper's figures, which are people's judgments."""
+TITLES: dict[str, str] = {
+    "all": "all commands",
+    "determined": "commands whose outcome is fully known",
+    "two-or-more": "commands in worlds with two loads or more",
+}
+HEADINGS: dict[str, str] = {"precision": "precision", "theme": "right load"}
+"""Of a verdict's column."""
+NOTES = (
+    "precision: plans of which all is right that is known; right load: plans that pick up the",
+    "right thing and no other, so nothing where the robot only drove.",
+    "95%: worlds resampled; people: for other worlds and other people.",
+    "chance: a load picked up at random; refused: commands without a plan, which count as wrong.",
+    "random is the search with random costs; the baselines under it have no model.",
+)
+COMPARED = (
+    "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
+    "clusters, which are worlds, with Holm's correction in each list; h is Cohen's effect size"
+)
+JUDGED = (
+    "The verdicts are a program's: it compares what moved and where it ended with the command's",
+    "own log, or with its outcome where there is no log. The paper's are people's.",
+)
 
 
-def render(
-    result: EndToEnd, form: Literal["text", "json"], *, draws: int = 2000, seed: int = 0
-) -> str:
+def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
+    """The rows of Table 3 (:mod:`eval.table_3.plan_rows`).
+
+    Raises
+    ------
+    CorpusError
+        If baselines are missing that could have been run: a model is never shown without them.
+    """
+    lacking = [name for name in ALONE if name not in {*result.outcomes, *result.missing}]
+    if lacking:
+        raise CorpusError(
+            f"Table 3 has no rows of {', '.join(lacking)}, which a model is compared with",
+            fix="run it with all configurations",
+        )
+    return rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed)
+
+
+def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) -> str:
     """The rows of Table 3, and what else was measured."""
-    rows = table(result, draws=draws, seed=seed)
+    found = table(result, draws=draws, seed=seed)
+    if form == "csv":
+        about = {key: value for key, value in result.metadata.items() if key not in COLUMNS}
+        return delimited(found, about, columns=COLUMNS)
+    if form == "latex":
+        return _latex(found, result)
+    compared = comparisons(result.outcomes, result.facts, draws=draws, seed=seed)
+    if form == "json":
+        return _document(result, found, compared)
+    shown = [line for c in compared for line in (*_compared_lines(c), "")]
+    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARED, "", *_more(result)])
+
+
+def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold) if gold else (float("nan"), [])
-    compared = _compared(result, draws=draws, seed=seed)
-    if form == "json":
-        content: dict[str, object] = {
-            "rows": rows,
-            "object_grounding_top1": grounding_accuracy(gold),
-            "expected_calibration_error": error,
-            "reliability": diagram,
-            "risk_coverage": {name: risk_coverage(own) for name, own in result.outcomes.items()},
-            "comparisons": records(compared),
-            "commands": {
-                name: [_command(o) for o in outcomes] for name, outcomes in result.outcomes.items()
-            },
-        }
-        return document(content, dict(result.metadata))
-    return "\n".join([*_lines(rows), "", *lines(compared), NOTE, "", *_more(result)])
-
-
-def _compared(result: EndToEnd, *, draws: int, seed: int) -> list[Comparison]:
-    """Each two configurations on all commands, not only on those of which each is surest."""
-    shares = {
-        name: {o.command: float(o.correct) for o in outcomes}
-        for name, outcomes in result.outcomes.items()
+    told = {name: own for name, own in result.outcomes.items() if _has_probabilities(own)}
+    content: dict[str, object] = {
+        "rows": found,
+        "object_grounding_top1": grounding_accuracy(gold) if gold else float("nan"),
+        "expected_calibration_error": error,
+        "reliability": diagram,
+        "risk_coverage": {name: risk_coverage(own) for name, own in told.items()},
+        "comparisons": [
+            {"subset": c.subset, "verdict": c.verdict, **record}
+            for c in compared
+            for record in records(c.comparisons)
+        ],
+        "by_heading": list(_by_heading(result)),
+        "commands": {
+            name: [_command(o) for o in outcomes] for name, outcomes in result.outcomes.items()
+        },
     }
-    scenarios = {o.command: o.scenario for own in result.outcomes.values() for o in own}
-    return compare_commands(shares, scenarios, draws=draws, seed=seed)
+    return document(content, dict(result.metadata))
 
 
-def _command(outcome: Outcome) -> dict[str, str | float]:
-    return {
+def _command(outcome: Outcome) -> dict[str, object]:
+    found: dict[str, object] = {
         "command": outcome.command,
         "text": outcome.text,
         "probability": round(outcome.probability, 4),
         "correct": int(outcome.correct),
+        "theme": None if outcome.theme is None else int(outcome.theme),
+        "refused": int(outcome.refused),
         "reason": outcome.reason,
     }
+    return {**found, "heading": outcome.heading} if outcome.heading else found
 
 
-def _lines(rows: Sequence[JudgedRow]) -> list[str]:
-    lines = [f"{'':12}{'precision':>10}{'95%':>16}{'n':>6}{'paper':>8}   (automatic judge)"]
-    for row in rows:
-        paper = PAPER.get(row["configuration"])
-        bounds = interval(row["low"], row["high"], "[{:.2f}, {:.2f}]")
-        shown = "" if paper is None else f"{paper:.2f}"
-        name, value = row["configuration"], row["precision"]
-        lines.append(f"{name:12}{value:10.2f}{bounds:>16}{row['n']:6}{shown:>8}")
-    return lines
+def _by_heading(result: EndToEnd) -> Iterator[dict[str, object]]:
+    """Shares in each heading by itself, where there are several."""
+    headings = dict.fromkeys(o.heading for own in result.outcomes.values() for o in own)
+    for heading in headings if len(headings) > 1 else ():
+        for subset in SUBSETS:
+            for name, outcomes in result.outcomes.items():
+                own = [
+                    f
+                    for f in followed([o for o in outcomes if o.heading == heading])
+                    if result.facts.get(f.command, Facts()).is_in(subset)
+                ]
+                shares = {v: _mean([f.verdicts[v] for f in own]) for v in VERDICTS}
+                about = {"heading": heading, "configuration": name, "subset": subset}
+                yield {**about, "n": len(own), **shares}
+
+
+def _mean(values: Sequence[float]) -> float:
+    known = [v for v in values if not np.isnan(v)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def _has_probabilities(outcomes: Sequence[Outcome]) -> bool:
+    return any(o.evidence or o.probability for o in outcomes)
+
+
+def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
+    """Rows by part of the commands; a part of none, or of all, is told once."""
+    total = max((_count(row) for row in found), default=0)
+    for subset in SUBSETS:
+        own = [row for row in found if row["subset"] == subset]
+        most = max((_count(row) for row in own), default=0)
+        if subset == "all" or 0 < most < total:
+            yield subset, own
+
+
+def _count(row: Row) -> int:
+    n = row["n"]
+    return n if isinstance(n, int) else 0
+
+
+def _number(row: Row, name: str) -> float:
+    value = row[name]
+    return float(value) if isinstance(value, (int, float)) else float("nan")
+
+
+def _two(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.2f}"
+
+
+def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
+    for subset, own in _parts(found):
+        yield f"{TITLES[subset]}   (automatic judge)"
+        heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in VERDICTS)
+        yield f"{'':12}{''.join(heads)}{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}".rstrip()
+        for row in own:
+            # The paper's figures are of its own corpus, or one like it.
+            is_alike = subset == "all" and "gold" in result.outcomes
+            paper = PAPER.get(str(row["configuration"])) if is_alike else None
+            cells = "".join(_verdict_cells(row, verdict) for verdict in VERDICTS)
+            rest = (
+                f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
+                f"{'' if paper is None else f'{paper:.2f}':>8}"
+            )
+            note = f"  {row['note']}" if row["note"] else ""
+            yield f"{row['configuration']:12}{cells}{rest}".rstrip() + note
+        yield ""
+    headings = result.metadata.get("headings")
+    if isinstance(headings, list) and len(headings) > 1:
+        yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
+        shown = [r for r in _by_heading(result) if r["configuration"] in MODELS]
+        for record in shown:
+            figures = ", ".join(f"{HEADINGS[v]} {_two(_number(record, v))}" for v in VERDICTS)
+            yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
+        yield ""
+
+
+def _verdict_cells(row: Row, verdict: str) -> str:
+    value, low, high, two_way_low, two_way_high = (
+        _number(row, name) for name in columns(verdict).values()
+    )
+    form = "[{:.2f}, {:.2f}]"
+    return (
+        f"{_two(value):>11}{interval(low, high, form):>15}"
+        f"{interval(two_way_low, two_way_high, form):>15}"
+    )
+
+
+def _compared_lines(compared: Compared) -> list[str]:
+    title = f"{HEADINGS[compared.verdict]} compared on {TITLES[compared.subset]}"
+    return lines(compared.comparisons, title)
+
+
+def _latex(found: Sequence[Row], result: EndToEnd) -> str:
+    tables = []
+    headings = ["", *(h for v in VERDICTS for h in (HEADINGS[v].capitalize(),))]
+    for subset, own in _parts(found):
+        cells = [
+            (
+                latex.text(str(row["configuration"])),
+                *(_estimate(row, verdict) for verdict in VERDICTS),
+                latex.estimate(_number(row, "chance"), None, None),
+                str(row["refusals"]),
+                str(row["n"]),
+            )
+            for row in own
+        ]
+        about = [*comments(result.metadata), f"Table 3 by the automatic judge: {TITLES[subset]}."]
+        about += [f"{row['configuration']} {row['note']}" for row in own if row["note"]]
+        heads = (*headings, "Chance", "Refused", "$n$")
+        tables.append(latex.tabular(heads, cells, comments=about))
+    return "\n\n".join(tables)
+
+
+def _estimate(row: Row, verdict: str) -> str:
+    value, low, high, *_ = (_number(row, name) for name in columns(verdict).values())
+    return latex.estimate(value, low, high)
 
 
 def _more(result: EndToEnd) -> list[str]:
-    told = {name: own for name, own in result.outcomes.items() if name != "random" and own}
+    told: dict[str, Any] = {name: result.outcomes.get(name, ()) for name in MODELS}
+    told = {name: own for name, own in told.items() if own}
     errors = [f"{reliability(own)[0]:.3f} ({name})" for name, own in told.items()]
     areas = [f"{risk_coverage(own):.3f} ({name})" for name, own in told.items()]
-    accuracy = grounding_accuracy(result.outcomes.get("gold", ()))
+    gold = result.outcomes.get("gold", ())
+    grounded = [f"OBJECTs grounded as annotated: {grounding_accuracy(gold):.2f}"] if gold else []
     return [
-        f"OBJECTs grounded as annotated: {accuracy:.2f}",
+        *grounded,
         f"expected calibration error of the plans' probabilities: {', '.join(errors)}",
         f"area under their risk-coverage curve: {', '.join(areas)}",
-        "The verdicts are a program's: it compares what moved and where it ended with the",
-        "command's own log. The paper's are people's.",
+        *JUDGED,
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 from rich.table import Table
@@ -26,6 +26,7 @@ def compare_commands(
     *,
     seed: int,
     draws: int,
+    including: Collection[str] = (),
 ) -> list[Comparison]:
     """Compare each two configurations, with whole scenarios as clusters.
 
@@ -35,6 +36,8 @@ def compare_commands(
         By configuration and command, the part of the judgments that agree.
     scenarios
         Of the commands.
+    including
+        Leave out pairs that have none of these configurations; by default none are left out.
     """
     commands = sorted({command for own in shares.values() for command in own})
     clusters: IntArray = codes([scenarios[command] for command in commands])
@@ -42,7 +45,8 @@ def compare_commands(
         name: np.array([own.get(command, np.nan) for command in commands])
         for name, own in shares.items()
     }
-    return compare_all(arrays, clusters, rng=np.random.default_rng(seed), draws=draws)
+    rng = np.random.default_rng(seed)
+    return compare_all(arrays, clusters, rng=rng, draws=draws, including=including)
 
 
 def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
@@ -81,11 +85,10 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
     return table
 
 
-def lines(found: Sequence[Comparison]) -> list[str]:
+def lines(found: Sequence[Comparison], title: str = TITLE) -> list[str]:
     """The same as lines of text."""
-    return table_text(
-        {TITLE.capitalize(): comparison_table(found)}, (), {}, terminal=False
-    ).splitlines()
+    tables = {f"{title[0].upper()}{title[1:]}": comparison_table(found)}
+    return table_text(tables, (), {}, terminal=False).splitlines()
 
 
 def shown_p(p: float) -> str:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
+
+import pytest
 
 from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
@@ -10,9 +14,13 @@ from annotation_app.store.database import open_database
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
+from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser
+from tests.annotation_app.rendered import render
 from tests.corpus_tools.importers import random_tasks as made
+from tests.tiny_corpus import tiny_corpus
 
 TREE = "EVENT(r = Pick up, l = OBJ(f = the fridge))"
 
@@ -56,3 +64,25 @@ def test_commands_without_clauses_can_be_annotated_and_exported(tmp_path: Path) 
     assert [len(group) for group in annotation.groundings] == [0, 0, 1]
     assert annotation.groundings[2][0] in annotation.context.objects
     assert annotation.correct == (None, None, True)
+
+
+def test_a_command_of_several_contexts_has_no_video(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    corpus = tiny_corpus()
+    elsewhere = list(corpus.contexts.values())[-1]
+    first = corpus.annotations[0]
+    again = replace(first, id="again", context=elsewhere, groundings=((),) * len(first.groundings))
+    both = make_corpus(
+        "both",
+        contexts=corpus.contexts.values(),
+        commands=corpus.commands.values(),
+        annotations=[*corpus.annotations, again],
+    )
+    write_corpus(both, tmp_path / "both")
+    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(3)))
+    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
+        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    command = ["annotate", "import", str(tmp_path / "both"), "--videos", str(videos)]
+    assert run([*command, "--instance", str(tmp_path / "instance")]) == 2
+    assert f"{first.command.id}: the command is annotated in several" in capsys.readouterr().err

@@ -23,8 +23,10 @@ from eval.report.plan_results import read_plans
 from eval.report.reliability import bins, calibration_error
 from eval.table_1.correspondence import Predictions
 from eval.table_3.end_to_end import EndToEnd
+from eval.table_3.judged_commands import Facts
 from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_report import render
+from eval.table_3.plan_rows import ALONE
 from g3.annotation import Judgment
 from g3.errors import FormatError
 from tests.chromium import CHROMIUM
@@ -59,7 +61,11 @@ def plans(tmp_path_factory):
         Outcome(f"c{i}", f"s{i % 3}", "Go.", i / 9, i > 4, "" if i > 4 else "it stands still")
         for i in range(10)
     ]
-    whole = EndToEnd({"random": outcomes, "gold": outcomes}, {"table": 3, "judge": "automatic"})
+    about = {"table": 3, "judge": "automatic"}
+    facts = {o.command: Facts(f"p{i % 2}", 0.5, has_choice=i > 3) for i, o in enumerate(outcomes)}
+    which = ("random", "nearest", "keywords", "gold")
+    lacking = {"embeddings": "needs an extra"}
+    whole = EndToEnd(dict.fromkeys(which, outcomes), about, facts, lacking)
     path = tmp_path_factory.mktemp("plans") / "table-3.json"
     path.write_text(with_validity(render(whole, "json", draws=20), None))
     return path
@@ -105,6 +111,27 @@ def test_the_page_has_all_parts_and_needs_nothing_else(report):
     assert "tiny &lt;b&gt;" in page
 
 
+def test_the_page_shows_what_a_model_has_to_beat(report):
+    page = (report / "report.html").read_text()
+    for row in ("random cost", "no model: the nearest load", "no model: keywords"):
+        assert f"<td>{row}</td>" in page
+    assert "no model: word embeddings (needs an extra)" in page
+    assert "Commands in worlds with two loads or more" in page
+    # All outcomes are fully known, so that this part is told once.
+    assert "Commands whose outcome is fully known" not in page
+    assert "Precision compared on all commands" in page
+
+
+def test_a_table_without_baselines_makes_no_report(plans, tmp_path):
+    document = json.loads(plans.read_text())
+    document["rows"] = [r for r in document["rows"] if r["configuration"] != "keywords"]
+    (tmp_path / "old.json").write_text(json.dumps(document))
+    with pytest.raises(FormatError, match="no rows of keywords") as error:
+        read_plans(tmp_path / "old.json")
+    assert "run it again" in error.value.fix
+    assert "ct eval --table 3" in error.value.fix
+
+
 def test_the_other_files_say_the_same(report, plans):
     found = json.loads((report / "report.json").read_text())
     rows = {row["type"]: row for row in found["table_1"]["rows"]}
@@ -118,8 +145,10 @@ def test_the_other_files_say_the_same(report, plans):
     assert found["provenance"]["corpus_hash"].startswith("sha256:")
     assert any(line.startswith("ct eval --table 1") for line in found["commands"])
     compared = csv.DictReader(io.StringIO((report / "table-3-comparisons.csv").read_text()))
-    assert [(row["judge"], row["one"], row["n"]) for row in compared] == [
-        ("automatic", "random", "10")
+    assert [(row["judge"], row["subset"], row["one"], row["n"]) for row in compared] == [
+        ("automatic", subset, one, n)
+        for subset, n in (("all", "10"), ("two-or-more", "6"))
+        for one in ("random", "nearest", "keywords")
     ]
     for number in (1, 2, 3):
         assert r"\begin{tabular}" in (report / f"table-{number}.tex").read_text()
@@ -153,6 +182,7 @@ def test_other_files_are_no_plans(tmp_path):
 
 def test_people_and_the_judge_are_read_apart(videos, tmp_path):
     row = {"configuration": "gold-all", "precision": 0.5, "low": 0.4, "high": 0.6, "n": 9}
+    baselines = [{**row, "configuration": name} for name in ALONE]
     compared = {"one": "random", "other": "gold", "n": 9, "difference": -0.4, "effect": -1.0}
     compared |= {"low": -0.5, "high": -0.3, "p": 0.01, "adjusted_p": 0.03}
     plan = {"command": "c", "text": "Go.", "probability": 0.5, "reason": "it stands"}
@@ -163,7 +193,7 @@ def test_people_and_the_judge_are_read_apart(videos, tmp_path):
         "people": [{**row, "judge": "people", "n": 45}],
         "people_compared": [compared],
         "automatic": {
-            "rows": [{**row, "judge": "automatic"}],
+            "rows": [{**row, "judge": "automatic"}, *baselines],
             "comparisons": [{**compared, "n": 8}],
             "judge_validity": None,
         },
@@ -172,7 +202,7 @@ def test_people_and_the_judge_are_read_apart(videos, tmp_path):
     shutil.copytree(videos / "first", tmp_path / "videos" / "run-2")
     (tmp_path / "study.json").write_text(json.dumps(study))
     found = read_plans(tmp_path / "study.json")
-    assert [(r.judge, r.n) for r in found.rows] == [("automatic", 9)]
+    assert [(r.judge, r.n) for r in found.rows] == [("automatic", 9)] * (1 + len(ALONE))
     assert [(r.judge, r.n) for r in found.people] == [("people", 45)]
     assert [c.n for c in (*found.people_compared, *found.compared)] == [9, 8]
     assert found.provenance == {"table": 3}

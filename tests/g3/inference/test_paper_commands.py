@@ -11,7 +11,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.judging.judge import judge
-from eval.table_3.end_to_end import annotated_commands
+from eval.table_3.judged_commands import annotated_commands
 from g3.actions.grounding_candidates import beneath
 from g3.actions.logged_actions import centre
 from g3.features.feature_registry import select

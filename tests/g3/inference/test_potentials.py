@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.table_3.end_to_end import annotated_commands
+from eval.table_3.judged_commands import annotated_commands
 from g3.errors import ModelError
 from g3.features.feature_registry import catalogue
 from g3.inference.grounder import Grounder

@@ -1,0 +1,92 @@
+"""The automatic judge where only outcomes are known: what was picked up, and what it ended on.
+
+There is no log with paths and positions, only what the robot did. All that is known of it must be
+right: a plan picks up what was picked up and nothing else, and that ends on the forks, on the
+ground, or on one of the things it may have been put on. Where on the ground it ended, or where a
+robot went that only drove, is never known; any place will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from eval.judging.judge import Verdict
+from g3.actions.grounding_candidates import carrier
+from g3.actions.robot_state import State
+from g3.annotation import TaskOutcome
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What the outcomes of a command say together.
+
+    Parameters
+    ----------
+    last
+        Of each thing that was picked up, the last outcome that tells of it.
+    is_whole
+        Whether nothing else was picked up.
+    is_determined
+        Whether nothing at all is listed as unknown.
+    """
+
+    last: Mapping[str, TaskOutcome]
+    is_whole: bool
+    is_determined: bool
+
+    @property
+    def picked(self) -> frozenset[str]:
+        """Ids of what was picked up, as far as it is known."""
+        return frozenset(self.last)
+
+    @property
+    def tells(self) -> bool:
+        """Whether anything is known by which a plan could be wrong."""
+        return bool(self.last) or self.is_whole
+
+
+def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
+    """Put the outcomes of a command together; they are in the order in which it was done."""
+    unknown = {name for o in outcomes for name in o.unknown}
+    return Expected(
+        {thing: o for o in outcomes for thing in o.picked},
+        bool(outcomes) and not unknown & {"picked", "rest"},
+        bool(outcomes) and not unknown,
+    )
+
+
+def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
+    """Compare a plan with what was done.
+
+    Parameters
+    ----------
+    picked
+        What the plan picks up (:func:`eval.judging.picked_up.picked_up`).
+    start, final
+        Where the plan begins, and what it leads to.
+    """
+    missing, strange = want.picked - picked, picked - want.picked
+    if missing:
+        return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")
+    if strange and want.is_whole:
+        return Verdict(False, f"it picks up {', '.join(sorted(strange))}, which was left alone")
+    if want.is_whole and not want.picked and final.held != start.held:
+        return Verdict(False, "the load on the forks isn't the same; the robot only drove")
+    wrong = [why for thing, o in want.last.items() if (why := _wrong_end(thing, o, final))]
+    return Verdict(not wrong, next(iter(wrong), ""))
+
+
+def _wrong_end(thing: str, outcome: TaskOutcome, final: State) -> str:
+    """What is wrong with where a thing ends; empty if nothing is, or it isn't known."""
+    if not outcome.put or "put" in outcome.unknown:
+        return ""
+    if outcome.put == "held":
+        return "" if final.held == thing else "the load isn't on the forks at the end"
+    if final.held == thing:
+        return "the load is on the forks at the end"
+    under = carrier(final, thing)
+    if outcome.put == "ground":
+        return "" if under is None else "the load isn't on the ground"
+    is_there = under is not None and (not outcome.on or under.id in outcome.on)
+    return "" if is_there else "the load stands on something else"

@@ -1,0 +1,223 @@
+"""Plans without a model: what a figure of Table 3 has to be compared with.
+
+All of them pick up one load. What else they do is decided by single words: where "put" or the like
+occurs, the load is put down; a thing that is named after it is where it goes. A command with a verb
+of going and none of handling something is driven. They differ in how they choose the load:
+:func:`nearest`, :func:`keywords`, :func:`embeddings`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eval.table_3 import static_embeddings
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.grounding_candidates import is_open, spots_about, spots_of_robot
+from g3.actions.logged_actions import centre
+from g3.actions.robot_state import State
+from g3.groundings import PhysicalObject, Place
+from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
+
+LEAST_ALIKE = 0.3
+"""Cosine from which words may name a label."""
+STRAIGHT_M = 4.0
+LEFT, RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
+PUT_DOWN = stems("put place set drop")
+BRING = PUT_DOWN | stems("move bring carry take transport deliver")
+HANDLE = BRING | stems("pick lift load grab get raise")
+GO = stems(f"{WORD_CLASSES['going']} {WORD_CLASSES['turning']}")
+
+Things = Sequence[PhysicalObject]
+Naming = tuple[Things, int]
+"""Things that words name, and where in the command the words end."""
+FindNamed = Callable[[Sequence[str], Sequence[tuple[str, ...]], Things], Naming | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A command's words and what they may be about.
+
+    Parameters
+    ----------
+    words
+        In lower case, without punctuation.
+    start
+        Where the plan begins.
+    loads
+        What could be picked up.
+    others
+        All other things but the robot.
+    """
+
+    words: Sequence[str]
+    start: State
+    loads: Things
+    others: Things
+
+
+def scene_of(text: str, start: State, loads: Things) -> Scene:
+    """A command and its world."""
+    own = {start.context.agent_id, *(o.id for o in loads)}
+    others = tuple(o for o in start.context.objects if o.id not in own)
+    return Scene([w for word in text.split() if (w := bare(word))], start, loads, others)
+
+
+def nearest(scene: Scene) -> list[Action]:
+    """The load that is nearest to the robot, whatever the words are."""
+    load = _nearest(scene.loads, scene.start)
+    return _done_with(load, 0, by_label, scene)
+
+
+def keywords(scene: Scene) -> list[Action]:
+    """The first word that is a label of a load.
+
+    Of several loads alike it is the left or the right one if "left" or "right" occurs, as the robot
+    sees them at the start, else the nearest to it. Words that are labels of all loads, such as
+    "pallet", tell nothing. Where no word is a label, all loads are alike.
+    """
+    return _by_words(by_label, scene)
+
+
+def embeddings(scene: Scene) -> list[Action]:
+    """The same with static word embeddings.
+
+    Each word, and each two words in a row, are compared with the label of each load. The first
+    that are at least `LEAST_ALIKE` to one name the load whose label is most like them.
+    """
+    return _by_words(by_embedding, scene)
+
+
+BASELINES: Mapping[str, Callable[[Scene], list[Action]]] = {
+    "nearest": nearest,
+    "keywords": keywords,
+    "embeddings": embeddings,
+}
+"""By the name of their row. The row `random` is the search with random costs."""
+
+
+def missing() -> dict[str, str]:
+    """Baselines that can't be run, and what they lack."""
+    return {} if static_embeddings.is_installed() else {"embeddings": static_embeddings.MISSING}
+
+
+def carried_out(start: State, actions: Sequence[Action]) -> State:
+    """The state that actions lead to."""
+    state = start
+    for action in actions:
+        state = result(state, action, move(state, [action]), 0)
+    return state
+
+
+def by_label(
+    words: Sequence[str], labels: Sequence[tuple[str, ...]], things: Things
+) -> Naming | None:
+    """The things that have the first word among their labels which is one."""
+    stemmed = [frozenset(map(normalise, own)) for own in labels]
+    for place, word in enumerate(map(normalise, words)):
+        alike = [thing for thing, own in zip(things, stemmed, strict=True) if word in own]
+        if alike:
+            return alike, place + 1
+    return None
+
+
+def by_embedding(
+    words: Sequence[str], labels: Sequence[tuple[str, ...]], things: Things
+) -> Naming | None:
+    """The things whose label is most like the first word or pair that is like one."""
+    texts = [" ".join(own) for own in labels]
+    names = sorted({text for text in texts if text})
+    if not names:
+        return None
+    of_names = static_embeddings.vectors(names)
+    for place in range(len(words)):
+        said = [" ".join(words[place:end]) for end in (place + 1, place + 2) if end <= len(words)]
+        alike = static_embeddings.vectors(said) @ of_names.T
+        if alike.max() >= LEAST_ALIKE:
+            best = names[int(alike.max(axis=0).argmax())]
+            return [o for o, text in zip(things, texts, strict=True) if text == best], place + 1
+    return None
+
+
+def _by_words(find: FindNamed, scene: Scene) -> list[Action]:
+    named = find(scene.words, _telling(scene.loads), scene.loads)
+    alike, place = named or (scene.loads, 0)
+    return _done_with(_chosen(alike, scene), place, find, scene)
+
+
+def _telling(loads: Things) -> list[tuple[str, ...]]:
+    """Labels of loads without those that all of them have."""
+    shared = frozenset[str]()
+    if len(loads) > 1:
+        shared = frozenset(loads[0].labels).intersection(*(o.labels for o in loads))
+    return [tuple(label for label in o.labels if label not in shared) for o in loads]
+
+
+def _chosen(things: Things, scene: Scene) -> PhysicalObject | None:
+    """The left one, the right one, or the nearest."""
+    words = set(scene.words)
+    if things and (words & LEFT or words & RIGHT):
+        x, y, yaw = scene.start.pose
+        away = np.array([centre(o.prism) for o in things]) - (x, y)
+        bearing = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - yaw)))
+        return things[int(bearing.argmax() if words & LEFT else bearing.argmin())]
+    return _nearest(things, scene.start)
+
+
+def _nearest(things: Things, start: State) -> PhysicalObject | None:
+    def away(thing: PhysicalObject) -> float:
+        return float(np.linalg.norm(centre(thing.prism) - start.pose[:2]))
+
+    return min(things, key=away, default=None)
+
+
+def _done_with(
+    load: PhysicalObject | None, place: int, find: FindNamed, scene: Scene
+) -> list[Action]:
+    """What to do once the load is chosen; nothing where there is none and one is asked for.
+
+    Parameters
+    ----------
+    place
+        Where in the command the words that name the load end.
+    find
+        How things are named.
+    """
+    start, verbs = scene.start, {normalise(word) for word in scene.words}
+    if verbs & GO and not verbs & HANDLE:
+        return [_driven(find, scene)]
+    if start.held is not None:
+        load = start.thing(start.held)
+    if load is None:
+        return []
+    goal = find(scene.words[place:], [o.labels for o in scene.others], scene.others)
+    spot = next(_spots(goal, verbs, load, scene), None)
+    if spot is not None:
+        return [Action("put down" if start.held else "carry", object_id=load.id, place=spot)]
+    return [Action("wait") if start.held else Action("pick up", object_id=load.id)]
+
+
+def _driven(find: FindNamed, scene: Scene) -> Action:
+    """Drive to the nearest of the things that are named first, or else straight on."""
+    things = [o for o in (*scene.loads, *scene.others) if o.id != scene.start.held]
+    named = find(scene.words, [o.labels for o in things], things)
+    target = _nearest(named[0], scene.start) if named else None
+    return (
+        Action("drive to", target=(target,)) if target else Action("go straight", amount=STRAIGHT_M)
+    )
+
+
+def _spots(
+    goal: Naming | None, verbs: set[str], load: PhysicalObject, scene: Scene
+) -> Iterator[Place]:
+    """Where the load may be put, the first choice first; nowhere if it isn't said to be put."""
+    spots: list[Place] = []
+    if goal and verbs & BRING:
+        thing = _chosen(goal[0], scene)
+        spots += spots_about((thing,), scene.start) if thing else []
+    elif verbs & PUT_DOWN:
+        spots += spots_of_robot(scene.start)
+    return (spot for spot in spots if is_open(spot, scene.start, load.id))

@@ -1,0 +1,170 @@
+"""The commands of a corpus that plans can be judged for, with what is known of each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.start_headings import parse_heading, with_headings
+from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
+from eval.judging.outcome_judge import Expected, expected
+from eval.judging.picked_up import load_labels, loads, picked_in_log
+from g3.annotation import Annotation, Command
+from g3.errors import CorpusError
+from g3.groundings import Context, PhysicalObject
+
+Subset: TypeAlias = Literal["all", "determined", "two-or-more"]
+SUBSETS: tuple[Subset, ...] = get_args(Subset)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JudgedCommand:
+    """A command that plans can be judged for.
+
+    Parameters
+    ----------
+    context
+        The world that it was given in.
+    annotation
+        Its clauses and groundings by people; None if nobody has annotated it.
+    done
+        What its outcomes say; None where a log tells instead.
+    loads
+        What could be picked up.
+    """
+
+    command: Command
+    context: Context
+    annotation: Annotation | None
+    done: Expected | None
+    loads: tuple[PhysicalObject, ...]
+
+    @property
+    def picked(self) -> frozenset[str] | None:
+        """Ids of what was picked up; None if that isn't all known."""
+        if self.done is None:
+            return picked_in_log(self.context)
+        return self.done.picked if self.done.is_whole else None
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What rows of Table 3 need to know of a command.
+
+    Parameters
+    ----------
+    person
+        Who typed it; empty if unknown.
+    chance
+        How probably a load that is drawn at random, and no other thing, is what was picked up.
+    is_determined
+        Whether nothing of what was done is unknown.
+    has_choice
+        Whether there are two loads or more.
+    """
+
+    person: str = ""
+    chance: float = float("nan")
+    is_determined: bool = True
+    has_choice: bool = False
+
+    def is_in(self, subset: Subset) -> bool:
+        """Whether the command belongs to a part of the table."""
+        if subset == "all":
+            return True
+        return self.is_determined if subset == "determined" else self.has_choice
+
+
+def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
+    """Commands whose outcome is known, and annotated ones, which have a log.
+
+    Commands of whose outcome nothing is known are left out.
+
+    Parameters
+    ----------
+    most
+        How many of each scenario; 0 for all.
+
+    Raises
+    ------
+    CorpusError
+        If there are none.
+    """
+    found = list(_known(corpus))
+    if not found:
+        raise CorpusError(
+            "plans for its commands can't be judged: it has neither annotations nor outcomes",
+            where=f"corpus {corpus.name}",
+            fix="take a corpus with logs and annotations, or one with outcomes.jsonl",
+        )
+    seen: Counter[str] = Counter()
+    kept = []
+    for tested in found:
+        seen[tested.command.scenario] += 1
+        if not most or seen[tested.command.scenario] <= most:
+            kept.append(tested)
+    return kept
+
+
+def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
+    annotated, contexts = annotated_commands(corpus), contexts_of_commands(corpus)
+    labels = load_labels(corpus)
+    of_context: dict[str, tuple[PhysicalObject, ...]] = {}
+    # Annotated commands come in the order of their annotations.
+    others = (c for c in corpus.commands.values() if c.id not in annotated)
+    for command in (*(a.command for a in annotated.values()), *others):
+        annotation, outcomes = annotated.get(command.id), outcomes_of(corpus, command)
+        if annotation is None and (not outcomes or command.id not in contexts):
+            continue
+        if not command.text.strip():
+            continue
+        done = expected(outcomes) if outcomes else None
+        if done is not None and not done.tells:
+            continue
+        context = annotation.context if annotation else corpus.contexts[contexts[command.id]]
+        own = of_context.setdefault(context.id, loads(context, labels))
+        yield JudgedCommand(command, context, annotation, done, own)
+
+
+def annotated_commands(corpus: Corpus) -> dict[str, Annotation]:
+    """The first positive annotation of each command, by the command's id."""
+    found: dict[str, Annotation] = {}
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            found.setdefault(annotation.command.id, annotation)
+    return found
+
+
+def facts(tested: JudgedCommand) -> Facts:
+    """What rows need to know of a command."""
+    count, picked = len(tested.loads), tested.picked
+    chance = float("nan")
+    if picked is not None:
+        chance = 1 / count if len(picked) == 1 and count else 0.0
+    is_determined = tested.done is None or tested.done.is_determined
+    return Facts(tested.command.subject, chance, is_determined, count > 1)
+
+
+def in_headings(corpus: Corpus, headings: Sequence[str]) -> Mapping[str, Corpus]:
+    """The corpus with its robots turned by each rule; as it is, by the name "", without rules.
+
+    Raises
+    ------
+    CorpusError
+        If no heading is assumed, so that there is nothing to turn.
+    FormatError
+        If a rule can't be read.
+    """
+    if not headings:
+        return {"": corpus}
+    turned = {name: with_headings(corpus, parse_heading(name)) for name in headings}
+    if not any((c.agent_id, "heading") in c.assumed for c in corpus.contexts.values()):
+        raise CorpusError(
+            "the robot's headings are recorded in all of its worlds",
+            where=f"corpus {corpus.name}",
+            fix="leave --heading out",
+        )
+    return turned

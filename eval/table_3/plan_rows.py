@@ -1,0 +1,223 @@
+"""The rows of Table 3: configurations and baselines on parts of the commands."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from eval.statistics.comparison import Comparison
+from eval.statistics.estimates import Estimate, FloatArray
+from eval.statistics.intervals import bootstrap, two_way
+from eval.statistics.ratings import codes
+from eval.table_3.baselines import BASELINES
+from eval.table_3.judged_commands import SUBSETS, Facts, Subset
+from eval.table_3.outcomes import Outcome
+from eval.tables.comparison_report import compare_commands
+
+TOP = 30
+"""How many commands the paper's top rows have."""
+MODELS = ("gold", "auto")
+ALONE = ("random", *BASELINES)
+"""Rows that are always there: what a model has to beat."""
+ROWS: tuple[tuple[str, str, int], ...] = (
+    *((name, name, 0) for name in ALONE),
+    ("gold-top30", "gold", TOP),
+    ("auto-top30", "auto", TOP),
+    ("gold-all", "gold", 0),
+    ("auto-all", "auto", 0),
+)
+"""Name of a row, its configuration, and how many of the most probable plans it has; 0 for all."""
+
+Row: TypeAlias = dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A command in a configuration, as shares of the headings in which it was followed.
+
+    Parameters
+    ----------
+    verdicts
+        By the names of `VERDICTS`; NaN where a verdict can't be given.
+    refused
+        The part without a plan.
+    """
+
+    command: str
+    scenario: str
+    probability: float
+    verdicts: Mapping[str, float]
+    refused: float
+
+
+VERDICTS: Mapping[str, Callable[[Outcome], float]] = {
+    "precision": lambda o: float(o.correct),
+    "theme": lambda o: float("nan") if o.theme is None else float(o.theme),
+}
+"""What a plan is judged by. Each has columns for its share and for its two intervals."""
+WHOLE = "precision"
+
+
+def columns(verdict: str) -> dict[str, str]:
+    """Names of a verdict's columns, by what they hold."""
+    own = "" if verdict == WHOLE else f"{verdict}_"
+    bounds = ("low", "high", "two_way_low", "two_way_high")
+    return {"value": verdict, **{bound: f"{own}{bound}" for bound in bounds}}
+
+
+COLUMNS = (
+    "configuration",
+    "subset",
+    "judge",
+    "n",
+    *(name for verdict in VERDICTS for name in columns(verdict).values()),
+    "chance",
+    "refusals",
+    "note",
+)
+"""Of a row, in the order in which CSV has them."""
+
+
+def followed(outcomes: Sequence[Outcome]) -> list[Followed]:
+    """Put a command's outcomes in several headings together, in the order of the commands."""
+    by_command: dict[str, list[Outcome]] = defaultdict(list)
+    for o in outcomes:
+        by_command[o.command].append(o)
+    return [
+        Followed(
+            name,
+            own[0].scenario,
+            float(np.mean([o.probability for o in own])),
+            {
+                verdict: float(np.mean([judge(o) for o in own]))
+                for verdict, judge in VERDICTS.items()
+            },
+            float(np.mean([o.refused for o in own])),
+        )
+        for name, own in by_command.items()
+    ]
+
+
+def rows(
+    outcomes: Mapping[str, Sequence[Outcome]],
+    facts: Mapping[str, Facts],
+    missing: Mapping[str, str],
+    *,
+    draws: int,
+    seed: int,
+) -> list[Row]:
+    """A row for each configuration and part of the commands.
+
+    Parameters
+    ----------
+    outcomes
+        By configuration.
+    facts
+        Of the commands.
+    missing
+        Configurations that can't be run, which have a row without figures, and why.
+    """
+    by_configuration = {name: followed(own) for name, own in outcomes.items()}
+    found = []
+    for subset in SUBSETS:
+        for name, of, top in ROWS:
+            if of not in by_configuration and of not in missing:
+                continue
+            own = [
+                f
+                for f in by_configuration.get(of, ())
+                if facts.get(f.command, Facts()).is_in(subset)
+            ]
+            if top:
+                own = sorted(own, key=lambda f: (-f.probability, f.command))[:top]
+            row = _row(own, facts, draws=draws, seed=seed)
+            about = {"configuration": name, "subset": subset, "judge": "automatic"}
+            found.append({**about, **row, "note": missing.get(of, "")})
+    return found
+
+
+def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, seed: int) -> Row:
+    known = [facts.get(f.command, Facts()) for f in own]
+    row: Row = {"n": len(own)}
+    for verdict in VERDICTS:
+        judged = [i for i, f in enumerate(own) if not np.isnan(f.verdicts[verdict])]
+        values = np.array([own[i].verdicts[verdict] for i in judged])
+        worlds = [own[i].scenario for i in judged]
+        people = [known[i].person for i in judged]
+        share, crossed = _intervals(values, worlds, people, draws=draws, seed=seed)
+        estimates = (share.value, share.low, share.high, crossed.low, crossed.high)
+        row |= dict(zip(columns(verdict).values(), estimates, strict=True))
+    chances = [k.chance for k in known if not np.isnan(k.chance)]
+    row["chance"] = float(np.mean(chances)) if chances else float("nan")
+    row["refusals"] = _whole(sum(f.refused for f in own))
+    return row
+
+
+def _intervals(
+    values: FloatArray, worlds: Sequence[str], people: Sequence[str], *, draws: int, seed: int
+) -> tuple[Estimate, Estimate]:
+    """With worlds resampled, and for other worlds and other people; no bounds if none are known."""
+    nan = float("nan")
+    if not len(values):
+        return Estimate(nan, nan, nan), Estimate(nan, nan, nan)
+    rng = np.random.default_rng(seed)
+    share = bootstrap(values, codes(worlds), rng=rng, draws=draws)
+    if not all(people):
+        return share, Estimate(share.value, nan, nan)
+    return share, two_way(values, codes(worlds), codes(people))
+
+
+def _whole(number: float) -> float | int:
+    return round(number) if float(number).is_integer() else number
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Comparisons of one verdict on one part of the commands."""
+
+    subset: Subset
+    verdict: str
+    comparisons: Sequence[Comparison]
+
+
+def comparisons(
+    outcomes: Mapping[str, Sequence[Outcome]],
+    facts: Mapping[str, Facts],
+    *,
+    draws: int,
+    seed: int,
+) -> list[Compared]:
+    """Each model with each baseline, and models with each other, on all commands of a part.
+
+    Parts that are the same as another are left out. Holm's correction is for the comparisons of a
+    part and verdict.
+    """
+    by_configuration = {name: followed(own) for name, own in outcomes.items()}
+    scenarios = {f.command: f.scenario for own in by_configuration.values() for f in own}
+    found = []
+    seen: set[tuple[str, ...]] = set()
+    for subset in SUBSETS:
+        within = {name for name in scenarios if facts.get(name, Facts()).is_in(subset)}
+        key = tuple(sorted(within))
+        if not within or key in seen:
+            continue
+        seen.add(key)
+        for verdict in VERDICTS:
+            shares = {
+                name: {f.command: f.verdicts[verdict] for f in own if f.command in within}
+                for name, own in by_configuration.items()
+            }
+            compared = compare_commands(
+                {name: own for name, own in shares.items() if own},
+                scenarios,
+                seed=seed,
+                draws=draws,
+                including=MODELS,
+            )
+            if compared:
+                found.append(Compared(subset, verdict, compared))
+    return found
