@@ -23,6 +23,8 @@ from g3.estimator import read_bytes
 from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
+from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts
+from g3.learning.load_choice import FEATURES, LoadChooser
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 from g3.storage.only_writer import only_writer
@@ -42,6 +44,22 @@ class TrainingCard(TypedDict, total=False):
     corpus_hash: str
     scenarios: tuple[str, ...]
     training: Mapping[str, object]
+
+
+class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a model knows of the loads that commands are about.
+
+    Parameters
+    ----------
+    features, weights
+        Names of features (:mod:`g3.learning.load_choice`), and the weight of each.
+    lexicon
+        What was counted of words and labels, by corpus.
+    """
+
+    features: tuple[str, ...]
+    weights: tuple[float, ...]
+    lexicon: dict[str, NamingCounts]
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -73,6 +91,9 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         (:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`).
     training
         What else is known of the training, for people.
+    loads
+        What it knows of the loads that commands are about; unset if it was trained without
+        outcomes.
     digest
         ``sha256:`` and the digest of all other fields, and so of both files. Models of
         version 1 have none.
@@ -91,6 +112,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     data: dict[str, str] = {}
     scenarios: tuple[str, ...] = ()
     training: dict[str, object] = {}
+    loads: LoadCard | msgspec.UnsetType = msgspec.UNSET
     digest: str = ""
 
 
@@ -108,6 +130,7 @@ def write_model(
     *,
     l2: float,
     about: TrainingCard,
+    chooser: LoadChooser | None = None,
 ) -> None:
     """Write what :meth:`g3.learning.grounding_model.GroundingModel.save` keeps."""
     arrays_path, card_path = model_files(path)
@@ -126,6 +149,7 @@ def write_model(
         data={s.name: s.data() for s in catalogue() if s.name in space.sets and s.data is not None},
         scenarios=about.get("scenarios", ()),
         training=dict(about.get("training", {})),
+        loads=msgspec.UNSET if chooser is None else _load_card(chooser),
     )
     card = msgspec.structs.replace(card, digest=card_digest(card))
     content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
@@ -155,6 +179,18 @@ def read_model(
         )
     keys, weights = _read_arrays(arrays_path, card)
     return card, FeatureSpace(card.sets, card.bases, card.words, keys), weights
+
+
+def chooser_of(card: ModelCard) -> LoadChooser | None:
+    """What a model's file knows of the loads that commands are about."""
+    if isinstance(card.loads, msgspec.UnsetType):
+        return None
+    return LoadChooser(Lexicon(card.loads.lexicon), np.array(card.loads.weights))
+
+
+def _load_card(chooser: LoadChooser) -> LoadCard:
+    weights = tuple(chooser.weights.tolist())
+    return LoadCard(FEATURES, weights, dict(chooser.lexicon.corpora))
 
 
 def read_card(path: Path | str) -> ModelCard:
@@ -187,6 +223,12 @@ def read_card(path: Path | str) -> ModelCard:
             f"it needs version {card.catalogue_version} of the features, "
             f"this program has {CATALOGUE_VERSION}",
             where=f"{card_path}: catalogue_version",
+            fix=RETRAIN,
+        )
+    if card.loads and (card.loads.features, len(card.loads.weights)) != (FEATURES, len(FEATURES)):
+        raise ModelError(
+            f"it needs other features of loads: {', '.join(card.loads.features)}",
+            where=f"{card_path}: loads",
             fix=RETRAIN,
         )
     unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
