@@ -101,6 +101,12 @@ def terms(words: Sequence[str]) -> list[Term]:
     return [*known, *joined]
 
 
+def term_of(words: str) -> Term:
+    """A word, or two with a blank between, as a term."""
+    own = words.lower().split()
+    return Term(0, " ".join(map(normalise, own)), " ".join(own))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Lexicon:
     """How much likelier words make names.
@@ -131,6 +137,10 @@ class Lexicon:
     def words(self) -> tuple[str, ...]:
         """All words and pairs of words that were counted."""
         return tuple(sorted({word for own in self.corpora.values() for word in own.words}))
+
+    def count(self, term: Term) -> float:
+        """How many texts had a term."""
+        return sum(own.words.get(term.form, 0.0) for own in self.corpora.values())
 
     def log_odds(self, term: Term, name: str) -> float:
         """Log p(name | term) / p(name): 0 for what tells nothing.
