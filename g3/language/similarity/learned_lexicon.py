@@ -25,6 +25,15 @@ import numpy as np
 from g3.errors import FormatError, ModelError
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    CONCEPT_WORDS,
+    PRONOUNS,
+    QUANTIFIERS,
+    WORD_CLASSES,
+    YOU,
+    stems,
+)
 from g3.language.similarity import static_embeddings
 from g3.language.similarity.word_similarity import MEASURES
 from g3.storage.atomic_file import write_bytes
@@ -38,6 +47,11 @@ BACK_OFF = 4.0
 """How many nats likeness 1 above `LEAST_ALIKE` is worth to a word that was never seen."""
 SHORTEST = 3
 """Shorter words aren't counted."""
+NAMING_NOTHING = stems(
+    " ".join((*CONCEPT_WORDS.values(), *WORD_CLASSES.values()))
+    + " ".join((" ", *ARTICLES, *PRONOUNS, *QUANTIFIERS, *YOU))
+)
+"""Words for what to do and where, and function words: other factors read them."""
 MEND = "make it again with 'ct similarity learn'"
 
 
@@ -90,12 +104,16 @@ class Term(NamedTuple):
 
 
 def terms(words: Sequence[str]) -> list[Term]:
-    """A text's words, and each two in a row, but for short ones.
+    """A text's words that may name something, and each two of them in a row.
 
     >>> [term.form for term in terms(["lift", "the", "red", "chairs"])]
-    ['lift', 'the', 'red', 'chair', 'lift the', 'the red', 'red chair']
+    ['red', 'chair', 'red chair']
     """
-    known = [Term(i, normalise(w), w) for i, w in enumerate(words) if len(w) >= SHORTEST]
+    known = [
+        Term(i, form, word)
+        for i, word in enumerate(words)
+        if len(word) >= SHORTEST and (form := normalise(word)) not in NAMING_NOTHING
+    ]
     pairs = [(a, b) for a, b in pairwise(known) if b.place == a.place + 1]
     joined = [Term(a.place, f"{a.form} {b.form}", f"{a.written} {b.written}") for a, b in pairs]
     return [*known, *joined]
