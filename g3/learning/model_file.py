@@ -23,7 +23,7 @@ from g3.estimator import read_bytes
 from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
-from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts
+from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts, likeness_identity
 from g3.learning.load_choice import FEATURES, LoadChooser
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
@@ -55,11 +55,14 @@ class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Names of features (:mod:`g3.learning.load_choice`), and the weight of each.
     lexicon
         What was counted of words and labels, by corpus.
+    likeness
+        What measured how alike words and labels are.
     """
 
     features: tuple[str, ...]
     weights: tuple[float, ...]
     lexicon: dict[str, NamingCounts]
+    likeness: str
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -190,7 +193,20 @@ def chooser_of(card: ModelCard) -> LoadChooser | None:
 
 def _load_card(chooser: LoadChooser) -> LoadCard:
     weights = tuple(chooser.weights.tolist())
-    return LoadCard(FEATURES, weights, dict(chooser.lexicon.corpora))
+    return LoadCard(FEATURES, weights, dict(chooser.lexicon.corpora), likeness_identity())
+
+
+def _check_loads(loads: LoadCard, where: str) -> None:
+    """Refuse what was learned of loads with other features or measures than there are here."""
+    if (loads.features, len(loads.weights)) != (FEATURES, len(FEATURES)):
+        needed = ", ".join(loads.features)
+        raise ModelError(f"it needs other features of loads: {needed}", where=where, fix=RETRAIN)
+    if loads.likeness != likeness_identity():
+        raise ModelError(
+            f"words were compared by {loads.likeness} in training, here by {likeness_identity()}",
+            where=where,
+            fix=f"install what it was trained with (embeddings are an extra), or {RETRAIN}",
+        )
 
 
 def read_card(path: Path | str) -> ModelCard:
@@ -225,12 +241,8 @@ def read_card(path: Path | str) -> ModelCard:
             where=f"{card_path}: catalogue_version",
             fix=RETRAIN,
         )
-    if card.loads and (card.loads.features, len(card.loads.weights)) != (FEATURES, len(FEATURES)):
-        raise ModelError(
-            f"it needs other features of loads: {', '.join(card.loads.features)}",
-            where=f"{card_path}: loads",
-            fix=RETRAIN,
-        )
+    if card.loads:
+        _check_loads(card.loads, f"{card_path}: loads")
     unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
     if unknown:
         raise ModelError(

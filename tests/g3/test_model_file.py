@@ -289,6 +289,9 @@ def test_what_was_learned_of_loads_is_kept(items, tmp_path):
         expected = model.load_chooser_.log_probability(choice)
         np.testing.assert_array_equal(again.load_chooser_.log_probability(choice), expected)
     loads = json.loads((tmp_path / "g3.json").read_text())["loads"]
+    edit_card(tmp_path / "g3", loads={**loads, "likeness": "guessing"})
+    with pytest.raises(ModelError, match="compared by guessing in training"):
+        GroundingModel.load(tmp_path / "g3")
     edit_card(tmp_path / "g3", loads={**loads, "weights": [1.0]})
     with pytest.raises(ModelError, match="other features of loads"):
         GroundingModel.load(tmp_path / "g3")

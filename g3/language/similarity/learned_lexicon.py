@@ -35,6 +35,7 @@ from g3.language.lexicon.word_sets import (
     stems,
 )
 from g3.language.similarity import static_embeddings
+from g3.language.similarity.resources import wordnet_identity
 from g3.language.similarity.word_similarity import MEASURES
 from g3.storage.atomic_file import write_bytes
 
@@ -251,6 +252,16 @@ def _counted(namings: Sequence[Naming]) -> NamingCounts:
             words[term] += naming.weight
             together[term][naming.name] += naming.weight
     return NamingCounts(dict(names), dict(words), {term: dict(of) for term, of in together.items()})
+
+
+def likeness_identity() -> str:
+    """What tells how likeness is measured here from other ways."""
+    if static_embeddings.is_installed():
+        return static_embeddings.identity()
+    try:
+        return f"form, WordNet {wordnet_identity()}"
+    except ModelError:
+        return "form"
 
 
 @lru_cache(maxsize=65536)
