@@ -3,11 +3,14 @@
 Clauses may be wrong, and their own factors see few words. So the search multiplies by the learned
 probability of the load given the whole command (:mod:`g3.learning.load_choice`), once: where the
 first clause that handles something is grounded, or where something is lifted before that.
+
+It counts where a load has a label that no annotated clause was ever about. Where the factors of
+OBJECTs know all labels, they know better: they see which words are about which thing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -83,11 +86,17 @@ def _behind(tree: Tree, problem: GroundingProblem) -> Mapping[str, float]:
     if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
         return {}
     loads = loads_of(problem.state)
-    if len(loads) < 2:
+    if len(loads) < 2 or _knows(cost, {label for load in loads.values() for label in load.labels}):
         return {}
     choice = LoadChoice(words_of(tree), tuple(loads.values()))
     score = cost.model.load_chooser_.log_probability(choice)
     return dict(zip(loads, (score.max() - score).tolist(), strict=True))
+
+
+def _knows(cost: Scorer, labels: Collection[str]) -> bool:
+    """Whether the factors of OBJECTs have learned from things with each of some labels."""
+    bases = cost.model.space_.bases
+    return all(f"OBJECT/labels/{label}" in bases for label in labels)
 
 
 def _has_moved(state: State, start: State) -> bool:

@@ -1,5 +1,7 @@
 """What a command's words together say of the load is heard by the search."""
 
+from dataclasses import replace
+
 import pytest
 
 from g3.actions.robot_state import start_state
@@ -15,8 +17,18 @@ RIGHT = parse_brackets("EVENT_1(r = Pick up, l = OBJ_2(f = the gizmo))", command
 
 
 @pytest.fixture(scope="module")
-def yard(warehouse):
+def known_yard(warehouse):
+    """All that stands here has labels that the model has learned."""
     return warehouse.contexts["court_put_crate_on_trailer"]
+
+
+@pytest.fixture(scope="module")
+def yard(known_yard):
+    """The same where the crates are of a kind that the model has never seen."""
+    things = tuple(
+        replace(o, labels=("turbine",)) if "crate" in o.labels else o for o in known_yard.objects
+    )
+    return replace(known_yard, objects=things)
 
 
 def taught(model, kinds, meant):
@@ -57,6 +69,15 @@ def test_it_can_be_switched_off_and_a_model_without_it_is_as_before(model, yard)
     for meant in kinds:
         off = Grounder.load(taught(model, kinds, meant), without=["command-load"])
         assert off.follow(RIGHT, yard, least=0.0).plan.score == plain.score
+
+
+def test_where_all_labels_are_known_the_clauses_factors_tell(model, known_yard):
+    loads = loads_of(start_state(known_yard))
+    kinds = sorted({load.labels for load in loads.values()})
+    plain = Grounder.load(model).follow(RIGHT, known_yard, least=0.0).plan
+    for meant in kinds:
+        plan = Grounder.load(taught(model, kinds, meant)).follow(RIGHT, known_yard, least=0.0).plan
+        assert plan.score == plain.score
 
 
 def test_words_of_a_tree_are_in_the_order_of_the_command():
