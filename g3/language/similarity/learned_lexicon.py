@@ -65,7 +65,7 @@ class Naming:
     words
         The text, in lower case, without punctuation.
     name
-        Labels of what was meant, without those that tell nothing, with blanks between.
+        Labels of what was meant, with blanks between.
     corpus
         The corpus that it is from.
     weight
