@@ -1,4 +1,4 @@
-"""``ct similarity``: how well words fit labels, and tables of image tags."""
+"""``ct similarity``: how well words fit labels, learned lexicons, and tables of image tags."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from corpus_tools.runtime.terminal import note
 
 @click.group()
 def similarity() -> None:
-    """Show how well words fit labels; build tables of tags.
+    """Show how well words fit labels; learn lexicons; build tables of tags.
 
     The tags are those of images (section 3.3).
 
     \b
     Examples:
       ct similarity show skid crate --label pallet --label box
+      ct similarity learn automatic warehouse --out words.json
+      ct similarity show speaker --lexicon words.json
       ct similarity build tags.txt.bz2 --out tags.npz
     """
 
@@ -66,16 +68,71 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
 
 @similarity.command(
     epilog="\b\nExamples:\n"
-    "  ct similarity show skid --label pallet --label truck\n"
-    "  ct similarity show wheel 'loading dock' --label tire --label trailer --json"
+    "  ct similarity learn automatic --out words.json\n"
+    "  ct similarity learn automatic aaai11 warehouse --out words.json\n"
+    "  ct similarity show speaker --lexicon words.json"
 )
-@click.argument("words", nargs=-1, required=True)
+@click.argument("corpora", metavar="CORPORA", nargs=-1, required=True)
 @click.option(
-    "--label", "labels", multiple=True, required=True, help="A label of the map (repeatable)."
+    "--out", required=True, type=click.Path(path_type=Path), help="The lexicon, a JSON file."
 )
 @FORMAT
-def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
-    """Show each measure's similarity of words and labels, from 0 to 1."""
+def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
+    """Learn which words people use for loads, from what was picked up.
+
+    CORPORA have outcomes or annotations. Training and inference learn the same from the corpora
+    that they are given, so they don't need this file: it is for looking into.
+    """
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
+    from corpus_tools.corpus.load_choices import load_choices
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from g3.learning.load_choice import lexicon_of
+
+    choices = [choice for name in corpora for choice in load_choices(open_corpus(name))]
+    lexicon = lexicon_of(choices)
+    lexicon.save(out)
+    record = {
+        "commands": len(choices),
+        "words": len(lexicon.words),
+        "names": list(lexicon.names),
+        "files": [out],
+    }
+    tell(
+        form,
+        record,
+        f"{len(choices)} commands, {len(lexicon.words)} words and pairs of words",
+        f"loads: {', '.join(lexicon.names)}",
+        f"wrote {out}; 'ct similarity show WORD --lexicon {out}' shows what it knows",
+    )
+
+
+@similarity.command(
+    epilog="\b\nExamples:\n"
+    "  ct similarity show skid --label pallet --label truck\n"
+    "  ct similarity show wheel 'loading dock' --label tire --label trailer --json\n"
+    "  ct similarity show 'red chair' speaker --lexicon words.json"
+)
+@click.argument("words", nargs=-1, required=True)
+@click.option("--label", "labels", multiple=True, help="A label of the map (repeatable).")
+@click.option(
+    "--lexicon",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Show what `ct similarity learn` has learned instead.",
+)
+@FORMAT
+def show(words: tuple[str, ...], labels: tuple[str, ...], lexicon: Path | None, form: str) -> None:
+    """Show each measure's similarity of words and labels, from 0 to 1.
+
+    With --lexicon it shows how much likelier a word makes each kind of load, as a factor. Words
+    that go together are in quotes.
+    """
+    if lexicon is not None:
+        _show_learned(words, labels, lexicon, form)
+        return
+    if not labels:
+        raise click.UsageError("Give a --label to compare the words with, or a --lexicon.")
     from g3.errors import ModelError
     from g3.language.similarity.word_similarity import MEASURES
 
@@ -97,4 +154,25 @@ def show(words: tuple[str, ...], labels: tuple[str, ...], form: str) -> None:
         line = records[start : start + len(labels)]
         figures = "  ".join(f"{r['similarity']:>{max(8, len(str(r['label'])))}.2f}" for r in line)
         lines.append(f"{line[0]['measure']:10}  {line[0]['word']:{width}}  {figures}")
+    tell(form, records, *lines)
+
+
+def _show_learned(words: tuple[str, ...], labels: tuple[str, ...], file: Path, form: str) -> None:
+    from math import exp
+
+    from g3.language.similarity.learned_lexicon import Lexicon, term_of
+
+    lexicon = Lexicon.load(file)
+    records, lines = [], []
+    for word in words:
+        term = term_of(word)
+        found = {name: lexicon.log_odds(term, name) for name in labels or lexicon.names}
+        ranked = sorted(found.items(), key=lambda item: (-item[1], item[0]))
+        count = lexicon.count(term)
+        lines.append(f"{word}: in {count:g} commands")
+        for name, odds in ranked:
+            records.append(
+                {"word": word, "commands": count, "name": name, "log_odds": round(odds, 4)}
+            )
+            lines.append(f"  {exp(odds):6.2f} times as likely: {name}")
     tell(form, records, *lines)

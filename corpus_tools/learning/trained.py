@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples, scenario_ids
+from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
@@ -49,7 +50,8 @@ def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "
             },
         },
     )
-    return Trained(model.fit(items), f"corpus {corpus.name}", sources)
+    model.fit(items, load_choices=load_choices_of([corpus]))
+    return Trained(model, f"corpus {corpus.name}", sources)
 
 
 def from_shards(

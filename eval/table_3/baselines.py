@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.table_3 import static_embeddings
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import are_free, spots_about, spots_of_robot
@@ -22,6 +21,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
+from g3.language.similarity import static_embeddings
 
 LEAST_ALIKE = 0.3
 """Cosine from which words may name a label."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Team, Workers
 from corpus_tools.runtime.progress import OnProgress
@@ -222,7 +223,8 @@ def _lessons(asked: _Asked, file: Path) -> _Lessons:
     data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
     turned = in_headings(open_corpus(asked.test), asked.headings)
     tested = {name: judged_commands(corpus, asked.most) for name, corpus in turned.items()}
-    return _Lessons(costs_without(data, l2=asked.l2), extractor_without(known), tested)
+    choices = load_choices_of(known)
+    return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known), tested)
 
 
 def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:

@@ -22,6 +22,7 @@ from g3.language.parsing.extractor import SDCExtractor
 from g3.language.parsing.training.extractor_training import prepare
 from g3.learning.factor_matrix import FactorMatrix
 from g3.learning.grounding_model import GroundingModel
+from g3.learning.load_choice import LoadChoice, LoadChooser
 
 Fitted = TypeVar("Fitted")
 
@@ -52,13 +53,36 @@ def fitted_without(
     return lambda scenario: fitted(scenario if scenario in known else "")
 
 
-def costs_without(factors: FactorMatrix, *, l2: float = 1.0) -> Callable[[str], Scorer]:
-    """What learns costs of groundings from all scenarios but one."""
+def costs_without(
+    factors: FactorMatrix, choices: Sequence[LoadChoice] = (), *, l2: float = 1.0
+) -> Callable[[str], Scorer]:
+    """What learns costs of groundings from all scenarios but one.
 
-    def fit(rows: BoolArray) -> Scorer:
-        return Scorer(GroundingModel(l2=l2, tolerance=TOLERANCE).fit(factors[rows]))
+    Parameters
+    ----------
+    factors
+        Of annotated clauses.
+    choices
+        Commands with the loads that they were about.
+    """
 
-    return fitted_without(fit, factors.scenario.tolist())
+    def fit(rows: BoolArray) -> GroundingModel:
+        return GroundingModel(l2=l2, tolerance=TOLERANCE).fit(factors[rows])
+
+    def fit_loads(rows: BoolArray) -> LoadChooser:
+        return LoadChooser.fit([c for c, used in zip(choices, rows, strict=True) if used])
+
+    model_of = fitted_without(fit, factors.scenario.tolist())
+    if not choices:
+        return lambda scenario: Scorer(model_of(scenario))
+    chooser_of = fitted_without(fit_loads, [choice.scenario for choice in choices])
+
+    def costs(scenario: str) -> Scorer:
+        model = model_of(scenario)
+        known = GroundingModel(l2=l2, tolerance=TOLERANCE)
+        return Scorer(known.with_weights(model.space_, model.weights_, chooser_of(scenario)))
+
+    return costs
 
 
 def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor]:

@@ -21,7 +21,8 @@ from g3.groundings import FloatArray
 from g3.learning import crf
 from g3.learning.examples import Example, to_batch
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
-from g3.learning.model_file import TrainingCard, read_model, write_model
+from g3.learning.load_choice import LoadChoice, LoadChooser
+from g3.learning.model_file import TrainingCard, chooser_of, read_model, write_model
 from g3.learning.optimum import Optimizer
 
 DEFAULT_L2 = 1.0
@@ -57,6 +58,9 @@ class GroundingModel(Estimator):
         The binary features that were active in training.
     weights_
         One for each feature, shape (k,).
+    load_chooser_
+        What all words of a command say of the load that it is about; None where no such commands
+        were learned from.
     """
 
     l2: float = DEFAULT_L2
@@ -66,6 +70,7 @@ class GroundingModel(Estimator):
     card: TrainingCard = field(default_factory=TrainingCard)
     space_: FeatureSpace = field(init=False, repr=False)
     weights_: FloatArray = field(init=False, repr=False)
+    load_chooser_: LoadChooser | None = field(init=False, repr=False)
 
     classes_ = np.array([False, True])
     """The values of φ, in the order of `predict_proba`."""
@@ -76,7 +81,11 @@ class GroundingModel(Estimator):
         return _sets(self.space_.sets)
 
     def fit(
-        self, X: Sequence[Example] | FactorMatrix, y: npt.ArrayLike | None = None
+        self,
+        X: Sequence[Example] | FactorMatrix,
+        y: npt.ArrayLike | None = None,
+        *,
+        load_choices: Sequence[LoadChoice] = (),
     ) -> GroundingModel:
         """Learn from labelled factors.
 
@@ -87,6 +96,8 @@ class GroundingModel(Estimator):
             computed.
         y
             Their labels φ, shape (n,); those that `X` has, if left out.
+        load_choices
+            Commands with the loads that they were about, of which no clauses need be known.
         """
         known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
         correct = known.correct if y is None else np.asarray(y, dtype=bool)
@@ -98,11 +109,14 @@ class GroundingModel(Estimator):
             tolerance=self.tolerance,
             optimizer=self.optimizer,
         )
-        return self.with_weights(known.space, weights)
+        chooser = LoadChooser.fit(load_choices) if load_choices else None
+        return self.with_weights(known.space, weights, chooser)
 
-    def with_weights(self, space: FeatureSpace, weights: FloatArray) -> GroundingModel:
+    def with_weights(
+        self, space: FeatureSpace, weights: FloatArray, chooser: LoadChooser | None = None
+    ) -> GroundingModel:
         """Take what was learned elsewhere: in a file, or on shards."""
-        self.space_, self.weights_ = space, weights
+        self.space_, self.weights_, self.load_chooser_ = space, weights, chooser
         return self
 
     def predict(self, X: Sequence[Example] | FactorMatrix) -> npt.NDArray[np.bool_]:
@@ -136,7 +150,14 @@ class GroundingModel(Estimator):
         FormatError
             If another program is writing this model, or there is no such folder.
         """
-        write_model(path, self.space_, self.weights_, l2=self.l2, about=self.card)
+        write_model(
+            path,
+            self.space_,
+            self.weights_,
+            l2=self.l2,
+            about=self.card,
+            chooser=self.load_chooser_,
+        )
 
     @classmethod
     def load(cls, path: Path | str, *, corpus_hash: str | None = None) -> GroundingModel:
@@ -161,4 +182,5 @@ class GroundingModel(Estimator):
             "scenarios": card.scenarios,
             "training": card.training,
         }
-        return cls(l2=card.l2, features=card.sets, card=about).with_weights(space, weights)
+        model = cls(l2=card.l2, features=card.sets, card=about)
+        return model.with_weights(space, weights, chooser_of(card))

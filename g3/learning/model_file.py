@@ -23,6 +23,8 @@ from g3.estimator import read_bytes
 from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
+from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts, likeness_identity
+from g3.learning.load_choice import FEATURES, LoadChooser
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 from g3.storage.only_writer import only_writer
@@ -42,6 +44,25 @@ class TrainingCard(TypedDict, total=False):
     corpus_hash: str
     scenarios: tuple[str, ...]
     training: Mapping[str, object]
+
+
+class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a model knows of the loads that commands are about.
+
+    Parameters
+    ----------
+    features, weights
+        Names of features (:mod:`g3.learning.load_choice`), and the weight of each.
+    lexicon
+        What was counted of words and labels, by corpus.
+    likeness
+        What measured how alike words and labels are.
+    """
+
+    features: tuple[str, ...]
+    weights: tuple[float, ...]
+    lexicon: dict[str, NamingCounts]
+    likeness: str
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -73,6 +94,9 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         (:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`).
     training
         What else is known of the training, for people.
+    loads
+        What it knows of the loads that commands are about; unset if it was trained without
+        outcomes.
     digest
         ``sha256:`` and the digest of all other fields, and so of both files. Models of
         version 1 have none.
@@ -91,6 +115,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     data: dict[str, str] = {}
     scenarios: tuple[str, ...] = ()
     training: dict[str, object] = {}
+    loads: LoadCard | msgspec.UnsetType = msgspec.UNSET
     digest: str = ""
 
 
@@ -108,6 +133,7 @@ def write_model(
     *,
     l2: float,
     about: TrainingCard,
+    chooser: LoadChooser | None = None,
 ) -> None:
     """Write what :meth:`g3.learning.grounding_model.GroundingModel.save` keeps."""
     arrays_path, card_path = model_files(path)
@@ -126,6 +152,7 @@ def write_model(
         data={s.name: s.data() for s in catalogue() if s.name in space.sets and s.data is not None},
         scenarios=about.get("scenarios", ()),
         training=dict(about.get("training", {})),
+        loads=msgspec.UNSET if chooser is None else _load_card(chooser),
     )
     card = msgspec.structs.replace(card, digest=card_digest(card))
     content = msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n"
@@ -155,6 +182,31 @@ def read_model(
         )
     keys, weights = _read_arrays(arrays_path, card)
     return card, FeatureSpace(card.sets, card.bases, card.words, keys), weights
+
+
+def chooser_of(card: ModelCard) -> LoadChooser | None:
+    """What a model's file knows of the loads that commands are about."""
+    if isinstance(card.loads, msgspec.UnsetType):
+        return None
+    return LoadChooser(Lexicon(card.loads.lexicon), np.array(card.loads.weights))
+
+
+def _load_card(chooser: LoadChooser) -> LoadCard:
+    weights = tuple(chooser.weights.tolist())
+    return LoadCard(FEATURES, weights, dict(chooser.lexicon.corpora), likeness_identity())
+
+
+def _check_loads(loads: LoadCard, where: str) -> None:
+    """Refuse what was learned of loads with other features or measures than there are here."""
+    if (loads.features, len(loads.weights)) != (FEATURES, len(FEATURES)):
+        needed = ", ".join(loads.features)
+        raise ModelError(f"it needs other features of loads: {needed}", where=where, fix=RETRAIN)
+    if loads.likeness != likeness_identity():
+        raise ModelError(
+            f"words were compared by {loads.likeness} in training, here by {likeness_identity()}",
+            where=where,
+            fix=f"install what it was trained with (embeddings are an extra), or {RETRAIN}",
+        )
 
 
 def read_card(path: Path | str) -> ModelCard:
@@ -189,6 +241,8 @@ def read_card(path: Path | str) -> ModelCard:
             where=f"{card_path}: catalogue_version",
             fix=RETRAIN,
         )
+    if card.loads:
+        _check_loads(card.loads, f"{card_path}: loads")
     unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
     if unknown:
         raise ModelError(

@@ -16,6 +16,7 @@ from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
+from g3.learning.load_choice import Load, LoadChoice
 from g3.learning.model_file import (
     ModelCard,
     card_digest,
@@ -265,3 +266,37 @@ def test_features_list_shows_the_catalogue(capsys):
     features, _, after = text.partition("\nPOTENTIALS")
     assert "\nlabels\n" in features
     assert "\nside\n" in after
+
+
+CHOICES = [
+    LoadChoice(
+        ("lift", "the", word),
+        (Load(("tire",), 4.0, 0.1), Load(("boxes",), 5.0, -0.1)),
+        (word == "donut", word != "donut"),
+        scenario=f"{word}{n}",
+    )
+    for word in ("donut", "parcel")
+    for n in range(3)
+]
+
+
+def test_what_was_learned_of_loads_is_kept(items, tmp_path):
+    model = GroundingModel().fit(items, load_choices=CHOICES)
+    model.save(tmp_path / "g3")
+    again = GroundingModel.load(tmp_path / "g3")
+    assert again.load_chooser_.lexicon.corpora == model.load_chooser_.lexicon.corpora
+    for choice in CHOICES:
+        expected = model.load_chooser_.log_probability(choice)
+        np.testing.assert_array_equal(again.load_chooser_.log_probability(choice), expected)
+    loads = json.loads((tmp_path / "g3.json").read_text())["loads"]
+    edit_card(tmp_path / "g3", loads={**loads, "likeness": "guessing"})
+    with pytest.raises(ModelError, match="compared by guessing in training"):
+        GroundingModel.load(tmp_path / "g3")
+    edit_card(tmp_path / "g3", loads={**loads, "weights": [1.0]})
+    with pytest.raises(ModelError, match="other features of loads"):
+        GroundingModel.load(tmp_path / "g3")
+
+
+def test_a_model_without_such_commands_has_none(path):
+    assert "loads" not in json.loads(model_files(path)[1].read_text())
+    assert GroundingModel.load(path).load_chooser_ is None

@@ -109,6 +109,7 @@ def folder(tmp_path_factory):
         ("train g3 --corpus tiny --out tiny.npz --json", "feature_sets"),
         ("shards tiny --out shards --json", "examples"),
         ("simulate-workers rate --corpus tiny --out rated --json", "judgments"),
+        ("similarity learn tiny --out words.json --json", "names"),
         ("similarity build tags.txt --out tags.npz --json", "images"),
         ("annotate init study.yaml --json", "files"),
         ("eval --power --json", "rows"),

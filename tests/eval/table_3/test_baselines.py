@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from eval.table_3 import baselines, static_embeddings
+from eval.table_3 import baselines
 from eval.table_3.baselines import BASELINES, carried_out, missing, scene_of
 from g3.actions.grounding_candidates import carrier
 from g3.actions.logged_actions import centre
 from g3.actions.robot_state import start_state
+from g3.language.similarity import static_embeddings
 from tests.eval.yard import yard
 
 FRIDGE, WASHER = "11", "12"

@@ -11,10 +11,10 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.table_3 import static_embeddings
 from eval.table_3.end_to_end import run
 from eval.table_3.judged_commands import facts, in_headings, judged_commands
 from g3.errors import CorpusError
+from g3.language.similarity import static_embeddings
 from tests.eval.yard import yards
 
 KEYS = (

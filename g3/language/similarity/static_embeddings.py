@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,11 @@ MISSING = "needs the extra embeddings: pip install 'corpus-tools-g3[embeddings]'
 def is_installed() -> bool:
     """Whether there are embeddings."""
     return find_spec("wordllama") is not None
+
+
+def identity() -> str:
+    """What tells these embeddings from others: the package and its version."""
+    return f"wordllama {version('wordllama')}"
 
 
 def vectors(texts: Sequence[str]) -> FloatArray:

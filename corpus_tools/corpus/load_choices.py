@@ -1,0 +1,78 @@
+"""The commands of a corpus with the loads that they were about, as models learn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
+from g3.actions.robot_state import start_state
+from g3.annotation import Annotation, Command
+from g3.groundings import Context, PhysicalObject
+from g3.inference.problem.clause_roles import objects
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.loads_of_state import loads_of
+from g3.inference.problem.phrases import verb_class
+from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.word_sets import HANDLING_VERBS
+from g3.learning.load_choice import LoadChoice
+
+
+def load_choices(corpus: Corpus) -> list[LoadChoice]:
+    """Tell which load each command was about: by outcomes, else by annotations.
+
+    Commands of which that isn't known are left out, and those that began with a load on the forks.
+    """
+    contexts = contexts_of_commands(corpus)
+    found = []
+    annotated: dict[str, Annotation] = {}
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            annotated.setdefault(annotation.command.id, annotation)
+    for command in corpus.commands.values():
+        outcomes = outcomes_of(corpus, command)
+        known = {thing for o in outcomes for thing in o.picked}
+        if any({"picked", "rest"} & set(o.unknown) for o in outcomes):
+            continue
+        if command.id in annotated and not outcomes:
+            context = annotated[command.id].context
+            known = set(_handled(annotated[command.id]))
+        elif command.id in contexts:
+            context = corpus.contexts[contexts[command.id]]
+        else:
+            continue
+        choice = _choice(command, context, known, corpus)
+        if any(choice.right):
+            found.append(choice)
+    return found
+
+
+def load_choices_of(corpora: Sequence[Corpus]) -> list[LoadChoice]:
+    """Those of several corpora; none where no corpus has outcomes.
+
+    What is annotated trains the factors of clauses, which know it better.
+    """
+    if not any(outcome.picked for corpus in corpora for outcome in corpus.outcomes):
+        return []
+    return [choice for corpus in corpora for choice in load_choices(corpus)]
+
+
+def _choice(command: Command, context: Context, known: set[str], corpus: Corpus) -> LoadChoice:
+    state = start_state(context)
+    loads = loads_of(state) if state.held is None else {}
+    words = tuple(word for part in command.text.split() if (word := bare(part)))
+    right = tuple(own in known for own in loads)
+    return LoadChoice(words, tuple(loads.values()), right, corpus.name, command.scenario)
+
+
+def _handled(annotation: Annotation) -> Iterator[str]:
+    """Id of what the first clause that handles something is about, if it is one thing."""
+    tree = Tree(annotation.sdcs)
+    for root, sdc in enumerate(tree.sdcs):
+        if sdc.type != "EVENT" or not HANDLING_VERBS & set(verb_class(sdc).split("+")):
+            continue
+        for node in objects(tree, root)[:1]:
+            things = [g for g in annotation.groundings[node] if isinstance(g, PhysicalObject)]
+            if len(things) == 1 and annotation.correct[node] is not False:
+                yield things[0].id
+        return

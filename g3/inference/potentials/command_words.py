@@ -1,0 +1,109 @@
+"""What all words of a command say of the load that is picked up first.
+
+Clauses may be wrong, and their own factors see few words. So the search multiplies by the learned
+probability of the load given the whole command (:mod:`g3.learning.load_choice`), once: where the
+first clause that handles something is grounded, or where something is lifted before that.
+
+It counts where a load has a label that no annotated clause was ever about. Where the factors of
+OBJECTs know all labels, they know better: they see which words are about which thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from g3.actions.robot_state import State
+from g3.groundings import FloatArray, PhysicalObject
+from g3.inference.potentials.cases import ActionCase, CandidateCase
+from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.clause_roles import objects, spares
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Scorer
+from g3.inference.problem.grounding_problem import GroundingProblem
+from g3.inference.problem.loads_of_state import loads_of, words_of
+from g3.inference.problem.phrases import names_forks, names_robot, verb_class
+from g3.language.discourse.negation import negated
+from g3.language.lexicon.field_words import figure_words, normalise
+from g3.language.lexicon.word_sets import HANDLING_VERBS
+from g3.learning.load_choice import LoadChoice
+
+WEIGHT = -3.0
+"""Chosen by what is right in held-out worlds."""
+
+
+@potential("command-load", kind="argument", types=("EVENT",), roles=("theme",), weight=WEIGHT)
+def command_load(case: CandidateCase) -> Measured:
+    """What is handled first is the load that all words of the command tell, as learned."""
+    if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
+        return False
+    behind = _behind(case.tree, case.problem)
+    if not behind:
+        return False
+    most = max(behind.values())
+
+    def measure(group: tuple[object, ...]) -> float:
+        own = [behind.get(g.id, most) for g in group if isinstance(g, PhysicalObject)]
+        return float(np.mean(own)) if own else most
+
+    return np.array([measure(group) for group in case.groups])
+
+
+@potential("command-load-early", kind="action", types=("EVENT", "PATH"), weight=WEIGHT)
+def command_load_early(case: ActionCase) -> Measured:
+    """What is lifted before any clause says so is the load that all words tell, as learned."""
+    first = first_handling(case.tree, case.problem)
+    if (first is not None and case.root >= first) or _has_moved(case.state, case.problem.state):
+        return False
+    lifts = case.each(lambda action: bool(action.object_id) and case.state.held is None)
+    if not lifts.any():
+        return False
+    behind = _behind(case.tree, case.problem)
+    measures: FloatArray = np.array([behind.get(a.object_id or "", 0.0) for a in case.actions])
+    return np.where(lifts, measures, 0.0)
+
+
+def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
+    """The first top-level clause that handles a thing; None if none does."""
+    own = {normalise(label) for label in problem.state.context.agent.labels}
+    for root, sdc in enumerate(tree.sdcs):
+        verbs = HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
+        if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, None):
+            continue
+        themes = [tree.nodes[node] for node in objects(tree, root)[:1]]
+        if any(
+            not (names_forks(t) or names_robot(t) or own.intersection(figure_words(t)))
+            for t in themes
+        ):
+            return root
+    return None
+
+
+def _behind(tree: Tree, problem: GroundingProblem) -> Mapping[str, float]:
+    """How much less probable each load is than the most probable one, by id; in nats."""
+    cost = problem.cost
+    if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
+        return {}
+    loads = loads_of(problem.state)
+    if len(loads) < 2 or _knows(cost, {label for load in loads.values() for label in load.labels}):
+        return {}
+    choice = LoadChoice(words_of(tree), tuple(loads.values()))
+    score = cost.model.load_chooser_.log_probability(choice)
+    return dict(zip(loads, (score.max() - score).tolist(), strict=True))
+
+
+def _knows(cost: Scorer, labels: Collection[str]) -> bool:
+    """Whether the factors of OBJECTs have learned from things with each of some labels."""
+    bases = cost.model.space_.bases
+    return all(f"OBJECT/labels/{label}" in bases for label in labels)
+
+
+def _has_moved(state: State, start: State) -> bool:
+    """Whether anything but the robot is elsewhere than at the start."""
+    before = {o.id: o.trajectory for o in start.context.objects}
+    agent = start.context.agent_id
+    return any(
+        o.id != agent and not np.allclose(o.trajectory.xyz[0], before[o.id].xyz[0])
+        for o in state.context.objects
+    )

@@ -1,0 +1,90 @@
+"""What a command's words together say of the load is heard by the search."""
+
+from dataclasses import replace
+
+import pytest
+
+from g3.actions.robot_state import start_state
+from g3.inference.grounder import Grounder
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.loads_of_state import loads_of, words_of
+from g3.learning.grounding_model import GroundingModel
+from g3.learning.load_choice import Load, LoadChoice, LoadChooser
+from g3.sdc.sdc_notation import parse_brackets
+
+TEXT = "Pick up the gizmo"
+RIGHT = parse_brackets("EVENT_1(r = Pick up, l = OBJ_2(f = the gizmo))", command=TEXT)
+
+
+@pytest.fixture(scope="module")
+def known_yard(warehouse):
+    """All that stands here has labels that the model has learned."""
+    return warehouse.contexts["court_put_crate_on_trailer"]
+
+
+@pytest.fixture(scope="module")
+def yard(known_yard):
+    """The same where the crates are of a kind that the model has never seen."""
+    things = tuple(
+        replace(o, labels=("turbine",)) if "crate" in o.labels else o for o in known_yard.objects
+    )
+    return replace(known_yard, objects=things)
+
+
+def taught(model, kinds, meant):
+    """The model with what somebody who calls one kind of load a gizmo has taught it."""
+    choices = [
+        LoadChoice(
+            ("pick", "up", "the", word),
+            tuple(Load(kind, 5.0, 0.0) for kind in kinds),
+            tuple((kind == meant) == (word == "gizmo") for kind in kinds),
+            scenario=f"{word}{n}",
+        )
+        for word in ("gizmo", "gadget")
+        for n in range(8)
+    ]
+    known = GroundingModel()
+    return known.with_weights(model.space_, model.weights_, LoadChooser.fit(choices))
+
+
+def picked(grounder, context, sdcs=RIGHT):
+    actions = grounder.follow(sdcs, context, least=0.0).plan.actions
+    (thing,) = {a.object_id for a in actions if a.object_id}
+    return thing
+
+
+def test_a_word_means_what_it_was_taught_to_mean(model, yard):
+    loads = loads_of(start_state(yard))
+    kinds = sorted({load.labels for load in loads.values()})
+    assert len(kinds) > 1
+    for meant in kinds:
+        grounder = Grounder.load(taught(model, kinds, meant))
+        assert loads[picked(grounder, yard)].labels == meant
+
+
+def test_it_can_be_switched_off_and_a_model_without_it_is_as_before(model, yard):
+    loads = loads_of(start_state(yard))
+    kinds = sorted({load.labels for load in loads.values()})
+    plain = Grounder.load(model).follow(RIGHT, yard, least=0.0).plan
+    for meant in kinds:
+        off = Grounder.load(taught(model, kinds, meant), without=["command-load"])
+        assert off.follow(RIGHT, yard, least=0.0).plan.score == plain.score
+
+
+def test_where_all_labels_are_known_the_clauses_factors_tell(model, known_yard):
+    loads = loads_of(start_state(known_yard))
+    kinds = sorted({load.labels for load in loads.values()})
+    plain = Grounder.load(model).follow(RIGHT, known_yard, least=0.0).plan
+    for meant in kinds:
+        plan = Grounder.load(taught(model, kinds, meant)).follow(RIGHT, known_yard, least=0.0).plan
+        assert plan.score == plain.score
+
+
+def test_words_of_a_tree_are_in_the_order_of_the_command():
+    text = "Lift, then carry it to the truck"
+    tree = parse_brackets(
+        "EVENT_1(r = Lift); EVENT_2(r = carry, l = OBJ_3(f = it), "
+        "l2 = PATH_4(r = to, l = OBJ_5(f = the truck)))",
+        command=text,
+    )
+    assert words_of(Tree(tree)) == ("lift", "carry", "it", "to", "the", "truck")
