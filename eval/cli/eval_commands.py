@@ -8,6 +8,7 @@ from eval.cli.plan_commands import end_to_end, table_3
 from eval.cli.prediction_commands import errors, learning_curve, table_1
 from eval.cli.rating_commands import judge_validity, power, table_2
 from eval.cli.report_commands import report
+from eval.cli.trial_commands import trial
 
 evaluate = Modes(
     "eval",
@@ -18,6 +19,7 @@ evaluate = Modes(
         learning_curve,
         errors,
         sdc,
+        trial,
         end_to_end,
         judge_validity,
         report,

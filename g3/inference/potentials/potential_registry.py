@@ -11,6 +11,8 @@ The search asks for all potentials of a kind at once and knows none by its name.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args
 
@@ -188,6 +190,34 @@ def check_potentials(names: Iterable[str]) -> frozenset[str]:
     return wanted
 
 
+_HEARD: ContextVar[set[str] | None] = ContextVar("_HEARD", default=None)
+
+
+@contextmanager
+def heard() -> Iterator[set[str]]:
+    """Note which potentials say something meanwhile.
+
+    What comes of a command stays the same if a potential is switched off that says nothing of it.
+
+    Yields
+    ------
+    set of str
+        Their names, which come one by one.
+    """
+    names: set[str] = set()
+    token = _HEARD.set(names)
+    try:
+        yield names
+    finally:
+        _HEARD.reset(token)
+
+
+def _note(name: str) -> None:
+    names = _HEARD.get()
+    if names is not None:
+        names.add(name)
+
+
 def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
     """The potentials that say something of a case, with what they measure."""
     kind, disabled = case.type, case.problem.disabled
@@ -203,6 +233,7 @@ def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
                 measure = np.where(has, measure, 0.0)
         known = np.asarray(measure, dtype=float)
         if known.any():
+            _note(own.name)
             yield own, known
 
 
@@ -244,5 +275,9 @@ def preferred(case: Case) -> FloatArray:
 
 def refusal(case: Case) -> str:
     """Why a command is refused; empty if it isn't."""
-    own = (p for p in _BY_KIND[case.kind] if p.name not in case.problem.disabled)
-    return next(filter(None, (str(p.measure(case)) for p in own)), "")
+    for own in _BY_KIND[case.kind]:
+        why = "" if own.name in case.problem.disabled else str(own.measure(case))
+        if why:
+            _note(own.name)
+            return why
+    return ""

@@ -1,0 +1,1 @@
+"""Rules and features on trial: what each wins and loses, corpus by corpus."""
