@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from benchmarks.timing import compare, heading, show
-from corpus_tools.runtime.parallel import Team, Workers
+from corpus_tools.runtime.parallel import Executor, Workers
 from eval.statistics.resampling import resampled_sums
 from eval.table_3.end_to_end import run as table_3
 
@@ -51,9 +51,9 @@ def _resampling() -> None:
     seconds, sums = {}, {}
     for jobs in (1, 2):
         start = time.perf_counter()
-        with Team(Workers(jobs)) as team:
+        with Executor(Workers(jobs)) as executor:
             sums[jobs] = resampled_sums(
-                counts, rng=np.random.default_rng(0), draws=DRAWS, team=team
+                counts, rng=np.random.default_rng(0), draws=DRAWS, executor=executor
             )
         seconds[jobs] = time.perf_counter() - start
         show(f"{jobs} job{'s' * (jobs > 1)}", seconds[jobs], "s")

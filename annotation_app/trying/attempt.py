@@ -178,7 +178,7 @@ _grounders: dict[Path | None, Grounder] = {}
 
 
 def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
-    """A model's grounder, which is kept; without a model, of the one that comes along."""
+    """A model's grounder, which is kept; without a model, of the bundled one."""
     from corpus_tools.following.bundled_grounder import default_model  # noqa: PLC0415 - as above
     from g3.inference.grounder import Grounder  # noqa: PLC0415
     from g3.learning.grounding_model import GroundingModel  # noqa: PLC0415

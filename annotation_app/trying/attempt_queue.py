@@ -44,7 +44,7 @@ class Attempts:
     instance
         The installation's folder.
     model
-        File of the model that follows commands; the one that comes along if None.
+        File of the model that follows commands; the bundled one if None.
     """
 
     def __init__(self, instance: Path, model: Path | None) -> None:

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--model",
     type=click.Path(path_type=Path),
-    help="A model of `ct train sdc`, rather than the one that comes along.",
+    help="A model of `ct train sdc`, rather than the bundled one.",
 )
 @click.option(
     "--out",

@@ -1,4 +1,4 @@
-"""Following commands in simulated worlds: models that come along, plans as scripts, physics."""
+"""Following commands in simulated worlds: bundled models, plans as scripts, physics."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from g3.learning.model_file import TrainingCard
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 3
-"""Raised whenever the model that comes along is to be trained anew."""
+"""Raised whenever the bundled model is to be trained anew."""
 WAIT_S = 2.0
 DECK_SHARE = 3.0
 """How much wider than its own footprint a place on a deck is to the simulated robot, which

@@ -83,14 +83,14 @@ def work(
     CorpusError
         If the cluster can't be reached or has no workers, or the package for it is missing.
     """
-    with Team(workers) as team:
-        yield from team.work(function, items)
+    with Executor(workers) as executor:
+        yield from executor.work(function, items)
 
 
 def work_in_order(
     function: Callable[[Item], Result],
     items: Sequence[Item],
-    team: Team,
+    executor: Executor,
     *,
     on_done: Callable[[int], None] | None = None,
 ) -> list[Result]:
@@ -108,7 +108,7 @@ def work_in_order(
     """
     items = list(items)
     done: dict[int, Done[Item, Result]] = {}
-    for one in team.work(function, items):
+    for one in executor.work(function, items):
         done[id(one.item)] = one
         if on_done is not None:
             on_done(len(done))
@@ -121,7 +121,7 @@ def _result(done: Done[Item, Result]) -> Result:
     return done.result  # type: ignore[return-value]
 
 
-class Team:
+class Executor:
     """Processes, or a cluster, kept for several rounds of work; a context manager.
 
     Parameters
@@ -135,7 +135,7 @@ class Team:
         self._idle: list[ProcessPoolExecutor] = []
         self._client: Client | None = None
 
-    def __enter__(self) -> Team:
+    def __enter__(self) -> Executor:
         if self._workers.scheduler:
             self._client = _connect(self._workers.scheduler)
         return self

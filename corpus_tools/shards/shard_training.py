@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 import g3.features  # noqa: F401  (fills the catalogue)
-from corpus_tools.runtime.parallel import Team, Workers, work_in_order
+from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.shards.shard_files import Manifest, read_shard
 from g3.errors import FormatError
@@ -76,7 +76,7 @@ def fit_on_shards(
     files = [(folder.absolute() / shard.file, shard.digest) for shard in manifest.shards]
     with (
         tempfile.TemporaryDirectory(prefix=".training-", dir=folder.absolute()) as scratch,
-        Team(workers) as team,
+        Executor(workers) as executor,
     ):
 
         def told(step: str, count: int) -> Callable[[int], None] | None:
@@ -86,7 +86,7 @@ def fit_on_shards(
 
         numbered = list(enumerate(files))
         surveys = work_in_order(
-            _survey, numbered, team, on_done=told("finding features", len(files))
+            _survey, numbered, executor, on_done=told("finding features", len(files))
         )
         space, signatures = _joined(surveys, manifest.sets)
         first, copy_of = _distinct(signatures, prior_scale(space))
@@ -94,7 +94,7 @@ def fit_on_shards(
         packed = work_in_order(
             partial(_pack, scratch=Path(scratch)),
             files,
-            team,
+            executor,
             on_done=told("packing", len(files)),
         )
         unit, size = crf.shrinking(copy_of, (model.l2 / prior_scale(space) ** 2)[first])
@@ -107,7 +107,7 @@ def fit_on_shards(
             if on_progress is not None:
                 on_progress("training", evaluations, crf.MAX_ITERATIONS)
             looking = partial(_look, weights=unit * weights, least=least)
-            return _scaled(_sum(work_in_order(looking, parts, team)), unit)
+            return _scaled(_sum(work_in_order(looking, parts, executor)), unit)
 
         found = minimise(
             Problem(look, unit, manifest.examples / 4),

@@ -144,7 +144,7 @@ def table_1(
     Say what to train and test on: one --corpus that is divided by scenario (--cv or --split), two
     corpora (--train and --test), or a trained --model and a --test corpus.
     """
-    from corpus_tools.runtime.parallel import Team, Workers
+    from corpus_tools.runtime.parallel import Executor, Workers
     from eval.table_1 import experiment
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
@@ -156,7 +156,7 @@ def table_1(
             f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
             "--table 3 shows what potentials are worth"
         )
-    with Team(Workers(jobs, scheduler)) as team:
+    with Executor(Workers(jobs, scheduler)) as executor:
         with progress_bar("extracting features") as on_progress:
             result = experiment.run(choices, on_progress)
         rows = table_rows(
@@ -164,7 +164,7 @@ def table_1(
             threshold=choices.threshold,
             draws=draws,
             seed=choices.seed,
-            team=team,
+            executor=executor,
         )
     metadata = {"table": 1, **result.metadata, "draws": draws}
     write(render(rows, form, metadata, terminal=is_terminal(out)), out)

@@ -54,16 +54,16 @@ def table_2(
     The ratings are those in --corpus.
     """
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Team, Workers
+    from corpus_tools.runtime.parallel import Executor, Workers
     from eval.statistics.ratings import check_judgments
     from eval.table_2.rating_table import render
     from eval.table_2.rating_table import table_2 as make
 
     rated = open_corpus(corpus)
     check_judgments(rated.judgments, {command.video for command in rated.commands.values()})
-    with Team(Workers(jobs, scheduler)) as team:
+    with Executor(Workers(jobs, scheduler)) as executor:
         results = make(
-            rated.judgments, study=study, models=models, seed=seed, draws=draws, team=team
+            rated.judgments, study=study, models=models, seed=seed, draws=draws, executor=executor
         )
     metadata = {"table": 2, "corpus": corpus, "seed": seed, "draws": draws}
     write(render(results, form, metadata, terminal=is_terminal(out)), out)
@@ -97,12 +97,12 @@ def judge_validity(
 ) -> None:
     """Say whether the automatic judge says what people said of the same videos."""
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Team, Workers
+    from corpus_tools.runtime.parallel import Executor, Workers
     from eval.judging.judge_report import render
     from eval.judging.judge_validity import judge_validity as compare
 
-    with Team(Workers(jobs, scheduler)) as team:
-        found = compare(open_corpus(corpus), study=study, seed=seed, draws=draws, team=team)
+    with Executor(Workers(jobs, scheduler)) as executor:
+        found = compare(open_corpus(corpus), study=study, seed=seed, draws=draws, executor=executor)
     metadata = {"corpus": corpus, "seed": seed, "draws": draws}
     write(render(found, form, metadata, terminal=is_terminal(out)), out)
 

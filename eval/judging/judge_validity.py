@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.runtime.parallel import Team
+from corpus_tools.runtime.parallel import Executor
 from eval.judging.agreement import Agreement, Resampled, agreement
 from eval.judging.deeds import logged
 from eval.judging.judge import Verdict, judge
@@ -123,11 +123,11 @@ class Validity:
 
 
 def judge_validity(
-    corpus: Corpus, *, seed: int, draws: int, study: str = "", team: Team | None = None
+    corpus: Corpus, *, seed: int, draws: int, study: str = "", executor: Executor | None = None
 ) -> Validity:
     """Compare the judge with the people whose judgments a corpus holds.
 
-    `team` makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+    `executor` makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
     Raises
     ------
@@ -146,7 +146,9 @@ def judge_validity(
 
     def resampled(counts: FloatArray) -> FloatArray:
         # The same seed for each figure, so that all are of the same videos.
-        return resampled_sums(counts, rng=np.random.default_rng(seed), draws=draws, team=team)
+        return resampled_sums(
+            counts, rng=np.random.default_rng(seed), draws=draws, executor=executor
+        )
 
     others = [p for p in pairs if not p.original]
     halves = {

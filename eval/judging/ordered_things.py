@@ -1,4 +1,4 @@
-"""Things by their order for who looks at them: from the left, ahead, the nearest."""
+"""Things by their order, as an onlooker sees them: from the left, ahead, the nearest."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _is_aside(words: Worded, thing: str, side: Concept) -> bool:
 
 
 def _beside(words: Worded, found: Things, group: Things, side: Concept | None) -> Things:
-    """Those near a group, on its side for who looks at it."""
+    """Those near a group, on its side as an onlooker sees it."""
     if side is None:
         return frozenset()
     around = prisms(words, group)

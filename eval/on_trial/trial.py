@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.parallel import Done, Team, Workers
+from corpus_tools.runtime.parallel import Done, Executor, Workers
 from corpus_tools.runtime.progress import OnProgress
 from eval.table_3.following import follow_command
 from eval.table_3.held_out import costs_without, extractor_without
@@ -183,12 +183,14 @@ def _followed(
         return
     known = [open_corpus(name) for name in trial.train]
     sets = select(without={without} - {NOTHING})
-    with Team(workers) as team:
-        data = data_of(known, sets=sets, seed=trial.seed, team=team, on_progress=on_progress)
+    with Executor(workers) as executor:
+        data = data_of(
+            known, sets=sets, seed=trial.seed, executor=executor, on_progress=on_progress
+        )
         with written(data) as file:
             del data
             try:
-                yield from team.work(functools.partial(_follow, trial=trial, file=file), parts)
+                yield from executor.work(functools.partial(_follow, trial=trial, file=file), parts)
             finally:
                 _lessons.cache_clear()
                 _tested.cache_clear()

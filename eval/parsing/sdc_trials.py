@@ -32,7 +32,7 @@ class SDCChoices:
     train
         one to train on (with `corpus`: besides its other scenarios), or
     model
-        a trained model; where there is neither, the one that comes along.
+        a trained model; where there is neither, the bundled one.
     l2
         Strength of the regularisation; None for the default.
     """
@@ -85,7 +85,7 @@ def run(
     else:
         model = choices.model
         extractor = SDCExtractor.load(model) if model else default_extractor()
-        metadata |= {"model": str(model or "the one that comes along")}
+        metadata |= {"model": str(model or "bundled")}
         metadata |= {"seen_scenarios": seen_scenarios(extractor, items)}
     return _tested(extractor, items, lessons), metadata
 

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.runtime.parallel import Team, Workers, work_in_order
+from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from eval.plan_study.filming import film_all
 from eval.plan_study.plan_validity import Agreement, agreements, tells_of_all
@@ -227,8 +227,8 @@ def _carried_out(
             on_progress("runs in physics", before + done, len(plans))
 
     if errands:
-        with Team(Workers(min(os.cpu_count() or 1, len(errands)))) as team:
-            work_in_order(_carry_out, errands, team, on_done=told)
+        with Executor(Workers(min(os.cpu_count() or 1, len(errands)))) as executor:
+            work_in_order(_carry_out, errands, executor, on_done=told)
     return {
         p.run: msgspec.json.decode(_outcome_file(folder, p.run).read_bytes(), type=RunOutcome)
         for p in plans

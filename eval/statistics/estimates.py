@@ -16,7 +16,7 @@ from eval.statistics.resampling import resampled_sums
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from corpus_tools.runtime.parallel import Team
+    from corpus_tools.runtime.parallel import Executor
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -113,7 +113,7 @@ def cluster_bootstrap(
     rng: np.random.Generator,
     draws: int = 2000,
     level: float = LEVEL,
-    team: Team | None = None,
+    executor: Executor | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Percentile intervals of a statistic of summed counts, resampling clusters.
 
@@ -138,7 +138,7 @@ def cluster_bootstrap(
         Number of resamples.
     level
         Probability that the interval leaves inside.
-    team
+    executor
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
     Returns
@@ -158,7 +158,7 @@ def cluster_bootstrap(
         nothing = np.full(informative.shape, np.nan)
         return nothing, nothing.copy()
 
-    values = statistic(resampled_sums(counts, rng=rng, draws=draws, team=team))
+    values = statistic(resampled_sums(counts, rng=rng, draws=draws, executor=executor))
 
     return percentile_bounds(np.where(informative < 2, np.nan, values), level)
 

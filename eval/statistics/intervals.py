@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
-from corpus_tools.runtime.parallel import Team
+from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
     LEVEL,
     BoolArray,
@@ -54,7 +54,7 @@ def bootstrap(
     rng: np.random.Generator,
     draws: int = DRAWS,
     level: float = LEVEL,
-    team: Team | None = None,
+    executor: Executor | None = None,
 ) -> Estimate:
     """Percentile interval that resamples whole clusters, such as videos.
 
@@ -62,14 +62,14 @@ def bootstrap(
     ----------
     agrees, cluster
         Each judgment's answer, or the share of several, and its cluster, shape (n,).
-    team
+    executor
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     if len(agrees) == 0:
         return Estimate(np.nan, np.nan, np.nan)
     _, index = np.unique(cluster, return_inverse=True)
     counted = np.stack([np.bincount(index, weights=agrees), np.bincount(index)], axis=1)
-    sums, counts = resampled_sums(counted, rng=rng, draws=draws, team=team).T
+    sums, counts = resampled_sums(counted, rng=rng, draws=draws, executor=executor).T
     return percentiles(float(agrees.mean()), sums / counts, level)
 
 

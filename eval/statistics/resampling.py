@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.runtime.parallel import Team, Workers, work_in_order
+from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 
 BLOCK = 250
 """Draws in a block."""
@@ -29,7 +29,7 @@ def resampled_sums(
     *,
     rng: np.random.Generator,
     draws: int,
-    team: Team | None = None,
+    executor: Executor | None = None,
 ) -> npt.NDArray[np.float64]:
     """Sums over as many clusters as there are, drawn with replacement again and again.
 
@@ -44,7 +44,7 @@ def resampled_sums(
         Source of randomness; the same state gives the same sums.
     draws
         Number of resamples.
-    team
+    executor
         Who makes the blocks; this process if left out.
 
     Returns
@@ -68,7 +68,7 @@ def resampled_sums(
         _Block(flat, min(BLOCK, draws - start), own)
         for start, own in zip(starts, rng.spawn(len(starts)), strict=True)
     ]
-    sums = work_in_order(_sums, blocks, team or Team(Workers()))
+    sums = work_in_order(_sums, blocks, executor or Executor(Workers()))
     return np.concatenate(sums).reshape(draws, *values.shape[1:])
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.runtime.parallel import Team
+from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
     FIGURES,
     BoolArray,
@@ -157,7 +157,7 @@ def table_rows(
     draws: int = 2000,
     seed: int = 0,
     cluster: Cluster = "command",
-    team: Team | None = None,
+    executor: Executor | None = None,
 ) -> tuple[Row, ...]:
     """Compute the rows of Table 1, in the paper's order.
 
@@ -176,7 +176,7 @@ def table_rows(
         What is resampled. Intervals over commands speak of new commands about the same
         scenarios, intervals over scenarios of new scenarios; the latter are wider and
         need a few dozen scenarios to be trusted.
-    team
+    executor
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
     Returns
@@ -187,7 +187,7 @@ def table_rows(
     counts = _counts_by_cluster(predictions, threshold, cluster)
     values = figures(counts.sum(axis=0))
     rng = np.random.default_rng(seed)
-    low, high = cluster_bootstrap(counts, figures, rng=rng, draws=draws, team=team)
+    low, high = cluster_bootstrap(counts, figures, rng=rng, draws=draws, executor=executor)
     estimates = np.stack([values, low, high], axis=-1)
     return tuple(_row(predictions, kind, estimates[index]) for index, kind in enumerate(ROW_TYPES))
 

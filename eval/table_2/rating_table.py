@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from corpus_tools.corpus.rater_agreement import krippendorff_alpha
-from corpus_tools.runtime.parallel import Team
+from corpus_tools.runtime.parallel import Executor
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.estimates import BoolArray, Estimate
 from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
@@ -108,7 +108,7 @@ def table_2(
     draws: int,
     study: str = "",
     models: bool = False,
-    team: Team | None = None,
+    executor: Executor | None = None,
 ) -> Results:
     """Make Table 2 of human judgments.
 
@@ -117,7 +117,7 @@ def table_2(
     study
         Whose judgments are counted; the study that has most of them if empty, for another one
         may be of the same pairs.
-    draws, team
+    draws, executor
         Resamples for the intervals, and who makes them
         (:func:`eval.statistics.resampling.resampled_sums`).
     models
@@ -141,7 +141,7 @@ def table_2(
     together = dawid_skene(ratings.pair, ratings.rater, ratings.agrees.astype(np.int64), 2)
     shows = together.posterior[:, 1] > 0.5
     rows = tuple(
-        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models, team=team)
+        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models, executor=executor)
         for name, of in _configurations(ratings)
         if of.any()
     )
@@ -186,7 +186,7 @@ def _row(
     rng: np.random.Generator,
     draws: int,
     models: bool,
-    team: Team | None,
+    executor: Executor | None,
 ) -> Row:
     agrees, n = ratings.agrees, len(ratings)
     pairs, videos, raters = (
@@ -194,7 +194,7 @@ def _row(
     )
     return Row(
         configuration,
-        bootstrap(agrees, ratings.video, rng=rng, draws=draws, team=team),
+        bootstrap(agrees, ratings.video, rng=rng, draws=draws, executor=executor),
         two_way(agrees, ratings.video, ratings.rater),
         wilson(int(agrees.sum()), n),
         clopper_pearson(int(agrees.sum()), n),

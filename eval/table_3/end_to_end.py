@@ -15,7 +15,7 @@ from types import MappingProxyType
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.parallel import Done, Team, Workers
+from corpus_tools.runtime.parallel import Done, Executor, Workers
 from corpus_tools.runtime.progress import OnProgress
 from eval.table_3.baselines import missing
 from eval.table_3.following import CONFIGURATIONS, follow_command
@@ -197,12 +197,16 @@ def _followed(
     """What comes of each scenario's commands; the workers make what they learn from together."""
     if not scenarios:
         return
-    with Team(workers) as team:
-        data = data_of(known, sets=asked.sets, seed=asked.seed, team=team, on_progress=on_progress)
+    with Executor(workers) as executor:
+        data = data_of(
+            known, sets=asked.sets, seed=asked.seed, executor=executor, on_progress=on_progress
+        )
         with written(data) as file:
             del data
             try:
-                yield from team.work(functools.partial(_follow, asked=asked, file=file), scenarios)
+                yield from executor.work(
+                    functools.partial(_follow, asked=asked, file=file), scenarios
+                )
             finally:
                 _lessons.cache_clear()
 

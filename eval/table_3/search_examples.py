@@ -1,4 +1,4 @@
-"""What costs are learned from: made by a team, and handed to other processes by a file."""
+"""What costs are learned from: made by an executor, and handed to other processes by a file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy import sparse
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import cache_folder, forget_old
-from corpus_tools.runtime.parallel import Team, WorkerDiedError, work_in_order
+from corpus_tools.runtime.parallel import Executor, WorkerDiedError, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import FeatureSet, select
@@ -41,7 +41,7 @@ def data_of(
     *,
     sets: Sequence[FeatureSet] | None = None,
     seed: int = 0,
-    team: Team | None = None,
+    executor: Executor | None = None,
     on_progress: OnProgress | None = None,
 ) -> FactorMatrix:
     """What costs are learned from, of several corpora.
@@ -52,17 +52,17 @@ def data_of(
         Feature sets; those that models use by default if left out.
     seed
         What negatives are drawn with.
-    team
+    executor
         Who makes the examples; what comes of it is the same for any.
 
     Raises
     ------
     CorpusError
-        If processes of the team die of it.
+        If processes of the executor die of it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
     chosen = select() if sets is None else sets
-    if team is None:
+    if executor is None:
         return training_data(annotations, chosen, seed=seed, on_progress=on_progress)
 
     def each(function: Callable[[Item], FactorMatrix], tasks: Sequence[Item]) -> list[FactorMatrix]:
@@ -70,7 +70,7 @@ def data_of(
             if on_progress:
                 on_progress("trying actions", done, len(tasks))
 
-        return work_in_order(function, tasks, team, on_done=told)
+        return work_in_order(function, tasks, executor, on_done=told)
 
     try:
         return training_data(annotations, chosen, seed=seed, each=each)

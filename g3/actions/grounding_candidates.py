@@ -120,7 +120,7 @@ def spots_toward(group: Group, state: State, load: str | None) -> list[Place]:
 
 
 def spots_of_load(load: str, state: State) -> list[Place]:
-    """Places to each side of where a load is, for who looks as the robot does."""
+    """Places to each side of where a load is, as seen by the robot."""
     sides = rotate(
         np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.full(4, state.pose[2])
     )

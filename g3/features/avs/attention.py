@@ -234,7 +234,7 @@ def degrees(
                 x = Single(points[start + i, 0] - centre[place, 0])
                 y = Single(points[start + i, 1] - centre[place, 1])
                 cos, sin = heading[0, frame, start + i], heading[1, frame, start + i]
-                # To the left is ahead for who has turned by a quarter.
+                # After a quarter turn, the left is ahead.
                 cos, sin = (-sin, cos) if left else (cos, sin)
                 view_landmark(seen[place], most, (x, y, cos, sin), (border, figure), i)
             for back in range(2):

@@ -225,7 +225,7 @@ def _wordnet(batch: FactorBatch) -> FloatArray:
 def word_tags(batch: FactorBatch) -> FloatArray:
     """Co-occurrence as image tags of the figure's words with its labels, next to others.
 
-    Off: the table that comes along is made by hand and adds nothing to `word-domain`.
+    Off: the bundled table is made by hand and adds nothing to `word-domain`.
     """
     return _grade(batch, ("tag-npmi", "tag-given"))
 
@@ -243,6 +243,6 @@ def word_tags(batch: FactorBatch) -> FloatArray:
 def word_vectors(batch: FactorBatch) -> FloatArray:
     """Likeness of the vectors of the figure's words and its labels, next to others in its scene.
 
-    Off: no vectors come along.
+    Off: no vectors are bundled.
     """
     return _grade(batch, ("vector",))

@@ -25,7 +25,7 @@ from g3.language.lexicon.word_sets import BEHIND, BESIDE, ENDS, FLOOR, NEARER
 from g3.sdc.clauses import SDC, all_words
 
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
-"""Where the left, right, front and far side of a thing are for who looks along the first axis."""
+"""Where the left, right, front and far side of a thing are, seen along the first axis."""
 SAME_SPOT_M = 1.5
 """Nearer than this to where it stood a load has not been moved."""
 ROBOT_M = 1.5
@@ -92,10 +92,10 @@ def _is_high(case: FactorCase) -> BoolArray:
 def place_side(case: FactorCase) -> Measured:
     """A place is on the side of its landmark that words name: "to the right of the pallet".
 
-    The right of a pallet is where it is for who faces the row of its like; its front is the side
+    The right of a pallet is as seen by someone who faces the row of its like; its front is the side
     of who speaks, and the far side is behind it. The right of several things is beyond all of
     them. The robot has its own sides. Where there is no landmark they are those of what goes there,
-    for who looks as the robot does: "two metres to the right".
+    as the robot sees it: "two metres to the right".
     """
     batch = case.batch
     wanted = _sides(batch)

@@ -140,7 +140,7 @@ def is_member(batch: FactorBatch) -> BoolArray:
 
 
 def _further(batch: FactorBatch, rival: BoolArray) -> FloatArray:
-    """How many rivals are further in each direction for who faces all of them, (n, directions)."""
+    """How many rivals are further in each direction, as seen facing all, (n, directions)."""
     own, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
     faced, around = facing(own, others, rival)
     near = _extents(own, turned(own, faced))

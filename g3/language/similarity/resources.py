@@ -58,7 +58,7 @@ def wordnet_identity() -> str:
 
 
 def tag_table() -> TagTable:
-    """The tag table named in CT_TAGS, else the one made by hand that comes along, read once."""
+    """The tag table named in CT_TAGS, else the bundled one, made by hand; read once."""
     return _read_tag_table(_tag_file())
 
 
@@ -68,7 +68,7 @@ def tag_table_identity() -> str:
 
 
 def word_vectors() -> WordVectors:
-    """The vectors of words in the file named in CT_VECTORS, read once; none come along."""
+    """The vectors of words in the file named in CT_VECTORS, read once; none are bundled."""
     return _read_word_vectors(_vectors_file())
 
 

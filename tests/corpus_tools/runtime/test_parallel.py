@@ -18,7 +18,7 @@ import pytest
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.labelled_corpus import Options
-from corpus_tools.runtime.parallel import Team, WorkerDiedError, Workers, work
+from corpus_tools.runtime.parallel import Executor, WorkerDiedError, Workers, work
 from corpus_tools.shards.shard_making import write_shards
 from corpus_tools.shards.shard_training import fit_on_shards
 from eval.statistics.resampling import resampled_sums
@@ -154,8 +154,8 @@ def test_training_on_a_cluster(cluster, tmp_path):
 @pytest.mark.slow
 def test_the_resamples_of_a_bootstrap_on_a_cluster(cluster):
     counts = np.arange(30).reshape(10, 3)
-    with Team(Workers(scheduler=cluster)) as team:
-        there = resampled_sums(counts, rng=np.random.default_rng(3), draws=600, team=team)
+    with Executor(Workers(scheduler=cluster)) as executor:
+        there = resampled_sums(counts, rng=np.random.default_rng(3), draws=600, executor=executor)
     here = resampled_sums(counts, rng=np.random.default_rng(3), draws=600)
     np.testing.assert_array_equal(there, here)
 

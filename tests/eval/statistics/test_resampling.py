@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.runtime.parallel import Team, Workers
+from corpus_tools.runtime.parallel import Executor, Workers
 from eval.statistics.resampling import BLOCK, resampled_sums
 
 
 def sums(clusters, draws, jobs=1, seed=0):
-    with Team(Workers(jobs)) as team:
-        return resampled_sums(clusters, rng=np.random.default_rng(seed), draws=draws, team=team)
+    with Executor(Workers(jobs)) as executor:
+        return resampled_sums(
+            clusters, rng=np.random.default_rng(seed), draws=draws, executor=executor
+        )
 
 
 def test_as_many_clusters_are_drawn_as_there_are():

@@ -1,4 +1,4 @@
-"""What costs are learned from: made by any team, handed over by a file."""
+"""What costs are learned from: made by any executor, handed over by a file."""
 
 import os
 import time
@@ -8,7 +8,7 @@ import pytest
 
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
-from corpus_tools.runtime.parallel import Team, Workers
+from corpus_tools.runtime.parallel import Executor, Workers
 from eval.table_3.held_out import costs_without
 from eval.table_3.search_examples import data_of, read, written
 from g3.errors import CorpusError
@@ -48,8 +48,10 @@ def assert_same(one, other):
 
 def test_a_team_makes_the_same_examples_and_tells_how_far_it_is(few, data):
     told = []
-    with Team(Workers(2)) as team:
-        made = data_of([few], team=team, on_progress=lambda *progress: told.append(progress))
+    with Executor(Workers(2)) as executor:
+        made = data_of(
+            [few], executor=executor, on_progress=lambda *progress: told.append(progress)
+        )
     assert_same(made, data)
     assert told == [("trying actions", done, 3) for done in (1, 2, 3)]
 
