@@ -26,7 +26,9 @@ def corpus() -> None:
 @click.argument("id", required=False)
 @FORMAT
 def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argument's name in the help)
-    """Show a corpus, or the command, annotation, context or outcome with an ID.
+    """Show a corpus, or what in it has an ID.
+
+    An ID is that of a command, an annotation, a context or an outcome.
 
     \b
     Examples:

@@ -13,9 +13,9 @@ from corpus_tools.runtime.terminal import note
 
 @click.group()
 def similarity() -> None:
-    """Show how well words fit labels; learn lexicons; build tables of tags.
+    """Learn and show which words name which labels.
 
-    The tags are those of images (section 3.3).
+    Words are learned from corpora, or from tags of images (section 3.3).
 
     \b
     Examples:
