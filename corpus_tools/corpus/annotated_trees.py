@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from corpus_tools.corpus.corpus_model import Corpus
-from g3.annotation import Command
+from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.sdc.clauses import SDC
 
@@ -37,3 +38,12 @@ def annotated_trees(corpus: Corpus) -> list[Annotated]:
             fix="take a corpus with annotations ('ct corpus stats' counts them)",
         )
     return list(found.values())
+
+
+def annotated_commands(annotations: Iterable[Annotation]) -> dict[str, Annotation]:
+    """The first positive annotation of each command, by the command's id."""
+    found: dict[str, Annotation] = {}
+    for annotation in annotations:
+        if annotation.source == "positive":
+            found.setdefault(annotation.command.id, annotation)
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
 from g3.actions.robot_state import start_state
@@ -25,10 +26,7 @@ def load_choices(corpus: Corpus) -> list[LoadChoice]:
     """
     contexts = contexts_of_commands(corpus)
     found = []
-    annotated: dict[str, Annotation] = {}
-    for annotation in corpus.annotations:
-        if annotation.source == "positive":
-            annotated.setdefault(annotation.command.id, annotation)
+    annotated = annotated_commands(corpus.annotations)
     for command in corpus.commands.values():
         outcomes = outcomes_of(corpus, command)
         known = {thing for o in outcomes for thing in o.picked}

@@ -8,7 +8,7 @@ from typing import Literal
 
 from rich.table import Table
 
-from eval.judging.agreement import Agreement
+from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, JudgedPair, Validity
 from eval.statistics.estimates import Estimate
 from eval.tables.formats import cell, document, interval, table_text

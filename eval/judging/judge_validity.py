@@ -16,12 +16,12 @@ import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.parallel import Executor
-from eval.judging.agreement import Agreement, Resampled, agreement
 from eval.judging.deeds import logged
 from eval.judging.judge import Verdict, judge
+from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.replayed import replayed
 from eval.judging.words_judge import judge_by_words
-from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray
+from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
 from eval.statistics.ratings import AGREES, check_judgments, codes, of_study
 from eval.statistics.resampling import resampled_sums
@@ -258,7 +258,4 @@ def _auc(counts: FloatArray) -> FloatArray:
     no, yes = counts[..., 0, :], counts[..., 1, :]
     below = np.cumsum(no, axis=-1) - no / 2
     pairs = no.sum(axis=-1) * yes.sum(axis=-1)
-    found: FloatArray = np.divide(
-        (yes * below).sum(axis=-1), pairs, out=np.full(np.shape(pairs), np.nan), where=pairs > 0
-    )
-    return found
+    return ratio((yes * below).sum(axis=-1), pairs)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from g3.annotation import Annotation
 from g3.groundings import Grounding, PhysicalObject
 from g3.language.discourse.anaphora import anaphors
@@ -50,10 +51,7 @@ class ReferenceScores:
 
 def reference_scores(annotations: Iterable[Annotation]) -> ReferenceScores:
     """Count over the first positive annotation of each command."""
-    chosen: dict[str, Annotation] = {}
-    for annotation in annotations:
-        if annotation.source == "positive":
-            chosen.setdefault(annotation.command.id, annotation)
+    chosen = annotated_commands(annotations)
     right = [found for annotation in chosen.values() for found in _antecedents(annotation)]
     sizes = [found for annotation in chosen.values() for found in _sizes(annotation)]
     singular = [size for number, size in sizes if number == "singular"]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.judging.agreement import cohens_kappa
+from eval.judging.judge_agreement import cohens_kappa, confusion
 from eval.plan_study.rating_sample import RIGHT, DistinctPlan, Sample, kind_of
 from eval.plan_study.study_plans import CONFIGURATIONS
-from eval.statistics.estimates import Estimate, FloatArray
+from eval.statistics.estimates import Estimate, FloatArray, ratio
 from eval.statistics.intervals import percentiles
 from eval.statistics.ratings import codes
 from eval.statistics.resampling import resampled_sums
@@ -21,7 +21,7 @@ ALL = "all"
 
 
 @dataclass(frozen=True, slots=True)
-class Agreement:
+class PlanAgreement:
     """The judge against the majority of people on the plans of a configuration, or on all.
 
     Parameters
@@ -66,7 +66,7 @@ def figures(counts: FloatArray) -> FloatArray:
         Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't tell.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
-    shares = _over(rated, rated.sum(axis=-2, keepdims=True))
+    shares = ratio(rated, rated.sum(axis=-2, keepdims=True))
     table = np.where(there[..., None, :] > 0, shares * there[..., None, :], 0.0)
     (no_no, no_yes), (yes_no, yes_yes) = (
         (table[..., row, 0], table[..., row, 1]) for row in (0, 1)
@@ -75,11 +75,11 @@ def figures(counts: FloatArray) -> FloatArray:
     return np.stack(
         [
             cohens_kappa(table),
-            _over(yes_yes, no_yes + yes_yes),
-            _over(yes_yes, yes_no + yes_yes),
-            _over(no_no, no_no + yes_no),
-            _over(no_no + yes_yes, total),
-            _over(yes_no + yes_yes, total),
+            ratio(yes_yes, no_yes + yes_yes),
+            ratio(yes_yes, yes_no + yes_yes),
+            ratio(no_no, no_no + yes_no),
+            ratio(no_no + yes_yes, total),
+            ratio(yes_no + yes_yes, total),
         ],
         axis=-1,
     )
@@ -93,7 +93,7 @@ def agreements(
     *,
     seed: int,
     draws: int,
-) -> list[Agreement]:
+) -> list[PlanAgreement]:
     """A row for all plans, and one for each configuration.
 
     Parameters
@@ -113,13 +113,14 @@ def agreements(
         scenario = codes([p.record.scenario for p in own])
         counts = np.zeros((scenario.max() + 1, 3, 2))
         said = [int(kind_of(p, verdict) == RIGHT) for p in own]
-        raw = {_name(yes, judge): 0 for yes in (1, 0) for judge in (1, 0)}
+        rated = []
         for plan, place, judge in zip(own, scenario, said, strict=True):
             counts[place, 2, judge] += 1
             if plan.run in people:
-                yes = int(people[plan.run])
-                counts[place, yes, judge] += 1 / sample.chance[plan.run]
-                raw[_name(yes, judge)] += 1
+                yes = people[plan.run]
+                counts[place, int(yes), judge] += 1 / sample.chance[plan.run]
+                rated.append((yes, bool(judge)))
+        raw = confusion([yes for yes, _ in rated], [judge for _, judge in rated])
         values = figures(counts.sum(axis=0))
         # The same seed for each row, so that all are of the same scenarios.
         rng = np.random.default_rng(seed)
@@ -130,21 +131,10 @@ def agreements(
             else Estimate(np.nan, np.nan, np.nan)
             for i, figure in enumerate(FIGURES)
         }
-        rows.append(Agreement(name, len(own), sum(raw.values()), raw, bounded))
+        rows.append(PlanAgreement(name, len(own), len(rated), raw, bounded))
     return rows
 
 
 def tells_of_all(plans: Sequence[DistinctPlan], sample: Sample) -> bool:
     """Whether every kind of plan was drawn, without which only the first verdict can be checked."""
     return {p.kind for p in plans} == {p.kind for p in plans if p.run in sample.chance}
-
-
-def _name(people: int, judge: int) -> str:
-    said = ("no", "yes")
-    return f"people_{said[people]}_judge_{said[judge]}"
-
-
-def _over(part: FloatArray, whole: FloatArray) -> FloatArray:
-    part, whole = np.broadcast_arrays(part, whole)
-    found: FloatArray = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
-    return found

@@ -9,7 +9,7 @@ from typing import Literal
 
 from rich.table import Table
 
-from eval.plan_study.plan_validity import Agreement
+from eval.plan_study.plan_validity import PlanAgreement
 from eval.plan_study.rating_power import ANSWER_S, ASSUMED, Planned
 from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan
 from eval.plan_study.rating_set import Rated
@@ -103,7 +103,7 @@ def _notes(rated: Rated) -> list[str]:
     return [*found, *NOTES]
 
 
-def _figures(rows: Sequence[Agreement]) -> Table:
+def _figures(rows: Sequence[PlanAgreement]) -> Table:
     table = Table()
     table.add_column("Plans")
     for name in SHOWN:
@@ -117,7 +117,7 @@ def _figures(rows: Sequence[Agreement]) -> Table:
     return table
 
 
-def _counts(rows: Sequence[Agreement]) -> Table:
+def _counts(rows: Sequence[PlanAgreement]) -> Table:
     table = Table()
     table.add_column("Plans")
     for heading in ("both right", "people right", "judge right", "both wrong"):
@@ -137,7 +137,7 @@ def _half(width: float) -> str:
     return "unknown" if math.isnan(width) else f"{width:.2f}"
 
 
-def _records(rows: Sequence[Agreement]) -> list[dict[str, object]]:
+def _records(rows: Sequence[PlanAgreement]) -> list[dict[str, object]]:
     return [
         {
             "configuration": row.configuration,

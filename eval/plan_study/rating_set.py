@@ -14,7 +14,7 @@ from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from eval.plan_study.filming import film_all
-from eval.plan_study.plan_validity import Agreement, agreements, tells_of_all
+from eval.plan_study.plan_validity import PlanAgreement, agreements, tells_of_all
 from eval.plan_study.rating_power import Planned, planned
 from eval.plan_study.rating_sample import DistinctPlan, Sample, distinct_plans, sampled
 from eval.plan_study.study_pairs import Pair, write_study
@@ -97,7 +97,7 @@ class Rated:
     file: Path
     judgments: int
     people: Mapping[str, bool]
-    agreements: Mapping[str, Sequence[Agreement]]
+    agreements: Mapping[str, Sequence[PlanAgreement]]
 
 
 def prepare(
@@ -168,7 +168,7 @@ def finish(
     file = write_study(folder, [*found.pairs], seed, pay)
     judgments = ratings_so_far(folder, ratings)
     people = most_people(found.pairs, judgments)
-    rows: dict[str, Sequence[Agreement]] = {}
+    rows: dict[str, Sequence[PlanAgreement]] = {}
     if people:
         rows = {
             verdict: agreements(found.plans, found.sample, people, verdict, seed=seed, draws=draws)

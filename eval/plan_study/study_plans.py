@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import msgspec
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
@@ -22,7 +23,6 @@ from eval.judging.words_judge import judge_by_words
 from eval.plan_study.plan_scripts import PlanScript, script_of
 from eval.plan_study.study_settings import Settings
 from eval.table_3.held_out import costs_without, extractor_without
-from eval.table_3.judged_commands import annotated_commands
 from eval.table_3.plan_rows import TOP
 from eval.table_3.search_examples import data_of
 from g3.actions.robot_state import start_state
@@ -103,7 +103,7 @@ class Unit:
 def chosen_commands(settings: Settings) -> list[Annotation]:
     """The commands that are followed, by scenario."""
     by_scenario: dict[str, list[Annotation]] = {}
-    for annotation in annotated_commands(open_corpus(settings.test)).values():
+    for annotation in annotated_commands(open_corpus(settings.test).annotations).values():
         by_scenario.setdefault(annotation.command.scenario, []).append(annotation)
     most = settings.most or None
     return [a for name in sorted(by_scenario) for a in by_scenario[name][:most]]

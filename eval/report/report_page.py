@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from importlib.util import find_spec
 
-from eval.judging.agreement import Agreement
+from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_report import GROUPS, notes
 from eval.judging.judge_validity import VERDICTS, Validity
 from eval.report.charts import Bar, differences, intervals, reliability

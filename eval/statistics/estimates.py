@@ -39,9 +39,11 @@ class Estimate(NamedTuple):
     high: float
 
 
-def _ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
-    result = np.full(numerator.shape, np.nan)
-    np.divide(numerator, denominator, out=result, where=denominator > 0)
+def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
+    """Quotients of two arrays that broadcast together; NaN where the denominator isn't positive."""
+    above, below = np.broadcast_arrays(numerator, denominator)
+    result = np.full(above.shape, np.nan)
+    np.divide(above, below, out=result, where=below > 0)
     return result
 
 
@@ -67,10 +69,10 @@ def figures(counts: npt.ArrayLike) -> FloatArray:
     tp, fp, fn, tn = (table[..., cell] for cell in range(len(CELLS)))
     return np.stack(
         [
-            _ratio(tp, tp + fp),
-            _ratio(tp, tp + fn),
-            _ratio(2 * tp, 2 * tp + fp + fn),
-            _ratio(tp + tn, tp + fp + fn + tn),
+            ratio(tp, tp + fp),
+            ratio(tp, tp + fn),
+            ratio(2 * tp, 2 * tp + fp + fn),
+            ratio(tp + tn, tp + fp + fn + tn),
         ],
         axis=-1,
     )

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
@@ -112,7 +113,7 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
 
 
 def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
-    annotated, contexts = annotated_commands(corpus), contexts_of_commands(corpus)
+    annotated, contexts = annotated_commands(corpus.annotations), contexts_of_commands(corpus)
     labels = load_labels(corpus)
     of_context: dict[str, tuple[PhysicalObject, ...]] = {}
     # Annotated commands come in the order of their annotations.
@@ -129,15 +130,6 @@ def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
         context = annotation.context if annotation else corpus.contexts[contexts[command.id]]
         own = of_context.setdefault(context.id, loads(context, labels))
         yield JudgedCommand(command, context, annotation, done, own)
-
-
-def annotated_commands(corpus: Corpus) -> dict[str, Annotation]:
-    """The first positive annotation of each command, by the command's id."""
-    found: dict[str, Annotation] = {}
-    for annotation in corpus.annotations:
-        if annotation.source == "positive":
-            found.setdefault(annotation.command.id, annotation)
-    return found
 
 
 def facts(tested: JudgedCommand) -> Facts:

@@ -12,8 +12,8 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.judging.agreement import agreement, cohens_kappa
 from eval.judging.judge import judge
+from eval.judging.judge_agreement import agreement, cohens_kappa
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import (
     CHOSEN_ON,

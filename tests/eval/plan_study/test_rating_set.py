@@ -17,18 +17,16 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.world.state.robot_script import TURN, WAIT, ScriptStep
 from eval.cli.eval_commands import evaluate
 from eval.plan_study.plan_scripts import KeptPlace, PlanScript
-from eval.plan_study.plan_validity import ALL, agreements, tells_of_all
 from eval.plan_study.rating_power import half_widths, planned
 from eval.plan_study.rating_report import lines_planned
 from eval.plan_study.rating_sample import (
     Sample,
     distinct_plans,
     draw,
-    kind_of,
     quotas,
     sampled,
 )
-from eval.plan_study.rating_set import RunOutcome, most_people, prepare, verdicts
+from eval.plan_study.rating_set import RunOutcome, most_people, prepare
 from eval.plan_study.study_pairs import INSTANCE, Pair
 from eval.plan_study.study_plans import (
     CONFIGURATIONS,
@@ -44,29 +42,10 @@ from eval.statistics.power import design_effect, plan_interval
 from g3.annotation import Judgment
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
+from tests.eval.plan_study.made_plans import plans_of, record, waiting
 from tests.tiny_corpus import tiny_corpus
 
 LAB = "https://lab.example.org"
-
-
-def waiting(seconds):
-    return PlanScript((ScriptStep(WAIT.name, seconds),))
-
-
-def record(configuration, command, scenario, script, *, right, **also):
-    said = {"log": right, **also}
-    return PlanRecord(
-        configuration, command, scenario, "Go.", 0.5, right, "", script=script, verdicts=said
-    )
-
-
-def plans_of(kinds, *, configurations=("gold",), scenarios=4):
-    """Plans that are right or wrong, each of a command of its own, in turn by scenario."""
-    return distinct_plans(
-        record(which, f"{which}{i:03}", f"s{i % scenarios}", waiting(1.0), right=kind == "right")
-        for which in configurations
-        for i, kind in enumerate(kinds)
-    )
 
 
 # What is drawn
@@ -146,107 +125,6 @@ def test_a_sample_is_drawn_once(tmp_path):
     sample = sampled(tmp_path, plans, settings)
     assert (sample.seed, sample.judge, len(sample.chance)) == (3, "log", 4)
     assert sampled(tmp_path, plans_of(["wrong"] * 30), settings) == sample
-
-
-# What ratings say
-
-
-def test_kappa_of_all_plans_by_hand():
-    # Of eight wrong plans half were drawn, of four right ones all.
-    plans = plans_of(["wrong"] * 8 + ["right"] * 4)
-    wrong = [p.run for p in plans if p.kind == "wrong"][:4]
-    right = [p.run for p in plans if p.kind == "right"]
-    sample = Sample(0, "log", dict.fromkeys(wrong, 0.5) | dict.fromkeys(right, 1.0))
-    people = dict(zip((*wrong, *right), (1, 0, 0, 0, 1, 1, 1, 0), strict=True))
-    every, gold = agreements(plans, sample, people, "log", seed=0, draws=200)
-    assert (every.configuration, gold.configuration) == (ALL, "gold")
-    assert every.counts == {
-        "people_yes_judge_yes": 3,
-        "people_yes_judge_no": 1,
-        "people_no_judge_yes": 1,
-        "people_no_judge_no": 3,
-    }
-    # Of all plans: 3 and 2 right to people, 1 and 6 wrong; as drawn, kappa would be one half.
-    values = {name: estimate.value for name, estimate in every.figures.items()}
-    assert values == pytest.approx(
-        {
-            "precision": 3 / 4,
-            "recall": 3 / 5,
-            "precision_of_wrong": 3 / 4,
-            "same": 9 / 12,
-            "people_right": 5 / 12,
-            "kappa": (9 / 12 - 76 / 144) / (1 - 76 / 144),
-        }
-    )
-    assert values["kappa"] == pytest.approx(8 / 17)
-    kappa = every.figures["kappa"]
-    assert kappa.low < kappa.value < kappa.high
-
-
-def test_plans_of_one_kind_weigh_by_their_chance():
-    # Of six wrong plans of gold two were drawn, of two of auto both; gold's are half right.
-    records = [
-        record(which, f"{which}{i}", f"s{i}", waiting(1.0), right=False)
-        for which, count in (("gold", 6), ("auto", 2))
-        for i in range(count)
-    ]
-    plans = distinct_plans(records)
-    gold = [p.run for p in plans if p.configurations == ("gold",)][:2]
-    auto = [p.run for p in plans if p.configurations == ("auto",)]
-    sample = Sample(0, "log", dict.fromkeys(gold, 1 / 3) | dict.fromkeys(auto, 1.0))
-    people = dict(zip((*gold, *auto), (True, False, False, False), strict=True))
-    rows = {
-        row.configuration: row for row in agreements(plans, sample, people, "log", seed=0, draws=20)
-    }
-    assert rows["all"].figures["people_right"].value == pytest.approx(3 / 8)
-    assert rows["gold"].figures["precision_of_wrong"].value == pytest.approx(1 / 2)
-    assert rows["auto"].figures["people_right"].value == 0
-    assert (rows["gold"].plans, rows["gold"].rated) == (6, 2)
-    assert "random" not in rows
-
-
-def test_pairs_that_nobody_has_rated_yet_are_made_up_for():
-    plans = plans_of(["wrong"] * 8 + ["right"] * 4)
-    sample = draw(plans, ["wrong", "right"], 0, seed=0)
-    rated = [p for p in plans if p.kind == "right"][:2] + [p for p in plans if p.kind == "wrong"][
-        :6
-    ]
-    people = {p.run: p.kind == "right" for p in rated}
-    every, _ = agreements(plans, sample, people, "log", seed=0, draws=20)
-    assert every.figures["people_right"].value == pytest.approx(4 / 12)
-    assert every.rated == 8
-
-
-def test_without_right_plans_there_is_no_kappa():
-    plans = plans_of(["wrong"] * 8 + ["right"] * 4)
-    sample = draw(plans, ["wrong"], 0, seed=0)
-    people = dict.fromkeys(sample.chance, False)
-    every, _ = agreements(plans, sample, people, "log", seed=0, draws=20)
-    assert every.figures["precision_of_wrong"].value == 1
-    for name in ("kappa", "precision", "recall", "same", "people_right"):
-        assert np.isnan(every.figures[name].value), name
-    assert not tells_of_all(plans, sample)
-    assert tells_of_all(plans, draw(plans, ["wrong", "right"], 4, seed=0))
-
-
-def test_a_second_verdict_is_checked_by_the_same_ratings():
-    records = [
-        record("gold", f"c{i}", f"s{i % 3}", waiting(1.0), right=i < 6, words=i < 3)
-        for i in range(12)
-    ]
-    plans = distinct_plans(records)
-    assert {kind_of(p, "words") for p in plans} == {"wrong", "right"}
-    both = draw(plans, ["wrong", "right"], 0, seed=0)
-    assert verdicts(plans, both) == ["log", "words"]
-    assert verdicts(plans, draw(plans, ["wrong"], 0, seed=0)) == ["log"]
-    people = {p.run: p.record.verdicts["words"] for p in plans}
-    log, words = (
-        agreements(plans, both, people, name, seed=0, draws=20)[0].figures
-        for name in ("log", "words")
-    )
-    assert words["kappa"].value == 1
-    assert log["precision"].value == pytest.approx(1 / 2)
-    assert log["recall"].value == 1
 
 
 def test_most_people_decide():

@@ -7,11 +7,11 @@ has learned from a quarter of the bundled corpus, and hasn't seen these worlds.
 import numpy as np
 import pytest
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.judging.judge import judge
-from eval.table_3.judged_commands import annotated_commands
 from g3.actions.grounding_candidates import beneath
 from g3.features.feature_registry import select
 from g3.geometry.footprints import centre
@@ -327,7 +327,7 @@ def test_what_is_conditional_is_done_where_it_holds(grounder):
 @pytest.fixture(scope="module")
 def given(published):
     """The published commands by id, annotated, with their worlds."""
-    return annotated_commands(published[0])
+    return annotated_commands(published[0].annotations)
 
 
 def in_its_world(grounder, annotation, **options):

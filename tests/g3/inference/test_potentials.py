@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.table_3.judged_commands import annotated_commands
 from g3.errors import ModelError
 from g3.features.feature_registry import catalogue
 from g3.inference.grounder import Grounder
@@ -31,7 +31,7 @@ from tests.g3.inference.constant_cost import ConstantCost
 
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 RULES = {rule.name: rule for rule in potentials()}
-COMMANDS = list(annotated_commands(open_corpus("warehouse")).values())[::23]
+COMMANDS = list(annotated_commands(open_corpus("warehouse").annotations).values())[::23]
 
 
 @pytest.mark.parametrize("rule", potentials(), ids=lambda rule: rule.name)

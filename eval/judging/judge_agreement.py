@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray
+from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
 
 Resampled = Callable[[FloatArray], FloatArray]
@@ -96,32 +96,22 @@ def cohens_kappa(table: FloatArray) -> FloatArray:
         Shape (...); NaN where both say the same of everything.
     """
     total = table.sum(axis=(-2, -1))
-    same = _ratio(np.trace(table, axis1=-2, axis2=-1), total)
+    same = ratio(np.trace(table, axis1=-2, axis2=-1), total)
     by_chance = (table.sum(axis=-1) * table.sum(axis=-2)).sum(axis=-1)
-    chance = _ratio(by_chance, total**2)
-    found: FloatArray = np.divide(
-        same - chance, 1 - chance, out=np.full(np.shape(total), np.nan), where=chance < 1
-    )
-    return found
+    chance = ratio(by_chance, total**2)
+    return ratio(same - chance, 1 - chance)
 
 
 def _precision(table: FloatArray) -> FloatArray:
-    return _ratio(table[..., 1, 1], table[..., :, 1].sum(axis=-1))
+    return ratio(table[..., 1, 1], table[..., :, 1].sum(axis=-1))
 
 
 def _recall(table: FloatArray) -> FloatArray:
-    return _ratio(table[..., 1, 1], table[..., 1, :].sum(axis=-1))
+    return ratio(table[..., 1, 1], table[..., 1, :].sum(axis=-1))
 
 
 def _accuracy(table: FloatArray) -> FloatArray:
-    return _ratio(np.trace(table, axis1=-2, axis2=-1), table.sum(axis=(-2, -1)))
-
-
-def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
-    found: FloatArray = np.divide(
-        part, whole, out=np.full(np.shape(whole), np.nan), where=np.asarray(whole) > 0
-    )
-    return found
+    return ratio(np.trace(table, axis1=-2, axis2=-1), table.sum(axis=(-2, -1)))
 
 
 def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
