@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--plans",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="What --table 3 --format json has written, to be in the report.",
+    help="The JSON of --table 3, or of --end-to-end without --plans, to show in the report.",
 )
 @click.option(
     "--videos",

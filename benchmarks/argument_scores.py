@@ -1,6 +1,6 @@
 """Table 1's F-scores for clauses with and without a grounded argument.
 
-``python -m benchmarks.arguments CORPUS`` holds out each scenario in turn, with random
+``python -m benchmarks.argument_scores CORPUS`` holds out each scenario in turn, with random
 negatives, and prints the rows of docs/table-1.md.
 """
 
