@@ -1,8 +1,7 @@
-"""How plain the prose is: long sentences and idioms of each page and of each folder's docstrings.
+"""How plain the prose is: long sentences and idioms of pages, docstrings and help texts.
 
-``python docs/prose_report.py [FILE|FOLDER ...]`` prints a row a page, and a row a module of code. It
-counts sentences of docstrings, comments in quotes and help texts, and of pages without their code,
-tables and links. It only reports: its exit status is always 0.
+``python docs/prose_report.py [FILE|FOLDER ...]`` prints a row for each page and module. Code,
+tables and addresses don't count. It only reports: its exit status is always 0.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 ROOT = Path(__file__).resolve().parents[1]
 CODE = ("g3", "corpus_tools", "annotation_app", "eval", "benchmarks")
@@ -60,14 +59,17 @@ def page_text(text: str) -> str:
 def code_texts(source: str) -> Iterator[str]:
     """The docstrings of a module, without headings of their sections, and its help texts."""
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            text = node.value.value
-            if isinstance(text, str):
-                text = re.sub(r"^\s*\S.*\n\s*-{3,}\s*$", "\n", text, flags=re.MULTILINE)
-                yield re.sub(r"\x08.*", "", text, flags=re.DOTALL)
-        elif isinstance(node, ast.keyword) and node.arg in ("help", "fix"):
-            if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-                yield node.value.value
+        if isinstance(node, ast.Expr) and _is_text(node.value):
+            text = re.sub(
+                r"^\s*\S.*\n\s*-{3,}\s*$", "\n", str(node.value.value), flags=re.MULTILINE
+            )
+            yield re.sub(r"\x08.*", "", text, flags=re.DOTALL)
+        elif isinstance(node, ast.keyword) and node.arg in ("help", "fix", "short_help"):
+            yield from (n.value for n in ast.walk(node) if _is_text(n))
+
+
+def _is_text(node: ast.AST) -> TypeGuard[ast.Constant]:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
 def read(path: Path) -> Prose:

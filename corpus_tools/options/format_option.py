@@ -10,6 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -62,6 +63,13 @@ def format_option(
         help="Short for --format json.",
     )
     return lambda command: long(short(command))
+
+
+def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> Path | None:
+    """Refuse a file whose folder isn't there: the callback of an option such as ``--out``."""
+    if out is not None and not out.parent.is_dir():
+        raise click.UsageError(f"{option.opts[0]}: there is no folder {out.parent}; make it first.")
+    return out
 
 
 def tell(form: str, record: object, *lines: str) -> None:

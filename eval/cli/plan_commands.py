@@ -10,7 +10,7 @@ import click
 
 from corpus_tools.options.format_option import FORMAT, format_option
 from corpus_tools.options.model_options import ABLATE, L2
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
@@ -25,6 +25,7 @@ from eval.cli.mode_options import (
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
     from eval.tables.formats import Format
 
 
@@ -69,8 +70,7 @@ if TYPE_CHECKING:
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def table_3(
     *,
     train: str,
@@ -84,8 +84,7 @@ def table_3(
     draws: int,
     form: Format,
     out: Path | None,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
 ) -> None:
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
@@ -97,7 +96,6 @@ def table_3(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Workers
     from eval.judging.judge_report import in_a_line, with_validity
     from eval.judging.judge_validity import known_validity
     from eval.table_3.baselines import missing
@@ -133,7 +131,7 @@ def table_3(
             most=most,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,
-            workers=Workers(jobs, scheduler),
+            workers=workers,
             on_progress=on_progress,
         )
     is_by_logs = result.metadata["compared_with"] != OUTCOMES
