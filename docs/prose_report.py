@@ -60,9 +60,9 @@ def code_texts(source: str) -> Iterator[str]:
     """The docstrings of a module, without headings of their sections, and its help texts."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and _is_text(node.value):
-            text = re.sub(
-                r"^\s*\S.*\n\s*-{3,}\s*$", "\n", str(node.value.value), flags=re.MULTILINE
-            )
+            text = str(node.value.value)
+            text = re.sub(r"^\s*\S.*\n\s*-{3,}\s*$", "\n", text, flags=re.MULTILINE)
+            text = re.sub(r"^ *\w[\w, ]*$(?=\n {8})", "\n", text, flags=re.MULTILINE)  # parameters
             yield re.sub(r"\x08.*", "", text, flags=re.DOTALL)
         elif isinstance(node, ast.keyword) and node.arg in ("help", "fix", "short_help"):
             yield from (n.value for n in ast.walk(node) if _is_text(n))

@@ -41,7 +41,7 @@ def annotate() -> None:
 
     They also ground the clauses of commands and check groundings.
 
-    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml", and "ct annotate"
+    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml". "ct annotate"
     alone serves what is in this folder, else a demo on the bundled scenarios.
 
     \b

@@ -25,7 +25,7 @@ Put = Callable[[Path, str, str], bool]
 
 
 def copy_media(session: Session, target: str, on_progress: OnProgress | None = None) -> int:
-    """Copy all videos and pictures that aren't there yet, under names that tell nothing.
+    """Copy all videos and pictures that aren't there yet, under names that say nothing.
 
     Parameters
     ----------

@@ -121,7 +121,7 @@ def render_first(folder: Path) -> None:
             if outcome.problem:
                 problems.append(f"{outcome.name}: {outcome.problem}")
     if problems:
-        raise CorpusError(problems[0], fix="`ct render-videos` tells more")
+        raise CorpusError(problems[0], fix="run `ct render-videos` to see more")
 
 
 def render_rest(folder: Path, put: Callable[[list[Rendered]], None]) -> int:

@@ -254,16 +254,15 @@ def _count(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
-def _table(rows: Sequence[dict[str, str]]) -> Iterable[str]:
-    if not rows:
-        return
-    widths = [max(len(row[key]) for row in rows) for key in rows[0]]
-    for row in rows:
-        cells = (cell.ljust(width) for cell, width in zip(row.values(), widths, strict=True))
-        yield "  ".join(cells).rstrip()
+def _table(rows: Sequence[dict[str, str]]) -> list[str]:
+    from corpus_tools.corpus.display import columns
+
+    return columns([tuple(row.values()) for row in rows])
 
 
 def _lines(scenario: Scenario) -> Iterable[str]:
+    from corpus_tools.corpus.display import columns
+
     def where(at: tuple[float, float] | None, deck: str | None) -> str:
         if at is None:
             return "on the forks"
@@ -279,7 +278,7 @@ def _lines(scenario: Scenario) -> Iterable[str]:
         ),
         ("forklift", "robot", where(scenario.robot.at, None)),
     ]
-    for line in _table([dict(zip("abc", row, strict=True)) for row in rows]):
+    for line in columns(rows):
         yield f"  {line}"
     yield "\nScript"
     for i, step in enumerate(scenario.script, start=1):

@@ -24,8 +24,8 @@ COUNT = click.IntRange(min=1)
 def simulate_workers() -> None:
     """Simulate workers who type commands and rate videos.
 
-    For studies of load, scale and power alone: all that is made is labelled simulated, and a
-    figure that was measured on it says nothing about people. docs/simulation.md tells the models.
+    For studies of load, scale and power alone. All that is made is labelled simulated. A figure
+    that was measured on it says nothing about people. docs/simulation.md has the models.
 
     \b
     Example:

@@ -41,7 +41,7 @@ def build_table(
     limit
         How many tags to keep.
     on_progress
-        Told how many lines have been read.
+        Called with how many lines have been read.
 
     Raises
     ------

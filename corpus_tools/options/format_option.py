@@ -1,6 +1,6 @@
 """The options by which commands write for people or for programs.
 
-Every command that tells a result can tell it as JSON, alone on the standard output; progress,
+Every command with a result can print it as JSON, alone on the standard output; progress,
 notes and problems go to the standard error. ``--json`` is short for ``--format json``.
 """
 
@@ -110,5 +110,5 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 
 
 FORMAT = format_option()
-JSON = click.option("--json", "as_json", is_flag=True, help="Tell what was made as JSON.")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnProgress = Callable[[str, int, int], None]
-"""Told which step is under way, how much of it is done, and how much there is."""
+"""Called with the step under way, how much of it is done, and how much there is."""
 
 
 @contextmanager

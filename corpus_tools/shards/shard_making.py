@@ -181,7 +181,7 @@ def to_shard(items: Sequence[Example], options: Options) -> Shard:
     """The features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
-    rows with the same features after; the likelihood of the rows with their counts is exactly
+    rows with the same features after. The likelihood of the rows with their counts is exactly
     that of the examples.
     """
     first: dict[tuple[object, ...], int] = {}

@@ -1,6 +1,6 @@
 """Training on shards: the objective is a sum over them, and no more than one is in memory.
 
-Three passes read them: one finds the features and which of their columns are equal, one packs
+Three passes read them. One finds the features and which of their columns are equal, one packs
 what training needs of each shard into a scratch folder, and each of its steps sums over that.
 """
 
@@ -68,7 +68,7 @@ def fit_on_shards(
         Who reads the shards. The scratch folder is made in `folder`, so that those of a
         cluster see it.
     tolerance
-        Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
+        Stop when no component of the gradient exceeds it. By default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
     """
     if tolerance is None:
@@ -120,7 +120,7 @@ def fit_on_shards(
 
 @dataclass(frozen=True, slots=True)
 class _Survey:
-    """The features of a shard, and what tells their columns apart, shape (k, 2)."""
+    """The features of a shard, and what distinguishes their columns, shape (k, 2)."""
 
     space: FeatureSpace
     signatures: Signatures

@@ -90,7 +90,7 @@ def table_3(
 
     Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
     where the command's log ends, or its outcome where there is no log, and whether it does what
-    annotated words say; how valid that is stands beside. Baselines without a model are rows of the
+    annotated words say. The table says how valid that is. Baselines without a model are rows of the
     table. With --out, scenarios that are done are kept beside the file until it is written, so
     that a run that was stopped goes on.
     """
@@ -246,8 +246,8 @@ def end_to_end(
 
     A study that was stopped goes on where it was. --crowd offers the work at a platform.
 
-    With --plans you get a rating set: plans of all commands, drawn evenly from scenarios and
-    configurations, so that people's ratings tell how far to believe the automatic judge. Before
+    With --plans you get a rating set. It has plans of all commands, drawn evenly from scenarios and
+    configurations, so that people's ratings show how far to believe the automatic judge. Before
     videos are made you see how many there are, how sure the figures will be, and how long people
     take.
     """

@@ -112,8 +112,8 @@ def table_1(
 ) -> None:
     """Measure how well models predict whether SDCs match groundings: Table 1 (section 4.2).
 
-    Say what to train and test on: one --corpus that is divided by scenario (--cv or --split), two
-    corpora (--train and --test), or a trained --model and a --test corpus.
+    Say what to train and test on. Give one --corpus that is divided by scenario (--cv or --split),
+    two corpora (--train and --test), or a trained --model and a --test corpus.
     """
     from corpus_tools.runtime.parallel import Executor
     from eval.table_1 import experiment

@@ -119,9 +119,9 @@ def run(
     Parameters
     ----------
     done
-        What is done already, as `on_part` was told of it.
+        What is done already, as `on_part` got it.
     on_part
-        Told of each scenario that is done now: a key, and its outcomes by what is switched off.
+        Called with each scenario that is done now: a key, and its outcomes by what is switched off.
 
     Returns
     -------

@@ -103,7 +103,7 @@ class Rated:
 def prepare(
     folder: Path, settings: Settings, *, on_progress: OnProgress | None = None
 ) -> RatingSet:
-    """Make and draw plans, carry out what was drawn, and tell what is planned.
+    """Make and draw plans, carry out what was drawn, and say what is planned.
 
     What is there already isn't made again.
 

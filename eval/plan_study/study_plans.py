@@ -64,7 +64,7 @@ class PlanRecord(msgspec.Struct, frozen=True):
     failure
         Why physics stopped the run; empty if it didn't.
     script
-        What the robot is told; None if there is no plan.
+        What the robot is to do; None if there is no plan.
     verdicts
         Whether it is right, by each of :data:`JUDGES`; empty if there is no plan.
     """
@@ -148,7 +148,7 @@ def run_corpus(folder: Path, run: str) -> Path:
 
 
 def _still(on_progress: OnProgress, done: int, total: int) -> OnProgress:
-    """Tells the steps of something else without moving the bar."""
+    """Names the steps of something else without moving the bar."""
     return lambda step, _done, _total: on_progress(step, done, total)
 
 

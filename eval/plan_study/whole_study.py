@@ -82,7 +82,7 @@ def go_on(
     ratings
         A corpus that holds them; by default they are read from the app's database in the folder.
     pay
-        What people get for a pair, in dollars; None if the study's file tells.
+        What people get for a pair, in dollars; None if the study's file says it.
 
     Raises
     ------

@@ -145,7 +145,7 @@ class Plans:
         return [row for row in self.rows if row.subset == subset]
 
     def parts(self) -> dict[str, list[PlanRow]]:
-        """The judge's rows by the title of their part; what is the same as all is told once."""
+        """The judge's rows by the title of their part; what is the same as all is shown once."""
         sizes = {subset: max((r.n for r in self.part(subset)), default=0) for subset in TITLES}
         return {
             title: self.part(subset)

@@ -59,12 +59,6 @@ def import_authored(
     ----------
     path
         A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
-    salt
-        Not used: nobody's id is in the files.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------
@@ -98,7 +92,7 @@ def import_authored(
         raise FormatError(
             f"there is no command in {SCENARIOS}/*.yaml",
             where=str(path),
-            fix="docs/authored-corpora.md tells what the files hold",
+            fix="docs/authored-corpora.md describes the files",
         )
     corpus = make_corpus(
         dataset.name,

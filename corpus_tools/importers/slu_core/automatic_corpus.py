@@ -67,16 +67,8 @@ def import_automatic(
 
     Parameters
     ----------
-    found
-        The folders.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
     heading
         Which way the robot faces, which isn't recorded.
-    keep_going
-        Leave out and report the files that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------

@@ -55,12 +55,6 @@ def import_slu_core(
     ----------
     path
         A clone of h2r/slu_core, or its data folder.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------

@@ -56,12 +56,6 @@ def import_parts(
     ----------
     path
         A clone of h2r/slu_core, its data folder, or a folder with some of the parts.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
     part
         One of `PARTS`, or `ALL`.
     heading

@@ -62,15 +62,6 @@ def import_relations(
     scenarios test on landmarks that were not trained on. A phrase that fits its path is a
     positive annotation, another one a random negative.
 
-    Parameters
-    ----------
-    found
-        The files.
-    keep_going
-        Leave out and report the examples that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
-
     Raises
     ------
     FormatError
