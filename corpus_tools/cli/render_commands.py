@@ -161,8 +161,7 @@ def _produce(
 
         def on_frame(name: str) -> OnFrame:
             def told(done: int, total: int) -> None:
-                if progress is not None:
-                    progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
+                progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
 
             return told
 
@@ -170,8 +169,7 @@ def _produce(
             items, out, settings, workers=workers, force=force, on_frame=on_frame
         ):
             outcomes.append(outcome)
-            if progress is not None:
-                progress("rendering", len(outcomes), len(items))
+            progress("rendering", len(outcomes), len(items))
     return outcomes
 
 

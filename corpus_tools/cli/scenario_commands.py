@@ -186,8 +186,7 @@ def generate(
             made = make(seed, number, known)
             write_bytes(out / f"{made.id}.yaml", format_scenario(made).encode())
             rows.append({"id": made.id, "layout": made.layout.name, "title": made.title})
-            if on_progress is not None:
-                on_progress("generating", len(rows), count)
+            on_progress("generating", len(rows), count)
     tell(form, {"folder": out, "scenarios": rows}, f"{_count(count, 'scenario')} in {out}")
 
 
@@ -221,8 +220,7 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     failures: dict[str, CorpusError] = {}
     with progress_bar("executing") as on_progress:
         for number, scenario in enumerate(wanted):
-            if on_progress is not None:
-                on_progress(f"executing {scenario.id}", number, len(wanted))
+            on_progress(f"executing {scenario.id}", number, len(wanted))
             try:
                 log_scenario(scenario, folder)
             except CorpusError as error:

@@ -29,7 +29,7 @@ class ImportFunction(Protocol):
         *,
         salt: str,
         keep_going: bool = False,
-        on_progress: OnProgress | None = None,
+        on_progress: OnProgress = ...,
         **options: str,
     ) -> tuple[Corpus, ImportReport]:
         """Read what is at `path`.

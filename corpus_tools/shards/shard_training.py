@@ -18,7 +18,7 @@ from scipy import sparse
 
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards.shard_files import Manifest, read_shard
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
@@ -52,7 +52,7 @@ def fit_on_shards(
     *,
     workers: Workers,
     tolerance: float | None = None,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> GroundingModel:
     """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
 
@@ -79,9 +79,7 @@ def fit_on_shards(
         Executor(workers) as executor,
     ):
 
-        def told(step: str, count: int) -> Callable[[int], None] | None:
-            if on_progress is None:
-                return None
+        def told(step: str, count: int) -> Callable[[int], None]:
             return lambda done: on_progress(step, done, count)
 
         numbered = list(enumerate(files))
@@ -104,8 +102,7 @@ def fit_on_shards(
         def look(weights: FloatArray, least: float) -> Local:
             nonlocal evaluations
             evaluations += 1
-            if on_progress is not None:
-                on_progress("training", evaluations, crf.MAX_ITERATIONS)
+            on_progress("training", evaluations, crf.MAX_ITERATIONS)
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, executor)), unit)
 

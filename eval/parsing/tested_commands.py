@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.parsing.reference_scores import reference_scores
 from eval.parsing.sdc_scores import Comparison, compare
 from eval.splits import leave_one_out
 from g3.errors import CorpusError
 from g3.language.parsing.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
 from g3.language.parsing.training.extractor_training import Lesson, prepare
-
-OnProgress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +53,7 @@ class TestedCommand:
 
 
 def run(
-    choices: SDCChoices, on_progress: OnProgress | None = None
+    choices: SDCChoices, on_progress: OnProgress = no_progress
 ) -> tuple[list[TestedCommand], dict[str, object]]:
     """Extract the trees of all tested commands and compare them with the annotated ones.
 
@@ -115,13 +114,12 @@ def _cross_validated(
     lessons: Sequence[Lesson],
     others: Sequence[Lesson],
     l2: float,
-    on_progress: OnProgress | None,
+    on_progress: OnProgress,
 ) -> list[TestedCommand]:
     splits = leave_one_out([item.command.scenario for item in items])
     tested: dict[int, TestedCommand] = {}
     for number, split in enumerate(splits):
-        if on_progress is not None:
-            on_progress(f"without {split.name}", number, len(splits))
+        on_progress(f"without {split.name}", number, len(splits))
         taught = [lessons[i] for i in split.train]
         extractor = SDCExtractor(l2=l2).fit(taught, others=others)
         own = _tested(extractor, [items[i] for i in split.test], [lessons[i] for i in split.test])

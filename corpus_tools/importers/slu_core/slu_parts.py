@@ -27,7 +27,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     find_layout,
 )
 from corpus_tools.importers.slu_core.spatial_relations import RelationFiles, import_relations
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import FormatError
 
 Part: TypeAlias = Literal["aaai11", "automatic", "spatial-relations"]
@@ -44,7 +44,7 @@ def import_parts(
     *,
     salt: str,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
     part: str = "aaai11",
     heading: str = "loads",
 ) -> tuple[Corpus, ImportReport]:

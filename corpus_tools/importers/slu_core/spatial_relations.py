@@ -28,7 +28,7 @@ from corpus_tools.importers.slu_core.slu_files import (
 )
 from corpus_tools.importers.slu_core.slu_trees import read_trees
 from corpus_tools.importers.slu_core.slu_worlds import MICROSECONDS, Instances
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, PhysicalObject, Prism, Trajectory
@@ -54,7 +54,7 @@ def import_relations(
     found: RelationFiles,
     *,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
     """Read the examples.
 
@@ -71,8 +71,7 @@ def import_relations(
     shelf = _Shelf()
     annotations: list[Annotation] = []
     for done, name in enumerate(found.names):
-        if on_progress is not None:
-            on_progress("reading", done, len(found.names))
+        on_progress("reading", done, len(found.names))
         file, records = read_records(Layout(found.data, ()), name, journal)
         for number, record in enumerate(records, start=1):
             try:
