@@ -22,7 +22,7 @@ from benchmarks.app_submissions import Figures, add_study, run
 
 
 def wait_with_the_loop_of_waitress() -> None:
-    """Ask each connection, and tell the kernel of all, whenever one has something."""
+    """Ask each connection, and pass all to the kernel, whenever one has something."""
     from waitress import wasyncore  # noqa: PLC0415
 
     from annotation_app.serving.connections import Connections  # noqa: PLC0415

@@ -2,7 +2,7 @@
 
 Each worker has leased an item to rate; then all send their answers, some at a time, to servers
 before PostgreSQL. What the servers, the database and the workers' own program take of the
-processor is told apart (from /proc, so on Linux only).
+processor is counted apart (from /proc, so on Linux only).
 """
 
 from __future__ import annotations

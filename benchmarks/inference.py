@@ -1,6 +1,6 @@
 """Inference: time for a command by the number of objects, and beside re-scoring one by one.
 
-``python -m benchmarks.inference`` trains the model that comes along first, if it hasn't been.
+``python -m benchmarks.inference`` trains the bundled model first, if it hasn't been.
 """
 
 from __future__ import annotations

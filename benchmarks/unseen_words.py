@@ -1,4 +1,4 @@
-"""How well OBJECTs are told by a noun that no training example has.
+"""How well OBJECTs are recognised by a noun that no training example has.
 
 ``python -m benchmarks.unseen_words CORPUS [random|hard] [--ablate SET]... [--with SET]...``
 leaves out, for each of the nouns below in turn and each third of the scenarios, these scenarios

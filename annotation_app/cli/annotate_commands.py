@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -41,7 +41,7 @@ def annotate() -> None:
 
     They also ground the clauses of commands and check groundings.
 
-    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml", and "ct annotate"
+    "ct annotate STUDY.yaml" is short for "ct annotate serve STUDY.yaml". "ct annotate"
     alone serves what is in this folder, else a demo on the bundled scenarios.
 
     \b
@@ -136,13 +136,9 @@ def serve(
     port: int,
     threads: int,
     https: bool,
-    proxies: int,
     frame_ancestors: tuple[str, ...],
-    idle_hours: float,
-    limits_storage: str,
-    media_url: str,
     open_trying: bool,
-    model: Path | None,
+    **settings: Any,
 ) -> None:
     """Serve studies. New ones are set up first, known ones brought up to date.
 
@@ -168,14 +164,10 @@ def serve(
     config = replace(
         open_instance(folder, place.database),
         https=https,
-        proxies=proxies,
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
-        idle_hours=idle_hours,
-        limits_storage=limits_storage,
-        media_url=media_url,
         open_trying=open_trying or demo,
-        model=model,
+        **settings,
     )
     coming = 0
 

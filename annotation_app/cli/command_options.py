@@ -46,7 +46,7 @@ def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N8
 
 
 def old_name(command: click.Command, old: str, new: str) -> click.Command:
-    """The same command for the name that it had: help doesn't list it, and it tells its new name.
+    """The same command for the name that it had: help doesn't list it, and it names its new name.
 
     Parameters
     ----------

@@ -316,7 +316,7 @@ def _deed_line(deed: Deed) -> str:
 
 
 def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
-    """What programs are told; platforms' ids of workers aren't among it."""
+    """The record for programs, without platforms' ids of workers."""
     return [
         {
             "assignment": finding.assignment,

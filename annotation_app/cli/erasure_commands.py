@@ -114,7 +114,7 @@ def _lines(traces: Traces) -> list[str]:
     if traces.unpaid:
         lines.append(
             f"{traces.unpaid} of these assignments were sent in and have no payment in the books. "
-            "Pay first with `ct crowd collect`: afterwards nobody can tell what for."
+            "Pay first with `ct crowd collect`: afterwards nobody knows what for."
         )
     return lines
 

@@ -1,9 +1,9 @@
 """What a backup's file holds, and checking that all of it is there as it was written.
 
-It is gzipped text of one JSON value a line: a head, ``[table, row]`` for each row, tables in an
-order in which rows refer to earlier ones only, and an end with the number of rows of each table
-and the SHA-256 of all lines before. Version 1, which older programs wrote, has no end, and its
-head has the secret key.
+It is gzipped text of one JSON value a line: a head, ``[table, row]`` for each row, and an end.
+Rows refer to rows of earlier tables only. The end has the number of rows of each table and the
+SHA-256 of all lines before. Version 1, which older programs wrote, has no end, and its head has the
+secret key.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ GZIP_HEAD = bytes.fromhex("1f8b08 00 00000000 00 ff")
 LEVEL = 6
 """How much is compressed; another one changes `GZIP_HEAD`."""
 _OF_GZIP = 3
-"""What the program gzip on Unix tells of the system, where this program tells 255."""
+"""What the program gzip on Unix writes for the system, where this program writes 255."""
 TAKE_ANOTHER = "take another backup"
 
 Row: TypeAlias = tuple[str, Record]
@@ -80,7 +80,7 @@ class Contents:
     counts
         Rows by table.
     sha256
-        Of all lines but the last; empty for version 1, of which nobody can tell whether it is
+        Of all lines but the last; empty for version 1, of which nobody knows whether it is
         complete.
     salt
         Version 1: the salt, which lay among the rows.
@@ -100,7 +100,7 @@ class Contents:
         return sum(self.counts.values())
 
     def fits(self, keys: Keys) -> bool:
-        """Whether keys are those of the installation that the backup is of, as far as it tells."""
+        """Whether keys are those of the installation that the backup is of, as far as it shows."""
         if keys.salt is None:
             return False
         return self.check is None or check_value(keys.salt) == self.check

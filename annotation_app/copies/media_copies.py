@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.media import TYPES, public_name
 from annotation_app.store.models import Media
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError
 
 STORE = "s3"
@@ -24,8 +24,8 @@ Put = Callable[[Path, str, str], bool]
 """Copies a file to a name, with its type; whether it wasn't there already."""
 
 
-def copy_media(session: Session, target: str, on_progress: OnProgress | None = None) -> int:
-    """Copy all videos and pictures that aren't there yet, under names that tell nothing.
+def copy_media(session: Session, target: str, on_progress: OnProgress = no_progress) -> int:
+    """Copy all videos and pictures that aren't there yet, under names that say nothing.
 
     Parameters
     ----------
@@ -47,8 +47,7 @@ def copy_media(session: Session, target: str, on_progress: OnProgress | None = N
     copied = 0
     for number, (path, media) in enumerate(files, start=1):
         copied += put(path, public_name(media), TYPES[media.role])
-        if on_progress:
-            on_progress("copying videos and pictures", number, len(files))
+        on_progress("copying videos and pictures", number, len(files))
     return copied
 
 

@@ -2,8 +2,8 @@
 
 All of the backup is checked before anything is written. Its rows then go into the tables of the
 program that wrote it, which the migrations bring up to date, in one transaction. A mark in the
-instance's folder tells that a restore is under way, so that whatever a killed one has left is
-removed by the next try and never served.
+instance's folder shows that a restore is under way. All that a killed one has left is removed by
+the next try, and is never served.
 """
 
 from __future__ import annotations

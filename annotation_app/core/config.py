@@ -28,7 +28,7 @@ class Config:
         A SQLite file or a URL.
     salt
         What people's ids are hashed with, from the key file; None as long as an older program's
-        database has it. :func:`annotation_app.store.salt.installation_salt` tells it in any case.
+        database has it. :func:`annotation_app.store.salt.installation_salt` gives it in any case.
         Not shown either.
     https
         Whether people reach the app by HTTPS only, so that cookies can be kept to it.
@@ -49,8 +49,8 @@ class Config:
     open_trying
         Whether anybody may try commands, not only people with a login.
     model
-        File of the model that follows commands which are tried; by default the one that
-        comes along.
+        File of the model that follows commands which are tried; by default one
+        trained on the bundled corpus.
     idle_hours
         How long somebody with a login may do nothing before they must sign in again.
     max_body_bytes

@@ -1,4 +1,4 @@
-"""What people are told when something can't be done."""
+"""What people read when something can't be done."""
 
 from __future__ import annotations
 

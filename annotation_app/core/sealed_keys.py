@@ -1,7 +1,7 @@
 """An installation's keys in a backup, readable only with a passphrase.
 
 The passphrase becomes a key by scrypt (128 MB and some tenths of a second for each guess), which
-encrypts with AES-256-GCM, so that a wrong passphrase and a changed content are both noticed.
+encrypts with AES-256-GCM. So a wrong passphrase and a changed content are both noticed.
 """
 
 from __future__ import annotations

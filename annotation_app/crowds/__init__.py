@@ -1,7 +1,7 @@
 """Crowd platforms: how their workers come in, go back, and are paid.
 
 :mod:`~annotation_app.crowds.crowd_registry` lists the providers,
-:mod:`~annotation_app.crowds.platform` tells what one does.
+:mod:`~annotation_app.crowds.platform` says what one does.
 :mod:`~annotation_app.crowds.participation` counts what was *received* here,
 :mod:`~annotation_app.crowds.reconciliation` holds that against what the platform has.
 :mod:`~annotation_app.crowds.publishing` offers work and

@@ -1,7 +1,7 @@
 """The crowd providers by name. ``ct crowd publish`` and ``ct crowd collect`` have one of each.
 
-They are named by module and object and loaded when they are used. :func:`register` adds one;
-modules that other distributions name in the entry point group ``ct.crowds`` do so when this one is
+They are named by module and object and loaded when they are used. :func:`register` adds one.
+Modules that other distributions name in the entry point group ``ct.crowds`` do so when this one is
 imported.
 """
 

@@ -43,7 +43,7 @@ class Call:
     Parameters
     ----------
     key
-        Tells calls of a kind apart: the same thing is done once.
+        Distinguishes calls of a kind: the same thing is done once.
     assignment
         The platform's id of the assignment that is approved or paid by.
     participation_id
@@ -131,7 +131,7 @@ class Ledger:
             Makes the call.
         repeats
             The same call in doubt, which the platform knows again and doesn't carry out twice.
-            A refusal doesn't tell then whether it was carried out before.
+            A refusal doesn't show then whether it was carried out before.
         instead_of
             The same call in doubt, of which somebody has decided that it is made anew.
 

@@ -11,7 +11,7 @@ from annotation_app.store.models import Record
 
 
 def entry_records(entries: Sequence[Entry]) -> list[Record]:
-    """What programs are told of calls."""
+    """Calls as records, for programs."""
     return [
         {
             "id": entry.id,

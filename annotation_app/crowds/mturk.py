@@ -24,14 +24,14 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
     worker = arguments.get("workerId", "")
     site = arguments.get("turkSubmitTo", SITES[0]).rstrip("/")
     if not (ID.fullmatch(worker) and ID.fullmatch(assignment)):
-        raise Refusal(400, "Mechanical Turk didn't tell who you are. Open the HIT again.")
+        raise Refusal(400, "Mechanical Turk didn't say who you are. Open the HIT again.")
     if site not in SITES:
         raise Refusal(400, "This link is not one of Mechanical Turk's. Open the HIT again.")
     return Arrival(NAME, worker, assignment, submit_to=site)
 
 
 def leave(participation: Participation, code: str) -> Ending:
-    """The form that tells Mechanical Turk that the assignment is done."""
+    """The form that completes the assignment at Mechanical Turk."""
     site = participation.outcome.get("submit_to", SITES[0])
     fields = {"assignmentId": participation.assignment, "code": code}
     return Ending(f"{site}/mturk/externalSubmit", fields)

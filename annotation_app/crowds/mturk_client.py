@@ -106,7 +106,7 @@ class MechanicalTurk:
         return Posted(tuple(hit["HITId"] for hit in hits), people, people - before, address)
 
     def submissions(self, study_id: str) -> Iterator[Submission]:
-        """All assignments that workers have sent in; nothing tells of the others."""
+        """All assignments that workers have sent in; the others aren't listed."""
         for hit in self._hits(label_prefix(study_id)):
             pages = self._pages(
                 "list_assignments_for_hit", HITId=hit["HITId"], AssignmentStatuses=[*STANDINGS]

@@ -31,7 +31,7 @@ class Offer:
 
 
 def sign_offer(secret_key: bytes, offer: Offer) -> str:
-    """The part of an address that tells an offer, and that nobody else can make."""
+    """The part of an address that names an offer, and that nobody else can make."""
     return str(_offers(secret_key).dumps([offer.study_id, offer.task, offer.items]))
 
 
@@ -56,7 +56,7 @@ def read_offer(secret_key: bytes, token: str) -> Offer:
 def completion_code(secret_key: bytes, offer: Offer) -> str:
     """What a platform takes as a proof that an offer's work was done.
 
-    It follows from the offer, so that the platform can be told before anybody has come.
+    It follows from the offer, so that the platform can have it before anybody has come.
     """
     message = f"code\0{offer.study_id}\0{offer.task}\0{offer.items}".encode()
     digest = hmac.new(secret_key, message, hashlib.sha256).hexdigest()
@@ -115,7 +115,7 @@ def credited(
 ) -> dict[int, int]:
     """How many of somebody's answers count for each of their assignments.
 
-    An answer counts for the assignment that was begun last and isn't full: an answer is
+    An answer counts for the assignment that was begun last and isn't full. An answer is
     never paid twice, and none goes to an assignment that was given up before.
 
     Returns

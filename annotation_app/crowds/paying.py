@@ -26,8 +26,8 @@ def pay(
 ) -> None:
     """Pay a bonus by a submission.
 
-    Two payments of the same amount by the same submission are never under way together:
-    platforms list amounts, and nobody could tell which of the two arrived.
+    Two payments of the same amount by the same submission are never under way together.
+    Platforms list amounts, and nobody could see which of the two arrived.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def amount_of(call: Call) -> Decimal:
 
 
 def bonus_of(call: Call) -> Bonus:
-    """A payment as a platform is told of it."""
+    """A payment as it is sent to a platform."""
     return Bonus(f"{call.what} {call.key}", amount_of(call), call.reason)
 
 

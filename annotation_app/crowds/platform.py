@@ -89,7 +89,7 @@ class Submission:
     group
         The HIT or study that it belongs to.
     reward
-        What its approval pays; None if the platform doesn't tell.
+        What its approval pays; None if the platform doesn't say.
     """
 
     assignment: str
@@ -101,7 +101,7 @@ class Submission:
 
 @dataclass(frozen=True, slots=True)
 class Bonus:
-    """A payment beyond the reward. `key` tells the bonuses of an assignment apart."""
+    """A payment beyond the reward. `key` distinguishes the bonuses of an assignment."""
 
     key: str
     amount: Decimal
@@ -111,7 +111,7 @@ class Bonus:
 class Calls(Protocol):
     """The ledger, as a platform uses it to offer work: each call is noted before it is made.
 
-    `key` tells a study's calls apart.
+    `key` distinguishes a study's calls.
     """
 
     def reference(self, key: str) -> str | None:
@@ -154,7 +154,7 @@ class Platform(Protocol):
     """
 
     realm: str
-    """Tells apart what has the same name: ``sandbox`` where that is a platform by itself."""
+    """Distinguishes what has the same name: ``sandbox`` where that is a platform by itself."""
     token_lasts_s: float
     """How long a bonus can be paid again by the same reference without being paid twice.
 
@@ -213,7 +213,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a worker tells the platform that an assignment is done.
+    """How a worker completes an assignment at the platform.
 
     Parameters
     ----------

@@ -22,12 +22,12 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
     """Read ``PROLIFIC_PID`` and ``SESSION_ID``, which is the submission's id."""
     person, _, submission = (arguments.get(name, "") for name in PARAMETERS)
     if not ID.fullmatch(person) or not ID.fullmatch(submission):
-        raise Refusal(400, "Prolific didn't tell who you are. Open the study from Prolific again.")
+        raise Refusal(400, "Prolific didn't say who you are. Open the study from Prolific again.")
     return Arrival(NAME, person, submission)
 
 
 def leave(_participation: Participation, code: str) -> Ending:
-    """The link that tells Prolific that the submission is done."""
+    """The link that completes the submission at Prolific."""
     return Ending(f"{COMPLETE}?{urlencode({'cc': code})}")
 
 

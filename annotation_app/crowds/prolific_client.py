@@ -155,12 +155,6 @@ class Prolific:
         """Close the connections."""
         self._client.close()
 
-    def add_test_participant(self, email: str) -> str:
-        """Make a participant who can take part in test runs only; their id."""
-        return str(
-            self._ask("POST", "researchers/participants/", {"email": email})["participant_id"]
-        )
-
     def _transition(self, submission: Submission, body: dict[str, Any]) -> None:
         self._ask("POST", f"submissions/{submission.assignment}/transition/", body)
 
@@ -181,7 +175,7 @@ class Prolific:
         )
 
     def _settle(self, calls: Calls, label: str, study: dict[str, Any]) -> None:
-        """Tell the ledger which of the calls in doubt were carried out."""
+        """Record which of the calls in doubt were carried out."""
         for key in calls.in_doubt():
             is_made = key == label
             if key.startswith(f"{label}{PLACES}"):

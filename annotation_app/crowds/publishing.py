@@ -51,7 +51,7 @@ def publish_posting(
     offer = _offer(session, study, task, items)
     if study.payment is None:
         raise FormatError(
-            "the study doesn't tell what is paid", where=study.name, fix="give it a payment"
+            "the study doesn't say what is paid", where=study.name, fix="give it a payment"
         )
     posting = Posting(
         study_id=session.study.id,

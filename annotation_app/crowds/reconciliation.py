@@ -47,7 +47,7 @@ EXPLANATIONS: dict[State, str] = {
 }
 CENT = Decimal("0.01")
 LONGEST_S = 86_400.0
-"""After this time an assignment that the platform tells nothing of is taken as given up."""
+"""After this time an assignment that the platform doesn't list is taken as given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Finding:
     Parameters
     ----------
     submission
-        What the platform has; None if it tells nothing of the assignment.
+        What the platform has; None if it doesn't list the assignment.
     participation_id
         The assignment here, if somebody came with it.
     done, items
@@ -118,7 +118,7 @@ def reconcile(
             receive(participation, done=count, nothing_left=False, now=now)
             is_same = (
                 submission is None
-                or person.provider == ERASED  # whoever it was: nothing tells any more
+                or person.provider == ERASED  # nothing shows any more who it was
                 or hashed(salt, provider, submission.person) == person.external_hash
             )
             state = _state(participation, count, submission) if is_same else "another worker"

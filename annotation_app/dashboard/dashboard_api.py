@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 from flask import Blueprint, Response
@@ -40,66 +40,48 @@ def studies() -> Response:
         return _reply({"studies": list(session.scalars(select(Study.name).order_by(Study.name)))})
 
 
-@blueprint.get("/studies/<study_name>/progress")
-def progress(study_name: str) -> Response:
-    """Answers wanted, given and being given, by task."""
-    return _of(
-        study_name,
-        "annotator",
-        lambda session, study_id: progress_by_task(progress_by_video(session, study_id, now=now())),
-    )
+class _View(NamedTuple):
+    """A path about a study: who may read it, its data, their type, and what they are."""
+
+    role: Role
+    compute: Callable[[Session, str], Any]
+    type: Any
+    summary: str
 
 
-@blueprint.get("/studies/<study_name>/videos")
-def videos(study_name: str) -> Response:
-    """Answers wanted, given and being given, by task and video."""
-    return _of(
-        study_name,
-        "adjudicator",
-        lambda session, study_id: progress_by_video(session, study_id, now=now()),
-    )
+def _progress(session: Session, study_id: str) -> list[Progress]:
+    return progress_by_task(_by_video(session, study_id))
 
 
-@blueprint.get("/studies/<study_name>/times")
-def times(study_name: str) -> Response:
-    """Quartiles of the time that items take."""
-    return _of(study_name, "annotator", durations)
+def _by_video(session: Session, study_id: str) -> list[Progress]:
+    return progress_by_video(session, study_id, now=now())
 
 
-@blueprint.get("/studies/<study_name>/corpus")
-def corpus(study_name: str) -> Response:
-    """What has been collected."""
-    return _of(study_name, "annotator", collected)
-
-
-@blueprint.get("/studies/<study_name>/agreement")
-def agreement_(study_name: str) -> Response:
-    """How much people agree."""
-    return _of(study_name, "adjudicator", agreement)
-
-
-@blueprint.get("/studies/<study_name>/people")
-def people(study_name: str) -> Response:
-    """Everybody who has answered, and what is odd about it."""
-    return _of(study_name, "adjudicator", workers)
-
-
-@blueprint.get("/studies/<study_name>/queue")
-def queue(study_name: str) -> Response:
-    """What people disagree about."""
-    return _of(study_name, "adjudicator", disputes)
-
-
-_VIEWS: dict[str, tuple[Callable[..., Response], Any]] = {
-    "progress": (progress, list[Progress]),
-    "videos": (videos, list[Progress]),
-    "times": (times, list[Duration]),
-    "corpus": (corpus, collected_type()),
-    "agreement": (agreement_, list[Agreement]),
-    "people": (people, list[Worker]),
-    "queue": (queue, list[Dispute]),
+_GIVEN = "Answers wanted, given and being given, by task"
+_VIEWS = {
+    "progress": _View("annotator", _progress, list[Progress], _GIVEN),
+    "videos": _View("adjudicator", _by_video, list[Progress], f"{_GIVEN} and video"),
+    "times": _View("annotator", durations, list[Duration], "Quartiles of the time that items take"),
+    "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
+    "agreement": _View("adjudicator", agreement, list[Agreement], "How much people agree"),
+    "people": _View("adjudicator", workers, list[Worker], "Who has answered, and what is odd"),
+    "queue": _View("adjudicator", disputes, list[Dispute], "What people disagree about"),
 }
-"""What answers each path, and the type of the ``data`` in its answer."""
+
+
+def _answering(view: _View) -> Callable[..., Response]:
+    def answer(study_name: str) -> Response:
+        with reading(installation().engine) as session:
+            required_person(session, view.role)
+            study = find_study(session, study_name)
+            data = view.compute(session, study.id)
+            return _reply({"study": study.name, "at": now(), "data": data})
+
+    return answer
+
+
+for _name, _view in _VIEWS.items():
+    blueprint.add_url_rule(f"/studies/<study_name>/{_name}", _name, _answering(_view))
 
 
 def paths() -> dict[str, Any]:
@@ -113,20 +95,20 @@ def paths() -> dict[str, Any]:
     names = {"type": "array", "items": {"type": "string"}}
     found: dict[str, Any] = {
         "/api/dashboard/studies": {
-            "get": _operation("studies", studies, _object(studies=names), ())
+            "get": _operation("studies", "The names of all studies", _object(studies=names), ())
         }
     }
-    for (name, (view, _)), data in zip(_VIEWS.items(), _described()[0], strict=True):
+    for (name, view), data in zip(_VIEWS.items(), _described()[0], strict=True):
         reply = _object(study={"type": "string"}, at={"type": "number"}, data=data)
         found[f"/api/dashboard/studies/{{study}}/{name}"] = {
             "parameters": [parameter],
-            "get": _operation(name, view, reply, (404,)),
+            "get": _operation(name, view.summary, reply, (404,)),
         }
     return found
 
 
 def schemas() -> dict[str, Any]:
-    """What :func:`paths` refers to. The types of records can't tell which tasks there are."""
+    """What :func:`paths` refers to. The types of records don't list the tasks."""
     found = _described()[1]
     names = sorted(task_names())
     for schema in found.values():
@@ -137,7 +119,7 @@ def schemas() -> dict[str, Any]:
 
 def _described() -> tuple[Any, dict[str, Any]]:
     return msgspec.json.schema_components(
-        (data for _, data in _VIEWS.values()), ref_template="#/components/schemas/{name}"
+        (view.type for view in _VIEWS.values()), ref_template="#/components/schemas/{name}"
     )
 
 
@@ -146,7 +128,7 @@ def _object(**properties: Any) -> dict[str, Any]:
 
 
 def _operation(
-    name: str, view: Callable[..., Response], schema: dict[str, Any], refusals: tuple[int, ...]
+    name: str, summary: str, schema: dict[str, Any], refusals: tuple[int, ...]
 ) -> dict[str, Any]:
     json = "application/json"
     reply = {"description": "Done", "content": {json: {"schema": schema}}}
@@ -154,19 +136,12 @@ def _operation(
     refused = {"description": "Refused, and why", "content": {json: {"schema": error}}}
     return {
         "operationId": f"dashboard_{name}",
-        "summary": (view.__doc__ or "").rstrip("."),
+        "summary": summary,
         "responses": {
             "200": reply,
             **{str(status): refused for status in (401, 403, 429, *refusals)},
         },
     }
-
-
-def _of(study_name: str, role: Role, compute: Callable[[Session, str], Any]) -> Response:
-    with reading(installation().engine) as session:
-        required_person(session, role)
-        study = find_study(session, study_name)
-        return _reply({"study": study.name, "at": now(), "data": compute(session, study.id)})
 
 
 def _reply(value: Any) -> Response:

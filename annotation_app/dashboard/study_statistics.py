@@ -130,7 +130,7 @@ def collected(session: Session, study_id: str) -> Record:
 
 
 def collected_type() -> type[Any]:
-    """The type of what :func:`collected` gives, which the interface's description tells."""
+    """The type of what :func:`collected` gives, for the interface's description."""
     counts = [task.counts.type for task in tasks() if task.counts is not None]
     of_tasks = [pair for found in counts for pair in get_type_hints(found).items()]
     fields = [*of_tasks, ("annotators", int), ("surplus", int)]

@@ -16,7 +16,7 @@ from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
 
 FEWEST = 5
-"""Answers of a task by which a person can be told from others."""
+"""Answers of a task by which a person can be distinguished from others."""
 FAST = 1 / 3
 """Of the others' median time."""
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3

@@ -35,8 +35,8 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
     """A study's corpus.
 
     Every command is there, also those that came late. An annotation is positive if its
-    grounding was adopted; its random one has the labels that most people gave who checked
-    it, and none where they disagree, couldn't tell, or nobody has checked. What a corpus
+    grounding was adopted. Its random one has the labels that most people gave who checked
+    it, and none where they disagree, didn't know, or nobody has checked. What a corpus
     held that was imported is there as it was, where nobody has changed it.
     """
     parts = gather(session, study)

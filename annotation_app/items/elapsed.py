@@ -1,4 +1,4 @@
-"""How long something took, whatever is done to the machine's clock meanwhile.
+"""How long something took, even if the machine's clock is set meanwhile.
 
 Clocks are set forward and back: by people, by the network, after a battery died. The time since
 the machine's boot goes on evenly. It can be compared with a reading of the same boot only, so each

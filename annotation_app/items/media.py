@@ -1,4 +1,4 @@
-"""Videos and pictures, under names that tell nothing, with ranges so that people can scrub."""
+"""Videos and pictures, under names that say nothing, with ranges so that people can scrub."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def media(media_id: str) -> BaseResponse:
 
 
 def public_name(found: Media) -> str:
-    """What a copy of a file is called; it tells nothing, and changes with the file."""
+    """What a copy of a file is called: it says nothing, and changes with the file."""
     return f"{found.id}-{found.sha256[:12]}{Path(found.path).suffix}"
 
 

@@ -1,6 +1,6 @@
 """Making items: what they are about, and how many answers they want.
 
-What an item is about says what it was made of, so that all that was made of an answer is found
+What an item is about says what it was made of. So all that was made of an answer is found
 when the answer is replaced, or its author's data are erased:
 
 - the payload of what shows a command has ``"command"``, the id of the answer that is the command;

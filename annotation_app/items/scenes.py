@@ -127,7 +127,7 @@ class Aliases:
 
 
 def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
-    """The names of a scene's things in an item; nobody without the salt can tell the things."""
+    """The names of a scene's things in an item; without the salt they say nothing."""
 
     def alias(kind: str, name: str) -> str:
         message = f"{item_id}\0{scene.context.id}\0{kind}\0{name}".encode()

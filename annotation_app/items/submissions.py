@@ -218,7 +218,7 @@ def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
 
 
 def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
-    """How long ago an item was handed out, if the clocks tell."""
+    """How long ago an item was handed out, if the clocks show it."""
     boot = bindparam("boot", type_=String)
     since_boot_s = bindparam("since_boot_s", type_=Float)
     by_clock = now - HANDOUT.c.at

@@ -206,6 +206,6 @@ def _account_page(person: Person, problem: str | None = None) -> str:
 
 
 def _local(address: str) -> str:
-    """A place of this app to go back to, whatever somebody has put into a link."""
+    """A place of this app to go back to; an address of another site in a link is ignored."""
     is_local = address.startswith("/") and address[1:2] not in ("/", "\\") and address.isprintable()
     return address if is_local else "/"

@@ -1,4 +1,4 @@
-"""One page for each task: it takes an item, or tells why there is none."""
+"""One page for each task: it takes an item, or says why there is none."""
 
 from __future__ import annotations
 

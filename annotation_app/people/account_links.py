@@ -1,6 +1,6 @@
 """Links that can be used once: to make the first admin, to make a login, to set a password.
 
-Only digests of them are in the database, so that any of several processes can make and take
+Only digests of them are in the database. So any of several processes can make and take
 them, and a copy of the database opens nothing.
 """
 

@@ -33,7 +33,7 @@ ADMIN_PASSWORD, ADMIN_LOGIN = "ANNOTATE_ADMIN_PASSWORD", "ANNOTATE_ADMIN_LOGIN"
 
 _METHOD = "scrypt:32768:8:1"
 _NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
-"""Checked where there is no such login, so that time doesn't tell which logins there are."""
+"""Checked where there is no such login, so that time doesn't show which logins there are."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,6 +100,6 @@ def required_person(session: Session, role: Role = "worker") -> Person:
 
 
 def unknown(role: Role = "worker") -> Refusal:
-    """What strangers are told: only what needs a login is a reason to sign in."""
+    """What strangers get: only what needs a login is a reason to sign in."""
     needs_login = role != "worker" or had_login()
     return Refusal(401, TO_SIGN_IN if needs_login else TO_OPEN_AGAIN)

@@ -1,8 +1,8 @@
-"""Waits after wrong passwords: by login and by address, whatever cookie comes along.
+"""Waits after wrong passwords: by login and by address, with any cookie or none.
 
 They are counted in the database, so that several processes and later ones count together.
 After some free tries each wrong password doubles the wait, up to a quarter of an hour. Logins
-that nobody has are counted as well: a wait doesn't tell which logins there are.
+that nobody has are counted as well: a wait doesn't show which logins there are.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FORGOTTEN_S = 86_400.0
 
 
 def begin(session: Session, login: str, address: str, *, now: float) -> float:
-    """Count an attempt before its password is looked at, or tell how long to wait instead.
+    """Count an attempt before its password is looked at, or say how long to wait instead.
 
     Attempts at the same time are counted one after the other, and one that must wait makes
     the wait no longer.

@@ -86,7 +86,7 @@ def invitation(secret_key: bytes, study_id: str, name: str) -> str:
     Parameters
     ----------
     name
-        Tells people apart; not readable in the token nor kept.
+        Distinguishes people; not readable in the token nor kept.
     """
     digest = hashed(secret_key, INVITED, name)
     return str(_invitations(secret_key).dumps([study_id, digest]))
@@ -119,7 +119,7 @@ def _invitations(secret_key: bytes) -> URLSafeSerializer:
     )
 
 
-# What people have told of themselves
+# What people have said of themselves
 
 
 def has_consented(person: Person, study_id: str) -> bool:
@@ -128,7 +128,7 @@ def has_consented(person: Person, study_id: str) -> bool:
 
 
 def keep_consent(person: Person, study_id: str, answers: Record) -> None:
-    """Keep that somebody agrees to take part, and what they tell of themselves."""
+    """Keep that somebody agrees to take part, and what they say of themselves."""
     profile = dict(person.profile)
     profile["consent"] = {**profile.get("consent", {}), study_id: now()}
     profile["answers"] = {**profile.get("answers", {}), study_id: answers}
@@ -147,5 +147,5 @@ def keep_practice(person: Person, task: str) -> None:
 
 
 def subject_of(person: Person) -> str:
-    """What exports tell of who somebody is: a part of a salted hash."""
+    """What exports have instead of who somebody is: a part of a salted hash."""
     return person.external_hash[:SUBJECT_CHARACTERS]

@@ -17,7 +17,7 @@ LONGEST = datetime.timedelta(days=60)
 REFRESH_S = 300.0
 """Somebody who works on one page doesn't seem idle: their cookie is signed anew so often."""
 _KEPT = ("csrf_token", LOGIN, "_permanent")
-"""What stays of the session of somebody who was idle: their forms tell them to sign in."""
+"""What stays of the session of somebody who was idle: their forms ask them to sign in."""
 
 
 class CookieSession(SecureCookieSession):

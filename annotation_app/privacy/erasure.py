@@ -59,7 +59,7 @@ class Traces:
     unpaid
         How many assignments were sent in for which there is no payment in the books.
     has_profile
-        Whether they have told something of themselves.
+        Whether they have said something of themselves.
     """
 
     person_id: str
@@ -118,7 +118,7 @@ def traces_of(session: Session, person: Person) -> Traces:
 def erase(session: Session, person: Person, *, now: float) -> Traces:
     """Erase a person's data, and everything that was made of their words.
 
-    Their places become free for others. What was paid stays in the books. Nothing tells who they
+    Their places become free for others. What was paid stays in the books. Nothing says who they
     were any more, and they are signed out.
     """
     traces = traces_of(session, person)
@@ -148,7 +148,7 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
 
 
 def unlink(person: Person) -> None:
-    """Let nothing tell who a person is: no id of a platform, no login, no code, no session."""
+    """Let nothing show who a person is: no id of a platform, no login, no code, no session."""
     person.provider, person.external_hash = ERASED, secrets.token_hex(32)
     person.login = person.password_hash = person.code = None
     person.session_number += 1
@@ -191,7 +191,7 @@ def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
 
 
 def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
-    """Items that were made of an answer before it was replaced: their subject tells it no more.
+    """Items made of an answer before it was replaced: their subject doesn't show it any more.
 
     They show its command, and clauses or groundings that nobody else's answer accounts for.
     """

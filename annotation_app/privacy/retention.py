@@ -1,8 +1,8 @@
 """When a study has been closed for long enough: its answers stay, and nobody's they are.
 
-``retention_days`` in the study's file says how long. Then what people told of themselves, drafts,
+``retention_days`` in the study's file says how long. Then what people said of themselves, drafts,
 and what leads from answers to people are erased: hashes of platforms' ids, codes, assignments.
-Payments stay in the books, where nothing tells any more which answers they were for.
+Payments stay in the books, where nothing shows any more which answers they were for.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 A connection on which no whole request comes costs the client nothing, and there is room for so
 many only. One without the head of a request is closed after a while. An address may have half of
-all that there is room for in that state, so that a class behind one address fits in: then its
+all that there is room for in that state, so that a class behind one address fits in. Then its
 oldest is closed. Where no room is left, the address with the most connections gives one back. Those
-on which a request is answered are never closed. Times go on evenly, whatever is done to the clock.
+on which a request is answered are never closed. Times go on evenly, even if the clock is set.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ HEAD_S = 10.0
 IDLE_S = 120.0
 """How long nothing may come or go."""
 TELL_S = 60.0
-"""How often the log tells that there is no room."""
+"""How often the log says that there is no room."""
 
 
 class Room:

@@ -1,7 +1,7 @@
 """Waiting for many open connections at the cost of those on which something comes.
 
-Whenever one of them has something, waitress asks each connection what it waits for, and tells
-the kernel of all. Here the kernel is told once of each, and only those are asked of which the
+Whenever one of them has something, waitress asks each connection what it waits for, and passes
+all to the kernel. Here the kernel gets each once, and only those are asked of which the
 answer may have changed.
 """
 
@@ -29,8 +29,8 @@ LOOK_S = 0.1
 class Connections(dict[int, Any]):
     """What waitress waits for, by file descriptor: connections, where they come in, its bell.
 
-    One that is ready to read and has nothing to write is settled until something comes on it;
-    others until the bell rings, which threads do that have answered a request.
+    One that is ready to read and has nothing to write is settled until something comes on it.
+    Others wait until the bell rings, which threads do that have answered a request.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Connections(dict[int, Any]):
         return begun
 
     def _let_in_who_waits(self, listening: Any) -> None:
-        """Those who have connected, of which the kernel hasn't told yet."""
+        """Those who have connected, which the kernel hasn't reported yet."""
         before = -1
         while before < len(self):
             before = len(self)

@@ -157,7 +157,7 @@ def _failed(error: Exception) -> Response:
     outage = outage_of(error)
     if outage is not None:
         return _unavailable(outage)
-    # What people sent is in no message: the traceback tells lines of the program only.
+    # What people sent is in no message: the traceback has lines of the program only.
     log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
     return _failure(500, "Something went wrong here.", _TYPED)
 

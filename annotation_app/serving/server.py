@@ -72,7 +72,7 @@ def addresses(config: Config, base: str) -> list[tuple[str, str]]:
 
 
 def _warm_up(config: Config) -> None:
-    """Get the tasks of open studies ready, beside whatever else is done."""
+    """Get the tasks of open studies ready, in the background."""
     with opened(config.database) as engine, reading(engine) as session:
         studies = session.scalars(select(Study).where(Study.closed_at.is_(None)))
         names = {name for study in studies for name in study.config["tasks"]}
@@ -97,7 +97,7 @@ def make_first_admin(config: Config) -> None:
 
 
 def obstacles(config: Config) -> list[Obstacle]:
-    """What would stop people in the studies; :func:`addresses` tells how to make an admin."""
+    """What would stop people in the studies; :func:`addresses` shows how to make an admin."""
     with opened(config.database) as engine, reading(engine) as session:
         return found_obstacles(session, of_installation=False)
 
@@ -108,7 +108,7 @@ def note_on_this_machine(config: Config, action: str, about: str, **details: str
         with opened(config.database) as engine, transaction(engine) as session:
             note(session, COMMAND_LINE, action, about, **details)
     except (OSError, SQLAlchemyError, OnlyReadError):
-        log.warning("the database can't be written to: the audit trail doesn't tell of this")
+        log.warning("the database can't be written to: this is not in the audit trail")
 
 
 @contextmanager

@@ -1,1 +1,1 @@
-"""The database: tables, connections, migrations, its salt, and what is told when it is gone."""
+"""The database: tables, connections, migrations, its salt, and the answers while it is gone."""

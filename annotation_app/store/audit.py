@@ -16,7 +16,7 @@ SUBJECT_CHARACTERS = 12
 
 
 def name_of(person: Person) -> str:
-    """What the audit trail calls somebody: their login, else their subject as exports tell it."""
+    """What the audit trail calls somebody: their login, else their subject as in exports."""
     return person.login or person.external_hash[:SUBJECT_CHARACTERS]
 
 

@@ -1,7 +1,7 @@
 """Seeing to it that what was deleted is in no file of the database any more.
 
 That it is to be done is noted where something is deleted, in the same transaction. So it is done
-at the next start at the latest, whatever stops it now: a crash, a full disk, somebody who reads.
+at the next start at the latest, if a crash, a full disk or somebody who reads stops it now.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def _turn(engine: Engine) -> Iterator[None]:
     """Wait for one's turn to write to an SQLite file, in this process or another.
 
     SQLite has only one writer at a time, and those who wait look again after ever longer
-    pauses; the kernel wakes the next one at once, and when a process dies.
+    pauses. The kernel wakes the next one at once, and when a process dies.
     """
     file = engine.url.database
     if fcntl is None or engine.dialect.name != "sqlite" or not file:
@@ -307,7 +307,7 @@ def dialect_of(session: Session) -> str:
 
 
 def inserting(dialect: str, table: type[DeclarativeBase]) -> Any:
-    """A statement that inserts, and may tell what to do where there is such a row already.
+    """A statement that inserts, and may say what to do where there is such a row already.
 
     Both databases have the same words for that, and SQLAlchemy a statement for each.
     """

@@ -27,7 +27,7 @@ class Installation:
     limiter
         Counts how often people do things; None if they may do so as often as they like.
     outages
-        Tells the log what goes wrong outside of the program.
+        Logs what goes wrong outside of the program.
     """
 
     config: Config

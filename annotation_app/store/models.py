@@ -1,7 +1,7 @@
 """The database: studies, items, who works on them, and everything that people sent.
 
 :class:`Event` is the truth, as it came; :class:`Answer` is derived from it. An item
-has as many :class:`Slot` rows as it wants answers, so that a quota can't be exceeded: a
+has as many :class:`Slot` rows as it wants answers, so that a quota can't be exceeded. A
 slot is leased to somebody, and then filled by an answer or taken by somebody else.
 Times are seconds since 1970 in UTC.
 """
@@ -77,7 +77,7 @@ class Item(Base):
     task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))
     payload: Mapped[Record]
-    """What the server knows of it; its task tells people their part."""
+    """What the server knows of it; its task shows people their part."""
     rank: Mapped[float] = mapped_column(index=True)
     """Items with a lower rank are given out first, ratings in random order."""
     author_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
@@ -168,7 +168,7 @@ class Answer(Base):
     """What somebody answered to an item.
 
     Surplus answers came after the lease had run out and its slot had gone to somebody
-    else; they are kept and don't count for the quota.
+    else. They are kept and don't count for the quota.
     """
 
     __tablename__ = "answer"
@@ -188,7 +188,7 @@ class Answer(Base):
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
     """Whether the next task's items, and exports, are made of it."""
     seconds: Mapped[float | None]
-    """How long the item was with the person; None where the clocks don't tell."""
+    """How long the item was with the person; None where the clocks don't show it."""
     at: Mapped[float]
 
 
@@ -244,7 +244,7 @@ class LedgerEntry(Base):
         mapped_column(String(20))
     )
     key: Mapped[str] = mapped_column(String(500))
-    """Tells calls of a kind apart: the same thing is done once."""
+    """Distinguishes calls of a kind: the same thing is done once."""
     assignment: Mapped[str]
     """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]

@@ -1,7 +1,7 @@
-"""When the database is gone, full or too busy: people are told to wait, the log in a line a minute.
+"""When the database is gone, full or too busy: people are asked to wait.
 
-Nothing of this is a bug of the program, so there are no tracebacks. Browsers keep answers and send
-them again.
+Nothing of this is a bug of the program: the log gets a line a minute and no tracebacks. Browsers
+keep answers and send them again.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ ADVICE = (
     "when the study is back. Try again in a minute."
 )
 AGAIN_S = 10
-"""After how long browsers are told to try again."""
+"""After how long browsers try again."""
 TELL_S = 60.0
-"""How often the log tells of an outage."""
+"""How often the log names an outage."""
 QUIET_S = 5.0
 """How long nothing must fail before an outage is over."""
 
@@ -95,7 +95,7 @@ _SQLITE = {
     "database disk image is malformed": DAMAGED,
     "file is not a database": DAMAGED,
 }
-"""What the messages of SQLite begin with: Python 3.10 doesn't tell its codes."""
+"""What the messages of SQLite begin with: Python 3.10 doesn't give its codes."""
 _STATES = {
     "53100": FULL,
     "53": BUSY,  # connections, memory
@@ -136,7 +136,7 @@ class _Going:
 
 
 class Outages:
-    """Tells the log of what goes wrong outside of the program, once a minute, and when it is over.
+    """Logs what goes wrong outside of the program, once a minute, and when it is over.
 
     Parameters
     ----------

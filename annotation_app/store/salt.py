@@ -1,6 +1,6 @@
 """The salt of people's ids: in the key file only, never beside the hashes that it makes.
 
-Older programs kept it in the database. It is moved in steps that may be cut off anywhere: it is
+Older programs kept it in the database. It is moved in steps that may be cut off anywhere. It is
 written to the key file first, then deleted from the database, and then the database is compacted so
 that no free page holds it.
 """
@@ -24,7 +24,7 @@ from g3.errors import FormatError
 SALT = "salt"
 """Under which name older programs kept it in the database."""
 CHECK = "salt check"
-"""Tells whether a key file has the salt that people's ids here were hashed with."""
+"""Shows whether a key file has the salt that people's ids here were hashed with."""
 
 
 def installation_salt(engine: Engine, config: Config) -> bytes:

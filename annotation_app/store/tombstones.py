@@ -1,7 +1,7 @@
 """Whose data were erased, beside the database: what backups that are restored must not bring back.
 
 ``erased.jsonl`` in the instance's folder has a line for each person, with their id, which is
-random and tells nothing of them. It holds what the table ``erasure`` does, and is meant to be kept
+random and says nothing of them. It holds what the table ``erasure`` does, and is meant to be kept
 where the database's end doesn't reach it.
 """
 

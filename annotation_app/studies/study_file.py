@@ -1,4 +1,4 @@
-"""A study's file: what is asked of whom (``docs/annotation.md`` tells the form)."""
+"""A study's file: what is asked of whom (``docs/annotation.md`` describes it)."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Payment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What people are told they get, and providers are told to pay, for an item."""
+    """What people get for an item: they see it, and providers pay it."""
 
     amount: Annotated[float, msgspec.Meta(ge=0, le=1000)]
     currency: Annotated[str, msgspec.Meta(pattern="^[A-Z]{3}$")] = "USD"

@@ -1,7 +1,7 @@
 """The file that ``ct annotate init`` writes."""
 
 TEMPLATE = """\
-# A study. docs/annotation.md tells all fields. Start it with: ct annotate {name}.yaml
+# A study. docs/annotation.md lists all fields. Start it with: ct annotate {name}.yaml
 name: {name}
 title: Commands for a robot forklift
 

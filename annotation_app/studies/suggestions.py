@@ -15,7 +15,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 def warm_up() -> None:
-    """Read the extractor before somebody waits for it, beside whatever else is done."""
+    """Read the extractor before somebody waits for it, in the background."""
     threading.Thread(target=suggest, args=("Go.",), daemon=True).start()
 
 

@@ -116,12 +116,11 @@ def render_first(folder: Path) -> None:
             items, folder, Settings(fps=FPS, quality="draft"), workers=Workers(jobs), force=False
         )
         for done, outcome in enumerate(outcomes, start=1):
-            if progress is not None:
-                progress(what, done, len(items))
+            progress(what, done, len(items))
             if outcome.problem:
                 problems.append(f"{outcome.name}: {outcome.problem}")
     if problems:
-        raise CorpusError(problems[0], fix="`ct render-videos` tells more")
+        raise CorpusError(problems[0], fix="run `ct render-videos` to see more")
 
 
 def render_rest(folder: Path, put: Callable[[list[Rendered]], None]) -> int:

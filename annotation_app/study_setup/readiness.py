@@ -25,7 +25,7 @@ class Obstacle:
     study
         Its name; empty for what is so in the whole installation.
     what, fix
-        As errors tell it.
+        As in errors.
     """
 
     study: str

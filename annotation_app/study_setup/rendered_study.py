@@ -108,7 +108,7 @@ def check_videos(config: StudyConfig, videos: list[Rendered]) -> None:
 
 
 def add_video(session: Session, study_id: str, item: Rendered) -> None:
-    """Give a video's files names that tell nothing, or keep those that they have."""
+    """Give a video's files names that say nothing, or keep those that they have."""
     for role, name in FILES.items():
         path = item.folder / name
         if path.is_file():
@@ -116,7 +116,7 @@ def add_video(session: Session, study_id: str, item: Rendered) -> None:
 
 
 def put_media(session: Session, study_id: str, video: str, role: str, path: Path) -> None:
-    """Add a file, or tell where it is now."""
+    """Add a file, or record where it is now."""
     known = session.scalars(
         select(Media).where(Media.study_id == study_id, Media.video == video, Media.role == role)
     ).first()

@@ -1,4 +1,4 @@
-"""Reading a study's file: what is wrong with it is told with its line."""
+"""Reading a study's file: errors name the line."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def study_schema() -> bytes:
     """The content of the schema's file."""
     content = msgspec.json.schema(StudyConfig)
     tasks = content["$defs"]["StudyConfig"]["properties"]["tasks"]
-    tasks["propertyNames"] = {"enum": list(task_names())}  # msgspec tells what values are, not keys
+    tasks["propertyNames"] = {"enum": list(task_names())}  # msgspec describes values, not keys
     return to_bytes(content)
 
 

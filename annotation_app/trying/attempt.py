@@ -1,6 +1,6 @@
 """What is done with one command, in a process of its own that gives way to the server's.
 
-An attempt is a folder. ``state.json`` tells what there is so far, as :class:`Shown` has it;
+An attempt is a folder. ``state.json`` says what there is so far, as :class:`Shown` has it;
 ``tree.svg``, ``picture.png`` and ``video.mp4`` come one after the other.
 """
 
@@ -34,7 +34,7 @@ PLANS = 10
 """How many plans are compared for what else a clause may mean."""
 FPS = 10
 TELL_S = 0.3
-"""How often progress is told at most."""
+"""Seconds between reports of progress, at least."""
 
 Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
 
@@ -71,7 +71,7 @@ class Clause(msgspec.Struct, frozen=True):
 
 
 class Plan(msgspec.Struct, frozen=True):
-    """What was found; without steps if there is nothing to do, and then `note` tells why."""
+    """What was found; without steps if there is nothing to do, and then `note` says why."""
 
     note: str
     steps: list[str]
@@ -119,7 +119,7 @@ def read_state(folder: Path) -> Shown | None:
 
 
 def write_state(folder: Path, shown: Shown) -> None:
-    """Tell how far an attempt is."""
+    """Write how far an attempt is."""
     write_bytes(folder / STATE, msgspec.json.encode(shown))
 
 
@@ -163,7 +163,7 @@ def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
 
 
 class _Teller:
-    """Tells of progress, not too often; it is called as training and filming go on."""
+    """Writes progress, not too often; training and filming call it."""
 
     def __init__(self, folder: Path, shown: Shown) -> None:
         self.folder, self.shown, self.told_at = folder, shown, 0.0

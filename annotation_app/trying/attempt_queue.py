@@ -105,7 +105,7 @@ class Attempts:
         self.close()
 
     def _ended(self, folder: Path, done: Future[None]) -> None:
-        """Tell of an attempt whose process has died, and start another process next time."""
+        """Report an attempt whose process has died, and start another process next time."""
         if done.cancelled() or done.exception() is None:
             return
         with self._lock:

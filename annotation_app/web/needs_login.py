@@ -1,4 +1,4 @@
-"""What people are told who may not see a page that needs a login."""
+"""The answer to people who may not see a page that needs a login."""
 
 from __future__ import annotations
 

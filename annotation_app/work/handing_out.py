@@ -35,7 +35,7 @@ EXPLANATIONS: dict[Reason, str] = {
     "no practice": "Please do the practice example first.",
     "role": "This task is for annotators, who have a login.",
 }
-"""What people are told when they get no item."""
+"""What people read when they get no item."""
 
 
 _STUDY = select(Study).where(Study.name == bindparam("study"))
@@ -77,7 +77,7 @@ def task_config(config: StudyConfig, task: TaskName) -> TaskConfig:
 
 
 def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) -> Reason | None:
-    """Why somebody may not do a task of a study, whatever items there are."""
+    """Why somebody may not do a task of a study, no matter which items there are."""
     task_of = config.tasks.get(task)
     is_staff = RANKS[person.role] > RANKS["worker"]
     checks: tuple[tuple[bool, Reason], ...] = (
@@ -98,7 +98,7 @@ def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) 
 def take_work(
     session: Session, study: Study, task: TaskName, person: Person, *, now: float
 ) -> Lease | Reason:
-    """Give somebody an item of a task, or tell why not."""
+    """Give somebody an item of a task, or say why not."""
     config = restored(study.config)
     reason = obstacle(study, config, task, person)
     if reason is not None:

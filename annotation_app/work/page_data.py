@@ -1,4 +1,4 @@
-"""What a page is told of an item."""
+"""What a page gets to know of an item."""
 
 from __future__ import annotations
 

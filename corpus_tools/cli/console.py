@@ -56,7 +56,7 @@ class _EntryPointGroup(click.Group):
             command = point.load()
             if not isinstance(command, click.Command):
                 raise TypeError(f"{point.value} is not a click command")
-        except Exception as error:  # whatever it is, the other commands must go on working
+        except Exception as error:  # the other commands must go on working
             return _broken_command(cmd_name, point, error)
         return command
 
@@ -78,7 +78,7 @@ def _broken_command(
             fix=f"reinstall or remove the package {provider}",
         ) from error
 
-    # Arguments and --help are taken as they come, so that each way to call it tells the reason.
+    # Arguments and --help are taken as they come, so that each way to call it shows the reason.
     return click.Command(
         name,
         callback=fail,
@@ -157,7 +157,7 @@ def run(args: Sequence[str]) -> int:
 
 
 def _report(error: Exception) -> int:
-    """Tell an error in one line; return the exit status."""
+    """Print an error in one line; return the exit status."""
     status = EXIT_BAD_INPUT
     if isinstance(error, click.ClickException):
         shown = io.StringIO()

@@ -98,7 +98,7 @@ def validate(ctx: click.Context, path: Path, form: str) -> None:
 def seal(path: Path, form: str) -> None:
     """Accept changes that you made to a corpus's files by hand.
 
-    A changed corpus is refused, because its digests tell that it isn't what was written. This
+    A changed corpus is refused, because its digests show that it isn't what was written. This
     checks its records and writes their digests, hash and counts into corpus.json. Models that
     were trained on the corpus know it by its hash; train them again where it has changed.
 

@@ -73,7 +73,7 @@ FAILED = 3
     multiple=True,
     help="Switch a potential off, which `ct features list` shows (repeatable).",
 )
-@click.option("--explain", is_flag=True, help="Tell what each clause is grounded in, and why.")
+@click.option("--explain", is_flag=True, help="Show what each clause is grounded in, and why.")
 @click.option(
     "--confirm-below",
     type=click.FloatRange(0, 1),
@@ -102,8 +102,8 @@ def follow(
 
     A plan is inferred in a scenario as in section 3.4.
 
-    The exit status is 0 when it is done, 2 where there is nothing to do or the input is bad, and 3
-    where a step of the plan fails; which one is told.
+    The exit status is 0 when it is done, 2 where there is nothing to do or the input is bad. It is
+    3 where a step of the plan fails, and the step is named.
     """
     _check_options(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
@@ -285,7 +285,7 @@ def _film(done: Execution, video: Path) -> None:
 
 
 def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
-    """Tell what came of a plan; programs are told the plan with it."""
+    """Print what came of a plan; programs get the plan with it."""
     lines, execution = [], None
     if done is not None:
         seconds = float(done.recording.t_s[-1])

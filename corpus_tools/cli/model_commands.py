@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option, tell
+from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
 from corpus_tools.options.model_options import NEGATIVES_SEED, training_options
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import say
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
     from g3.features.feature_registry import FeatureSet
     from g3.inference.potentials.potential_registry import Potential
 
@@ -239,6 +240,7 @@ def train() -> None:
     metavar="MODEL",
     required=True,
     type=click.Path(path_type=Path),
+    callback=in_a_folder,
     help="The model: NAME.npz, with NAME.json beside.",
 )
 @training_options
@@ -250,8 +252,7 @@ def train() -> None:
     show_default=True,
     help="How the optimum is found, which is one. The paper's way is lbfgs; newton is faster.",
 )
-@JOBS
-@SCHEDULER
+@WORKERS
 @FORMAT
 @click.pass_context
 def g3(
@@ -266,8 +267,7 @@ def g3(
     negatives: Literal["random", "hard"],
     seed: int,
     optimizer: Literal["newton", "lbfgs"],
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
     form: str,
 ) -> None:
     """Train the grounding model on a corpus (section 3.2).
@@ -282,16 +282,13 @@ def g3(
     """
     from corpus_tools.corpus.labelled_corpus import Options
     from corpus_tools.learning.trained import from_corpus, from_shards
-    from corpus_tools.runtime.parallel import Workers
     from g3.learning.grounding_model import DEFAULT_L2
     from g3.learning.model_file import model_files
 
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
     _check_source(ctx, name, shards)
     strength = DEFAULT_L2 if l2 is None else l2
     if shards is not None:
-        trained = from_shards(shards, strength, Workers(jobs, scheduler), optimizer)
+        trained = from_shards(shards, strength, workers, optimizer)
     else:
         options = Options(negatives, seed, ablate, plus)
         trained = from_corpus(name or "", strength, options, optimizer)
@@ -349,6 +346,7 @@ def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> 
     metavar="MODEL",
     required=True,
     type=click.Path(path_type=Path),
+    callback=in_a_folder,
     help="The model, a file.",
 )
 @click.option(
@@ -369,8 +367,6 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> No
     from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor
     from g3.language.parsing.training.extractor_training import prepare
 
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
     corpora = [open_corpus(name) for name in names]
     first, *others = [annotated_trees(corpus) for corpus in corpora]
     items = [*first, *(item for part in others for item in part)]

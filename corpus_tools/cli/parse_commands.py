@@ -65,7 +65,7 @@ def parse(
     """Extract the SDC trees of commands (section 3.1).
 
     TEXT is a command; "-" reads commands from the standard input, one a line. What can't be
-    parsed, wholly or in part, is told on the standard error.
+    parsed, wholly or in part, is named on the standard error.
     """
     from g3.language.parsing.extractor import SDCExtractor, default_extractor
     from g3.storage.atomic_file import write_bytes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from corpus_tools.options.format_option import FORMAT, tell
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -68,8 +68,7 @@ SMALLEST, LARGEST = 64, 4096
     show_default=True,
     help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
 )
-@JOBS
-@SCHEDULER
+@WORKERS
 @click.option("--force", is_flag=True, help="Make again what is there already.")
 @FORMAT
 @click.pass_context
@@ -85,8 +84,7 @@ def render_videos(
     size: str,
     fps: int,
     quality: Literal["draft", "standard", "high"],
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
     force: bool,
     form: str,
 ) -> None:
@@ -120,7 +118,6 @@ def render_videos(
 
     choose_back_end()
 
-    from corpus_tools.runtime.parallel import Workers
     from corpus_tools.video.items import context_items, scenario_items
     from corpus_tools.video.manifest import Settings
     from g3.errors import CorpusError
@@ -136,7 +133,7 @@ def render_videos(
         )
     out.mkdir(parents=True, exist_ok=True)
     settings = Settings(camera, pixels, fps, quality)
-    outcomes = _produce(chosen, out, settings, workers=Workers(jobs, scheduler), force=force)
+    outcomes = _produce(chosen, out, settings, workers=workers, force=force)
     ctx.exit(_report(outcomes, out, form))
 
 
@@ -164,8 +161,7 @@ def _produce(
 
         def on_frame(name: str) -> OnFrame:
             def told(done: int, total: int) -> None:
-                if progress is not None:
-                    progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
+                progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
 
             return told
 
@@ -173,13 +169,12 @@ def _produce(
             items, out, settings, workers=workers, force=force, on_frame=on_frame
         ):
             outcomes.append(outcome)
-            if progress is not None:
-                progress("rendering", len(outcomes), len(items))
+            progress("rendering", len(outcomes), len(items))
     return outcomes
 
 
 def _report(outcomes: list[Outcome], out: Path, form: str) -> int:
-    """Tell what became of the items; return the exit status."""
+    """Print what became of the items; return the exit status."""
     failed = [outcome for outcome in outcomes if outcome.problem]
     for outcome in failed:
         note(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}")

@@ -186,8 +186,7 @@ def generate(
             made = make(seed, number, known)
             write_bytes(out / f"{made.id}.yaml", format_scenario(made).encode())
             rows.append({"id": made.id, "layout": made.layout.name, "title": made.title})
-            if on_progress is not None:
-                on_progress("generating", len(rows), count)
+            on_progress("generating", len(rows), count)
     tell(form, {"folder": out, "scenarios": rows}, f"{_count(count, 'scenario')} in {out}")
 
 
@@ -221,8 +220,7 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     failures: dict[str, CorpusError] = {}
     with progress_bar("executing") as on_progress:
         for number, scenario in enumerate(wanted):
-            if on_progress is not None:
-                on_progress(f"executing {scenario.id}", number, len(wanted))
+            on_progress(f"executing {scenario.id}", number, len(wanted))
             try:
                 log_scenario(scenario, folder)
             except CorpusError as error:
@@ -254,16 +252,15 @@ def _count(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
-def _table(rows: Sequence[dict[str, str]]) -> Iterable[str]:
-    if not rows:
-        return
-    widths = [max(len(row[key]) for row in rows) for key in rows[0]]
-    for row in rows:
-        cells = (cell.ljust(width) for cell, width in zip(row.values(), widths, strict=True))
-        yield "  ".join(cells).rstrip()
+def _table(rows: Sequence[dict[str, str]]) -> list[str]:
+    from corpus_tools.corpus.display import columns
+
+    return columns([tuple(row.values()) for row in rows])
 
 
 def _lines(scenario: Scenario) -> Iterable[str]:
+    from corpus_tools.corpus.display import columns
+
     def where(at: tuple[float, float] | None, deck: str | None) -> str:
         if at is None:
             return "on the forks"
@@ -279,7 +276,7 @@ def _lines(scenario: Scenario) -> Iterable[str]:
         ),
         ("forklift", "robot", where(scenario.robot.at, None)),
     ]
-    for line in _table([dict(zip("abc", row, strict=True)) for row in rows]):
+    for line in columns(rows):
         yield f"  {line}"
     yield "\nScript"
     for i, step in enumerate(scenario.script, start=1):

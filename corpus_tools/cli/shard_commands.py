@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.options.model_options import NEGATIVES_SEED, selection_options
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
+
+if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
 
 
 @click.command()
@@ -24,8 +27,7 @@ from corpus_tools.runtime.terminal import note
 )
 @selection_options
 @NEGATIVES_SEED
-@JOBS
-@SCHEDULER
+@WORKERS
 @FORMAT
 def shards(
     *,
@@ -35,8 +37,7 @@ def shards(
     ablate: tuple[str, ...],
     plus: tuple[str, ...],
     seed: int,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
     form: str,
 ) -> None:
     """Write corpora's features as Parquet, to be trained on.
@@ -52,14 +53,13 @@ def shards(
       ct train g3 --shards shards --jobs 2 --out g3.npz
     """
     from corpus_tools.corpus.labelled_corpus import Options
-    from corpus_tools.runtime.parallel import Workers
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.shards.shard_making import write_shards
 
     options = Options(negatives, seed, ablate, plus)
     with progress_bar("making shards") as on_progress:
         manifest, failures = write_shards(
-            corpora, out, options, workers=Workers(jobs, scheduler), on_progress=on_progress
+            corpora, out, options, workers=workers, on_progress=on_progress
         )
     rows = sum(shard.rows for shard in manifest.shards)
     record = {

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
@@ -34,7 +34,11 @@ def similarity() -> None:
 )
 @click.argument("source", metavar="TAGS", type=click.Path(path_type=Path))
 @click.option(
-    "--out", required=True, type=click.Path(path_type=Path), help="The table, an .npz file."
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path),
+    callback=in_a_folder,
+    help="The table, an .npz file.",
 )
 @click.option(
     "--tags",
@@ -52,8 +56,6 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
     may be compressed (.gz, .bz2). It is read twice, a line at a time. Name the table in
     the environment variable CT_TAGS to have the feature set word-tags read it.
     """
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
     from corpus_tools.learning.tag_lists import build_table
 
     with progress_bar("reading") as on_progress:
@@ -74,7 +76,11 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
 )
 @click.argument("corpora", metavar="CORPORA", nargs=-1, required=True)
 @click.option(
-    "--out", required=True, type=click.Path(path_type=Path), help="The lexicon, a JSON file."
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path),
+    callback=in_a_folder,
+    help="The lexicon, a JSON file.",
 )
 @FORMAT
 def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
@@ -83,8 +89,6 @@ def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
     CORPORA have outcomes or annotations. Training and inference learn the same from the corpora
     that they are given, so they don't need this file: it is for looking into.
     """
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
     from corpus_tools.corpus.load_choices import load_choices
     from corpus_tools.importers.authored.bundled import open_corpus
     from g3.learning.load_choice import lexicon_of

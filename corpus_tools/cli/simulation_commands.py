@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from corpus_tools.options.format_option import FORMAT, tell
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
+
+if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
 
 SEED = click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of all chance."
@@ -20,8 +24,8 @@ COUNT = click.IntRange(min=1)
 def simulate_workers() -> None:
     """Simulate workers who type commands and rate videos.
 
-    For studies of load, scale and power alone: all that is made is labelled simulated, and a
-    figure that was measured on it says nothing about people. docs/simulation.md tells the models.
+    For studies of load, scale and power alone. All that is made is labelled simulated. A figure
+    that was measured on it says nothing about people. docs/simulation.md has the models.
 
     \b
     Example:
@@ -32,7 +36,9 @@ def simulate_workers() -> None:
 @simulate_workers.command()
 @click.option("--scenarios", default=20, show_default=True, type=COUNT, help="How many, at random.")
 @click.option("--commands", default=10, show_default=True, type=COUNT, help="For each scenario.")
-@click.option("--workers", default=45, show_default=True, type=COUNT, help="Who type them.")
+@click.option(
+    "--workers", "typists", default=45, show_default=True, type=COUNT, help="Who type them."
+)
 @SEED
 @click.option(
     "--dataset",
@@ -46,19 +52,17 @@ def simulate_workers() -> None:
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder of the new dataset.",
 )
-@JOBS
-@SCHEDULER
+@WORKERS
 @FORMAT
 def describe(
     *,
     scenarios: int,
     commands: int,
-    workers: int,
+    typists: int,
     seed: int,
     dataset: str,
     out: Path,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
     form: str,
 ) -> None:
     """Write a dataset of random scenarios with simulated commands.
@@ -75,7 +79,6 @@ def describe(
       ct simulate-workers describe --scenarios 1000 --commands 40 --seed 7 --out simulated --jobs 4
       ct eval --table 1 --corpus simulated --cv scenario
     """
-    from corpus_tools.runtime.parallel import Workers
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.video.drawing.gl import check_packages
 
@@ -83,13 +86,13 @@ def describe(
     from corpus_tools.simulation.dataset import Plan, write_dataset
     from corpus_tools.world.scenarios.library import dataset_folder
 
-    plan = Plan(scenarios, commands, workers, seed)
+    plan = Plan(scenarios, commands, typists, seed)
     with progress_bar("simulating") as on_progress:
         failures = write_dataset(
             plan,
             out,
             dataset_folder(dataset),
-            workers=Workers(jobs, scheduler),
+            workers=workers,
             on_progress=on_progress,
         )
     done = scenarios - len(failures)

@@ -32,10 +32,10 @@ class Corpus:
     licence
         On what terms they may be used.
     hash
-        ``sha256:`` and the digest of the content, the subjects left out: it is the same
-        whatever salt hides the subjects and whatever the corpus is called.
+        ``sha256:`` and the digest of the content, the subjects left out. It is the same
+        no matter which salt hides the subjects and what the corpus is called.
     outcomes
-        What the robot did, where a log tells; a video's in the order in which it was done.
+        What the robot did, where a log shows it; a video's in the order in which it was done.
     """
 
     name: str

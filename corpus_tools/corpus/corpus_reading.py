@@ -257,5 +257,5 @@ def _decode_with(decoder: msgspec.json.Decoder[T], content: bytes, where: str) -
         raise FormatError(
             what[:1].lower() + what[1:] if not what.startswith("JSON") else what,
             where=f"{where}: {field}" if field else where,
-            fix="correct the record; docs/schemas tells its form",
+            fix="correct the record; docs/schemas describes it",
         ) from error

@@ -30,7 +30,7 @@ class Statistics(msgspec.Struct, frozen=True):
     annotation. ``sdcs`` and ``sdcs_by_type`` count every clause of the positive
     annotations, the implicit figures (the unnamed robot of an imperative) among them;
     ``implicit`` says how many of the OBJECTs those are. ``outcomes`` counts what is known of
-    tasks; it is empty where no task is told of.
+    tasks; it is empty where there is no task.
     """
 
     name: str

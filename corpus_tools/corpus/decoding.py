@@ -128,9 +128,9 @@ def _contradictions(record: OutcomeRecord) -> Iterator[tuple[str, str]]:
     if record.put and not record.picked and "picked" not in unknown:
         yield "something was put somewhere, but nothing was picked up", "put"
     if record.put and "put" in unknown:
-        yield "it is told where things were put, and also that it is unknown", "put"
+        yield "it says where things were put, and also that it is unknown", "put"
     if record.on and record.put != "on":
-        yield f"things are told to be put on, while 'put' is {record.put!r}", "on"
+        yield f"it names what things were put on, while 'put' is {record.put!r}", "on"
     if record.put == "on" and len(record.on) != 1 and "on" not in unknown:
         yield f"{len(record.on)} things to be put on, and 'on' is not among the unknown", "on"
     if set(record.picked) & set(record.on):

@@ -39,7 +39,7 @@ def show(corpus: Corpus, name: str) -> str:
         raise CorpusError(
             f"no command, annotation, context or outcome has the id {name!r}",
             where=corpus.name,
-            fix="`ct corpus show` without an id lists the scenarios and tells how ids look",
+            fix="`ct corpus show` without an id lists the scenarios and shows what ids look like",
         )
     return "\n\n".join(found)
 
@@ -140,7 +140,7 @@ def statistics_table(statistics: Statistics) -> str:
     return "\n".join(columns(rows))
 
 
-def columns(rows: list[tuple[str, ...]]) -> list[str]:
+def columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Lines with the cells of each column below each other."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [

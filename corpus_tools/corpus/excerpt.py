@@ -21,7 +21,7 @@ def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
     Returns
     -------
     mapping
-        ``commands``, ``annotations``, ``contexts`` and ``outcomes``, each a list of records; and
+        ``commands``, ``annotations``, ``contexts`` and ``outcomes``, each a list of records. And
         ``trajectories``, to which the records' numbers point: lists of ``t`` in s, ``xyz`` in m
         and ``yaw`` in rad.
     """

@@ -32,7 +32,7 @@ class Options:
 
 
 _STREAM = 1
-"""Tells these random numbers from others that are drawn with the same seed."""
+"""Distinguishes these random numbers from others with the same seed."""
 
 
 def labelled_examples(
@@ -79,7 +79,7 @@ def scenario_ids(items: Iterable[Example]) -> set[str]:
     """Name the scenarios of examples so that equal names of different worlds differ.
 
     Corpora of different origin may use a name such as ``go_to_truck`` for scenarios of
-    their own: only the same name with the same log is the same scenario.
+    their own. Only the same name with the same log is the same scenario.
     """
     contexts = {
         (e.annotation.command.scenario, id(e.annotation.context)): e.annotation.context

@@ -20,7 +20,7 @@ from g3.learning.load_choice import LoadChoice
 
 
 def load_choices(corpus: Corpus) -> list[LoadChoice]:
-    """Tell which load each command was about: by outcomes, else by annotations.
+    """Find which load each command was about: by outcomes, else by annotations.
 
     Commands of which that isn't known are left out, and those that began with a load on the forks.
     """

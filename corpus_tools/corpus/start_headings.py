@@ -1,7 +1,7 @@
 """Which way the robot faces at the start, where nobody has recorded it.
 
 A context says so by having the heading of its agent among what is assumed. Results for such
-worlds should be told for several headings: give each rule to :func:`with_headings`.
+worlds should be given for several headings: give each rule to :func:`with_headings`.
 """
 
 from __future__ import annotations

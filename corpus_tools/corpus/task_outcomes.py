@@ -29,14 +29,14 @@ def is_drive(outcome: TaskOutcome) -> bool:
 
 
 def contexts_of_commands(corpus: Corpus) -> Mapping[str, str]:
-    """Tell in which context each command was given.
+    """Find in which context each command was given.
 
     Returns
     -------
     mapping
         From a command's id to a context's: that of its annotations, else of its outcomes,
         else of its scenario's other commands, else the one with its scenario's name.
-        Commands of which nothing tells it are missing.
+        Commands whose context is unknown are missing.
     """
     annotated: dict[str, str] = {}
     by_scenario: dict[str, str] = {}

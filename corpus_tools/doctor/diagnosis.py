@@ -48,7 +48,7 @@ def checks() -> dict[str, Check]:
 
 
 def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
-    """Run checks one by one, whatever becomes of the others."""
+    """Run checks one by one, even if others fail."""
     for name, check in named.items():
         try:
             yield Finding(name, True, check())

@@ -161,7 +161,7 @@ class _Writer:
             else []
             for clause, label in zip(clauses, labels, strict=True)
         ]
-        # As in the release, only the positives tell what is in the world.
+        # As in the release, only the positives say what is in the world.
         world = annotation.context if annotation.source == "positive" else NOWHERE
         return {
             "assignmentId": assignment,

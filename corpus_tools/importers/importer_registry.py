@@ -1,7 +1,7 @@
 """The importers by name. Each becomes a command of ``ct import``.
 
 Importers are named by module and function and loaded when they are used, so that the
-command line starts fast. :func:`register` adds one; modules that other distributions name in
+command line starts fast. :func:`register` adds one. Modules that other distributions name in
 the entry point group ``ct.importers`` do so when this one is imported.
 """
 
@@ -29,7 +29,7 @@ class ImportFunction(Protocol):
         *,
         salt: str,
         keep_going: bool = False,
-        on_progress: OnProgress | None = None,
+        on_progress: OnProgress = ...,
         **options: str,
     ) -> tuple[Corpus, ImportReport]:
         """Read what is at `path`.
@@ -94,7 +94,7 @@ class Importer:
     target
         The function: ``package.module:function``, an :class:`ImportFunction`.
     options
-        What it can be told beside that.
+        Its own options.
     examples
         Further examples of the command, without ``ct import NAME``.
     """

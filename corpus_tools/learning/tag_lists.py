@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import FormatError
 from g3.language.similarity.cooccurrence import (
     TagTable,
@@ -23,7 +23,7 @@ LINES_PER_REPORT = 10_000
 
 
 def build_table(
-    source: Path, out: Path, *, limit: int, on_progress: OnProgress | None = None
+    source: Path, out: Path, *, limit: int, on_progress: OnProgress = no_progress
 ) -> TagTable:
     """Count a list of tags and write the table.
 
@@ -41,7 +41,7 @@ def build_table(
     limit
         How many tags to keep.
     on_progress
-        Told how many lines have been read.
+        Called with how many lines have been read.
 
     Raises
     ------
@@ -60,11 +60,11 @@ def build_table(
     return table
 
 
-def _images(path: Path, step: str, on_progress: OnProgress | None) -> Iterator[frozenset[str]]:
+def _images(path: Path, step: str, on_progress: OnProgress) -> Iterator[frozenset[str]]:
     try:
         with _open(path) as file:
             for number, line in enumerate(file):
-                if on_progress and number % LINES_PER_REPORT == 0:
+                if number % LINES_PER_REPORT == 0:
                     on_progress(f"{step}, line {number}", 0, 0)
                 if line.strip() and not line.startswith("#"):
                     yield read_tags(line)

@@ -15,7 +15,7 @@ from corpus_tools.logs.log_records import ContextRecord, RobotRecord, StepsRecor
 VERSION = 1
 """Of the format."""
 LIBRARY = "corpus-tools-g3"
-"""In the file's header, and the name of the metadata that tell the version and the scenario."""
+"""In the file's header, and the name of the metadata with the version and the scenario."""
 METADATA = "metadata"
 """Name of the writer's own metadata."""
 

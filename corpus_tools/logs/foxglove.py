@@ -1,7 +1,7 @@
-"""Messages in the schemas that Foxglove and Lichtblick show without being told how.
+"""Messages in the schemas that Foxglove and Lichtblick show by themselves.
 
-Names and types of fields are those of the published schemas, as far as they are used here:
-lists of primitives that nothing makes are left out, which viewers take for empty.
+Names and types of fields are those of the published schemas, as far as they are used here.
+Lists of primitives that nothing makes are left out, which viewers take for empty.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
     """Write a recording to an MCAP file.
 
     The same arguments give the same bytes. At the start the file holds the world, the
-    steps and every pose; then, at every moment, the robot's state and the poses of what
+    steps and every pose. Then, at every moment, the robot's state and the poses of what
     moved, with all poses again every second.
 
     Parameters
@@ -135,7 +135,7 @@ def _transforms(recording: Recording) -> Iterator[tuple[FrameTransform, ...]]:
     site, forks = frames(recording.start)
     agent = recording.start.agent_id
     names = [item.id for item in recording.start.objects]
-    # Bits are compared, so that a log tells -0.0 from 0.0.
+    # Bits are compared, so that a log distinguishes -0.0 from 0.0.
     poses = np.concatenate((recording.position, recording.orientation), axis=2)
     moved = np.asarray(_changed(poses).any(axis=2))
     lifted = _changed(recording.fork_height_m)

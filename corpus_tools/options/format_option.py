@@ -1,6 +1,6 @@
 """The options by which commands write for people or for programs.
 
-Every command that tells a result can tell it as JSON, alone on the standard output; progress,
+Every command with a result can print it as JSON, alone on the standard output; progress,
 notes and problems go to the standard error. ``--json`` is short for ``--format json``.
 """
 
@@ -10,6 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -64,6 +65,13 @@ def format_option(
     return lambda command: long(short(command))
 
 
+def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> Path | None:
+    """Refuse a file whose folder isn't there: the callback of an option such as ``--out``."""
+    if out is not None and not out.parent.is_dir():
+        raise click.UsageError(f"{option.opts[0]}: there is no folder {out.parent}; make it first.")
+    return out
+
+
 def tell(form: str, record: object, *lines: str) -> None:
     """Print a record as JSON if that is wanted, else the lines for people.
 
@@ -102,5 +110,5 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 
 
 FORMAT = format_option()
-JSON = click.option("--json", "as_json", is_flag=True, help="Tell what was made as JSON.")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""

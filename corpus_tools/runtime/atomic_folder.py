@@ -1,7 +1,7 @@
 """Writing a folder so that it is there as a whole or not at all.
 
 A folder that is replaced exchanges its name with the new one in one step. Where the system or the
-file system can't do that, it is renamed away first (``.NAME.old-…``); a program that is killed
+file system can't do that, it is renamed away first (``.NAME.old-…``). A program that is killed
 before the second renaming leaves the name empty, and the next to read or write the folder restores
 it.
 """
@@ -53,7 +53,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool, marke
     """Write files into a new folder, or in place of an old one that holds `marker`.
 
     The files are written to a temporary folder beside it and flushed to the disk before
-    that takes the name; whatever happens, the name holds the old or the new content.
+    that takes the name. At any moment the name holds the old or the new content.
 
     Raises
     ------

@@ -99,7 +99,7 @@ def work_in_order(
     Parameters
     ----------
     on_done
-        Told how many are done.
+        Called with how many are done.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def _on_cluster(
             killed.append(done.item)
         else:
             yield done
-    # Dask blames whatever a process that died had before it: alone, only the culprit
+    # Dask blames all that a process that died had before it: alone, only the culprit
     # dies again.
     for item in killed:
         for done in _submitted(client, function, [item]):

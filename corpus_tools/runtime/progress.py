@@ -6,11 +6,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnProgress = Callable[[str, int, int], None]
-"""Told which step is under way, how much of it is done, and how much there is."""
+"""Called with the step under way, how much of it is done, and how much there is."""
+
+
+def no_progress(step: str, done: int, total: int) -> None:
+    """Show nothing."""
 
 
 @contextmanager
-def progress_bar(first_step: str) -> Iterator[OnProgress | None]:
+def progress_bar(first_step: str) -> Iterator[OnProgress]:
     """A progress bar on the terminal; nothing where standard error is none.
 
     Parameters
@@ -25,7 +29,7 @@ def progress_bar(first_step: str) -> Iterator[OnProgress | None]:
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield None
+        yield no_progress
         return
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task(first_step, total=None)

@@ -15,7 +15,7 @@ import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.corpus.labelled_corpus import Negatives, Options, labelled_examples, scenario_ids
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards.shard_files import (
     FORMAT_VERSION,
     Manifest,
@@ -67,7 +67,7 @@ def write_shards(
     *,
     workers: Workers,
     size: int = EXAMPLES,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Manifest, list[str]]:
     """Write the features of corpora into a folder; each worker holds one corpus at a time.
 
@@ -107,7 +107,7 @@ def _write_shards(
     *,
     workers: Workers,
     size: int,
-    on_progress: OnProgress | None,
+    on_progress: OnProgress,
 ) -> tuple[Manifest, list[str]]:
     sets = select(without=options.ablated, plus=options.added)
     if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
@@ -123,8 +123,7 @@ def _write_shards(
             made[done.item] = done.result
         elif done.error is not None:
             failures[done.item.corpus] = done.error
-        if on_progress is not None:
-            on_progress("making shards", len(made) + len(failures), len(portions))
+        on_progress("making shards", len(made) + len(failures), len(portions))
     whole = [made[p] for p in portions if p in made and p.corpus not in failures]
     if not whole:
         raise next(iter(failures.values()))
@@ -181,7 +180,7 @@ def to_shard(items: Sequence[Example], options: Options) -> Shard:
     """The features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
-    rows with the same features after; the likelihood of the rows with their counts is exactly
+    rows with the same features after. The likelihood of the rows with their counts is exactly
     that of the examples.
     """
     first: dict[tuple[object, ...], int] = {}

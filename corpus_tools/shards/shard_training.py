@@ -1,6 +1,6 @@
 """Training on shards: the objective is a sum over them, and no more than one is in memory.
 
-Three passes read them: one finds the features and which of their columns are equal, one packs
+Three passes read them. One finds the features and which of their columns are equal, one packs
 what training needs of each shard into a scratch folder, and each of its steps sums over that.
 """
 
@@ -18,7 +18,7 @@ from scipy import sparse
 
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards.shard_files import Manifest, read_shard
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
@@ -52,7 +52,7 @@ def fit_on_shards(
     *,
     workers: Workers,
     tolerance: float | None = None,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> GroundingModel:
     """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
 
@@ -68,7 +68,7 @@ def fit_on_shards(
         Who reads the shards. The scratch folder is made in `folder`, so that those of a
         cluster see it.
     tolerance
-        Stop when no component of the gradient exceeds it; by default 1e-4 up to ten thousand
+        Stop when no component of the gradient exceeds it. By default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
     """
     if tolerance is None:
@@ -79,9 +79,7 @@ def fit_on_shards(
         Executor(workers) as executor,
     ):
 
-        def told(step: str, count: int) -> Callable[[int], None] | None:
-            if on_progress is None:
-                return None
+        def told(step: str, count: int) -> Callable[[int], None]:
             return lambda done: on_progress(step, done, count)
 
         numbered = list(enumerate(files))
@@ -104,8 +102,7 @@ def fit_on_shards(
         def look(weights: FloatArray, least: float) -> Local:
             nonlocal evaluations
             evaluations += 1
-            if on_progress is not None:
-                on_progress("training", evaluations, crf.MAX_ITERATIONS)
+            on_progress("training", evaluations, crf.MAX_ITERATIONS)
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, executor)), unit)
 
@@ -120,7 +117,7 @@ def fit_on_shards(
 
 @dataclass(frozen=True, slots=True)
 class _Survey:
-    """The features of a shard, and what tells their columns apart, shape (k, 2)."""
+    """The features of a shard, and what distinguishes their columns, shape (k, 2)."""
 
     space: FeatureSpace
     signatures: Signatures

@@ -1,4 +1,4 @@
 """Simulated workers: commands and ratings for load, scale and power studies.
 
-Nothing here stands for what people say or think; whatever is made is labelled *simulated*.
+Nothing here stands for what people say or think; all that is made is labelled *simulated*.
 """

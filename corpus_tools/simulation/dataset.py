@@ -14,7 +14,7 @@ from corpus_tools.importers.authored.authored_clauses import clause_names
 from corpus_tools.importers.authored.authored_files import read_dataset
 from corpus_tools.importers.report import Journal
 from corpus_tools.runtime.parallel import WorkerDiedError, Workers, work
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, tell
 from corpus_tools.simulation.seen_scenes import see
@@ -62,7 +62,7 @@ def write_dataset(
     basis: Path,
     *,
     workers: Workers | None = None,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> list[CorpusError]:
     """Simulate workers, and write their commands with scenarios and logs.
 
@@ -96,8 +96,7 @@ def write_dataset(
     simulate = partial(_simulate, plan=plan, out=out.absolute(), basis=basis.absolute())
     failures: dict[int, CorpusError] = {}
     for number, done in enumerate(work(simulate, range(plan.scenarios), workers or Workers()), 1):
-        if on_progress is not None:
-            on_progress("simulating", number, plan.scenarios)
+        on_progress("simulating", number, plan.scenarios)
         if isinstance(done.error, CorpusError):
             failures[done.item] = done.error
         elif isinstance(done.error, WorkerDiedError):

@@ -1,6 +1,6 @@
-"""Referring to things: nouns, and what tells a thing from others of its kind.
+"""Referring to things: nouns, and what distinguishes a thing from others of its kind.
 
-A worker takes a noun that fits, sees which other things it fits as well, and adds something
+A worker takes a noun that fits, sees which other things it fits as well, and then adds something
 that is true of the thing meant alone: what it stands on or next to, or its order in the row as
 the robot sees it. A vague worker leaves that out.
 """

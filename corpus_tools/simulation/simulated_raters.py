@@ -1,6 +1,6 @@
 """Simulated ratings of commands shown with videos.
 
-The model: a pair has a quality, high for a command's own video and low for another one; a rater
+The model: a pair has a quality, high for a command's own video and low for another one. A rater
 sees it with a bias of their own and with noise, and puts it on the five points at fixed
 thresholds. Some raters are careless and rate at random. With the values given here the parts of
 the judgments that agree are near those of the paper's own judgments (0.88 and 0.10).

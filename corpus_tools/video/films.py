@@ -14,15 +14,9 @@ from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 
 
-def film(recording: Recording, path: Path, settings: Settings | None = None) -> None:
-    """Draw a recording into an MP4 file.
-
-    Parameters
-    ----------
-    settings
-        How; as :class:`~corpus_tools.video.manifest.Settings` has it if left out.
-    """
-    how = settings or Settings()
+def film(recording: Recording, path: Path) -> None:
+    """Draw a recording into an MP4 file, as :class:`Settings` has it by default."""
+    how = Settings()
     shown = sampled(recording, how.fps)
     world = build_world(recording.start)
     new = path.with_name(f".{path.name}.new.mp4")

@@ -30,7 +30,7 @@ VIDEO, POSTER, LOG = "video.mp4", "poster.png", "log.mcap"
 SEGMENTATION, SEGMENTS = "segmentation.png", "segmentation.json"
 
 OnFrame = Callable[[int, int], None]
-"""Told how many frames are done, and how many there are."""
+"""Called with how many frames are done, and how many there are."""
 
 
 def produce(

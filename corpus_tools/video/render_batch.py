@@ -57,7 +57,7 @@ def produce_all(
     workers
         Where; each process makes the same files as this one would.
     on_frame
-        Given an item's name, tells who is told of its frames; only with one job.
+        Given an item's name, what to call with its frames; only with one job.
     """
     if workers == Workers():
         for item in items:

@@ -54,7 +54,7 @@ def _take(step: Step) -> None:
     try:
         step.run()
     except SystemExit as ended:
-        # What a command can't do is told by itself; the steps after it go on all the same.
+        # A command prints what it can't do; the steps after it go on all the same.
         if ended.code not in (0, None):
             note(f"      that ended with status {ended.code}")
     if step.made.exists():

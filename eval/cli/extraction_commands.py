@@ -73,14 +73,14 @@ def sdc(
     --train or --model, or --test alone for the bundled extractor.
     """
     from eval.parsing.sdc_report import render
-    from eval.parsing.sdc_trials import SDCChoices, run
+    from eval.parsing.tested_commands import SDCChoices, run
 
     choices = SDCChoices(corpus, train, test, model, l2)
     with progress_bar("analysing commands") as on_progress:
-        trials, metadata = run(choices, on_progress)
+        tested, metadata = run(choices, on_progress)
     if metadata.get("seen_scenarios"):
         note(
             "ct: the model was trained on scenarios that are tested; "
             "--corpus with --cv scenario holds them out"
         )
-    write(render(trials, form, metadata, top=top, terminal=is_terminal(out)), out)
+    write(render(tested, form, metadata, top=top, terminal=is_terminal(out)), out)

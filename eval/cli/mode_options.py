@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from corpus_tools.options.format_option import in_a_folder
 from corpus_tools.runtime.terminal import say
 
 Command = Callable[..., Any]
@@ -61,16 +62,10 @@ def train_and_test(command: Command) -> Command:
     return command
 
 
-def _in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> Path | None:
-    if out is not None and not out.parent.is_dir():
-        raise click.UsageError(f"{option.opts[0]}: there is no folder {out.parent}; make it first.")
-    return out
-
-
 OUT = click.option(
     "--out",
     type=click.Path(path_type=Path),
-    callback=_in_a_folder,
+    callback=in_a_folder,
     help="Write to a file instead of the standard output.",
 )
 

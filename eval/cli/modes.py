@@ -13,7 +13,7 @@ from click.shell_completion import CompletionItem
 class Modes(click.Group):
     """A group whose commands are chosen by an option, wherever it stands among the arguments.
 
-    The name of a command is what chooses it: a flag (``--errors``), an option with a value
+    The name of a command is what chooses it. It is a flag (``--errors``), an option with a value
     (``--table 1``), or an option that the command has itself (``--report``, which takes a folder).
     """
 

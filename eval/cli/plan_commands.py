@@ -10,7 +10,7 @@ import click
 
 from corpus_tools.options.format_option import FORMAT, format_option
 from corpus_tools.options.model_options import ABLATE, L2
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
@@ -25,6 +25,7 @@ from eval.cli.mode_options import (
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
     from eval.tables.formats import Format
 
 
@@ -69,8 +70,7 @@ if TYPE_CHECKING:
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def table_3(
     *,
     train: str,
@@ -84,20 +84,18 @@ def table_3(
     draws: int,
     form: Format,
     out: Path | None,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
 ) -> None:
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
     Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
     where the command's log ends, or its outcome where there is no log, and whether it does what
-    annotated words say; how valid that is stands beside. Baselines without a model are rows of the
+    annotated words say. The table says how valid that is. Baselines without a model are rows of the
     table. With --out, scenarios that are done are kept beside the file until it is written, so
     that a run that was stopped goes on.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Workers
     from eval.judging.judge_report import in_a_line, with_validity
     from eval.judging.judge_validity import known_validity
     from eval.table_3.baselines import missing
@@ -133,7 +131,7 @@ def table_3(
             most=most,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,
-            workers=Workers(jobs, scheduler),
+            workers=workers,
             on_progress=on_progress,
         )
     is_by_logs = result.metadata["compared_with"] != OUTCOMES
@@ -248,8 +246,8 @@ def end_to_end(
 
     A study that was stopped goes on where it was. --crowd offers the work at a platform.
 
-    With --plans you get a rating set: plans of all commands, drawn evenly from scenarios and
-    configurations, so that people's ratings tell how far to believe the automatic judge. Before
+    With --plans you get a rating set. It has plans of all commands, drawn evenly from scenarios and
+    configurations, so that people's ratings show how far to believe the automatic judge. Before
     videos are made you see how many there are, how sure the figures will be, and how long people
     take.
     """

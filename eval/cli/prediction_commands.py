@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option, tell
+from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
 from corpus_tools.options.model_options import training_options
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
@@ -25,7 +26,7 @@ from eval.cli.mode_options import (
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
-    from corpus_tools.corpus.labelled_corpus import Negatives
+    from corpus_tools.runtime.parallel import Workers
     from eval.table_1.protocol import Choices
     from eval.tables.formats import Format
 
@@ -71,42 +72,13 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @wraps(command)
-        def chosen(
-            *,
-            corpus: str,
-            cv: str | None,
-            split: str | None,
-            test_scenarios: str,
-            train: str,
-            test: str,
-            negatives: Negatives,
-            test_negatives: Negatives | None,
-            ablate: tuple[str, ...],
-            plus: tuple[str, ...],
-            l2: float | None,
-            threshold: float,
-            seed: int,
-            model: Path | None = None,
-            **own: Any,
-        ) -> None:
+        def chosen(*, cv: str | None, split: str | None, **options: Any) -> None:
             from eval.table_1.protocol import Choices
 
-            choices = Choices(
-                corpus=corpus,
-                train=train,
-                test=test,
-                model=model,
-                division="cv" if cv else "split",
-                test_scenarios=test_scenarios,
-                negatives=negatives,
-                test_negatives=test_negatives,
-                ablate=ablate,
-                plus=plus,
-                l2=l2,
-                threshold=threshold,
-                seed=seed,
-            )
-            return command(choices=choices, **own)
+            known = {field.name for field in fields(Choices)} & options.keys()
+            asked = {name: options.pop(name) for name in known}
+            choices = Choices(division="cv" if cv else "split", **asked)
+            return command(choices=choices, **options)
 
         added = takes_one_of(*sets)(chosen)
         for option in (SEED, THRESHOLD, _TEST_NEGATIVES, training_options):
@@ -134,17 +106,16 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, or for a paper.")
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def table_1(
-    *, choices: Choices, draws: int, form: Format, out: Path | None, jobs: int, scheduler: str
+    *, choices: Choices, draws: int, form: Format, out: Path | None, workers: Workers
 ) -> None:
     """Measure how well models predict whether SDCs match groundings: Table 1 (section 4.2).
 
-    Say what to train and test on: one --corpus that is divided by scenario (--cv or --split), two
-    corpora (--train and --test), or a trained --model and a --test corpus.
+    Say what to train and test on. Give one --corpus that is divided by scenario (--cv or --split),
+    two corpora (--train and --test), or a trained --model and a --test corpus.
     """
-    from corpus_tools.runtime.parallel import Executor, Workers
+    from corpus_tools.runtime.parallel import Executor
     from eval.table_1 import experiment
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
@@ -156,7 +127,7 @@ def table_1(
             f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
             "--table 3 shows what potentials are worth"
         )
-    with Executor(Workers(jobs, scheduler)) as executor:
+    with Executor(workers) as executor:
         with progress_bar("extracting features") as on_progress:
             result = experiment.run(choices, on_progress)
         rows = table_rows(
@@ -202,12 +173,10 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
     write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
 
 
-def _plot_file(_: click.Context, __: click.Parameter, out: Path) -> Path:
+def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path | None:
     if out.suffix.lower() not in (".png", ".svg"):
         raise click.UsageError("--learning-curve needs --out FILE.png or FILE.svg.")
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first.")
-    return out
+    return in_a_folder(ctx, option, out)
 
 
 @click.command(

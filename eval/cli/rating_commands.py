@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from corpus_tools.options.format_option import FORMAT, format_option
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from eval.cli.mode_options import OUT, RATED, SEED, STUDY, draws_option, is_terminal, write
 
 if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
     from eval.tables.formats import Format
 
 FORMATS = format_option("csv", "latex", about="For people, for programs, or for a paper.")
@@ -35,8 +36,7 @@ FORMATS = format_option("csv", "latex", about="For people, for programs, or for 
 @draws_option(10_000)
 @FORMATS
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def table_2(
     *,
     corpus: str,
@@ -46,22 +46,21 @@ def table_2(
     draws: int,
     form: Format,
     out: Path | None,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
 ) -> None:
     """Show how often people agree that a video shows a command: Table 2 (section 4.1).
 
     The ratings are those in --corpus.
     """
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Executor, Workers
+    from corpus_tools.runtime.parallel import Executor
     from eval.statistics.ratings import check_judgments
     from eval.table_2.rating_table import render
     from eval.table_2.rating_table import table_2 as make
 
     rated = open_corpus(corpus)
     check_judgments(rated.judgments, {command.video for command in rated.commands.values()})
-    with Executor(Workers(jobs, scheduler)) as executor:
+    with Executor(workers) as executor:
         results = make(
             rated.judgments, study=study, models=models, seed=seed, draws=draws, executor=executor
         )
@@ -82,8 +81,7 @@ def table_2(
 @draws_option()
 @FORMAT
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def judge_validity(
     *,
     corpus: str,
@@ -92,16 +90,15 @@ def judge_validity(
     draws: int,
     form: Literal["text", "json"],
     out: Path | None,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
 ) -> None:
     """Say whether the automatic judge says what people said of the same videos."""
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Executor, Workers
+    from corpus_tools.runtime.parallel import Executor
     from eval.judging.judge_report import render
     from eval.judging.judge_validity import judge_validity as compare
 
-    with Executor(Workers(jobs, scheduler)) as executor:
+    with Executor(workers) as executor:
         found = compare(open_corpus(corpus), study=study, seed=seed, draws=draws, executor=executor)
     metadata = {"corpus": corpus, "seed": seed, "draws": draws}
     write(render(found, form, metadata, terminal=is_terminal(out)), out)

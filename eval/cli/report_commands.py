@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
 from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
-
-if TYPE_CHECKING:
-    from corpus_tools.corpus.labelled_corpus import Negatives
 
 
 @click.command(
@@ -36,7 +33,7 @@ if TYPE_CHECKING:
 @click.option(
     "--plans",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="What --table 3 --format json has written, to be in the report.",
+    help="The JSON of --table 3, or of --end-to-end without --plans, to show in the report.",
 )
 @click.option(
     "--videos",
@@ -64,22 +61,7 @@ if TYPE_CHECKING:
     help="Random orders of the commands for the learning curve; 0 leaves it out.",
 )
 @FORMAT
-def report(
-    *,
-    folder: Path,
-    corpus: str,
-    plans: Path | None,
-    videos: Path | None,
-    study: str,
-    negatives: Negatives,
-    l2: float | None,
-    threshold: float,
-    seed: int,
-    draws: int,
-    top: int,
-    repeats: int,
-    form: str,
-) -> None:
+def report(*, folder: Path, form: str, **choices: Any) -> None:
     """Measure a corpus with each scenario held out in turn, and write all of it on one page.
 
     A report that is there already is replaced.
@@ -88,21 +70,8 @@ def report(
     from eval.report.report_writing import check_writable, write_report
 
     check_writable(folder)
-    choices = ReportChoices(
-        corpus=corpus,
-        plans=plans,
-        videos=videos,
-        study=study,
-        negatives=negatives,
-        l2=l2,
-        threshold=threshold,
-        seed=seed,
-        draws=draws,
-        top=top,
-        repeats=repeats,
-    )
     with progress_bar("extracting features") as on_progress:
-        contents = gather(choices, on_progress)
+        contents = gather(ReportChoices(**choices), on_progress)
     names = write_report(contents, folder)
     count = f"wrote {len(names)} files to {folder}"
     record = {"folder": folder, "files": list(names)}

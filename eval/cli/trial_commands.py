@@ -10,12 +10,13 @@ import click
 
 from corpus_tools.options.format_option import format_option
 from corpus_tools.options.model_options import L2
-from corpus_tools.options.parallel_options import JOBS, SCHEDULER
+from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import OUT, SEED, TRAIN_AND_TEST, is_terminal, write
 
 if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
     from eval.on_trial.trial import Clauses
     from eval.tables.formats import Format
 
@@ -84,8 +85,7 @@ def _several(_ctx: click.Context, option: click.Parameter, value: str) -> tuple[
 @SEED
 @format_option("csv", about="For people, for programs, or for spreadsheets.")
 @OUT
-@JOBS
-@SCHEDULER
+@WORKERS
 def trial(
     *,
     train: str,
@@ -99,8 +99,7 @@ def trial(
     seed: int,
     form: Format,
     out: Path | None,
-    jobs: int,
-    scheduler: str,
+    workers: Workers,
 ) -> None:
     """Switch each potential off in turn, and show what it wins and loses in each test corpus.
 
@@ -113,7 +112,6 @@ def trial(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.runtime.parallel import Workers
     from eval.on_trial.trial import Trial, on_trial, run
     from eval.on_trial.trial_report import render
     from eval.on_trial.trial_rows import rows
@@ -137,7 +135,7 @@ def trial(
             asked,
             done=kept.scenarios if kept else {},
             on_part=kept.keep if kept else None,
-            workers=Workers(jobs, scheduler),
+            workers=workers,
             on_progress=on_progress,
         )
     metadata = {

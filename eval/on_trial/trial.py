@@ -15,7 +15,7 @@ from typing import Literal
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Executor, Workers
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.table_3.following import follow_command
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.judged_commands import JudgedCommand, judged_commands
@@ -112,16 +112,16 @@ def run(
     done: Mapping[str, Followed] = MappingProxyType({}),
     on_part: OnPart | None = None,
     workers: Workers | None = None,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> dict[str, dict[str, list[Outcome]]]:
     """The outcomes with nothing switched off, and of each candidate those that it may change.
 
     Parameters
     ----------
     done
-        What is done already, as `on_part` was told of it.
+        What is done already, as `on_part` got it.
     on_part
-        Told of each scenario that is done now: a key, and its outcomes by what is switched off.
+        Called with each scenario that is done now: a key, and its outcomes by what is switched off.
 
     Returns
     -------
@@ -154,8 +154,7 @@ def run(
             found[item.item.key] = item.result
             if on_part:
                 on_part(item.item.key, item.result)
-            if on_progress:
-                on_progress("following commands, by scenario", len(found), total)
+            on_progress("following commands, by scenario", len(found), total)
     if failed:
         first = failed[0].error
         raise CorpusError(
@@ -176,7 +175,7 @@ def _followed(
     without: str,
     parts: Sequence[_Part],
     workers: Workers,
-    on_progress: OnProgress | None,
+    on_progress: OnProgress,
 ) -> Iterator[Done[_Part, dict[str, list[Outcome]]]]:
     """What comes of each part; the workers make what they learn from together."""
     if not parts:

@@ -1,4 +1,4 @@
-"""How well words alone tell what OBJECTs speak of, by the annotated trees and groundings.
+"""How well words alone say what OBJECTs speak of, by the annotated trees and groundings.
 
 Antecedents of pronouns (:mod:`g3.language.discourse.anaphora`) are compared with the groundings:
 one is right if it is grounded in what the pronoun is grounded in. The number of an OBJECT

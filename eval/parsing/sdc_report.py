@@ -10,15 +10,15 @@ from typing import Literal
 from rich.table import Table
 
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
-from eval.parsing.sdc_trials import Trial
+from eval.parsing.tested_commands import TestedCommand
 from eval.tables.formats import cell, document, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
 
 
-def figures(trials: Sequence[Trial]) -> dict[str, object]:
+def figures(tested: Sequence[TestedCommand]) -> dict[str, object]:
     """The figures over all commands, by name."""
-    comparisons = [trial.comparison for trial in trials]
+    comparisons = [one.comparison for one in tested]
     typed = sum((c.typed for c in comparisons), Counts())
     untyped = sum((c.untyped for c in comparisons), Counts())
     segments = sum((c.segments for c in comparisons), Counts())
@@ -46,9 +46,9 @@ def figures(trials: Sequence[Trial]) -> dict[str, object]:
     }
 
 
-def confusion(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
+def confusion(tested: Sequence[TestedCommand]) -> dict[str, dict[str, int]]:
     """Letters by annotated and by predicted type and field."""
-    total: Counter[tuple[str, str]] = sum((t.comparison.confusion for t in trials), Counter())
+    total: Counter[tuple[str, str]] = sum((t.comparison.confusion for t in tested), Counter())
     return {
         gold: {to: total[gold, to] for to in (*FIELDS, NOWHERE) if total[gold, to]}
         for gold in (*FIELDS, NOWHERE)
@@ -56,35 +56,35 @@ def confusion(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
     }
 
 
-def errors(trials: Sequence[Trial]) -> list[dict[str, object]]:
+def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
     """The commands whose trees are not exact, those that share least first."""
-    wrong = [trial for trial in trials if not trial.comparison.exact]
-    wrong.sort(key=lambda trial: (trial.comparison.typed.f, trial.annotated.command.id))
+    wrong = [one for one in tested if not one.comparison.exact]
+    wrong.sort(key=lambda one: (one.comparison.typed.f, one.annotated.command.id))
     return [
         {
-            "command": trial.annotated.command.id,
-            "text": trial.annotated.command.text,
-            "typed_f": trial.comparison.typed.f,
-            "gold": format_brackets(trial.annotated.sdcs),
-            "predicted": format_brackets(trial.parse.sdcs),
+            "command": one.annotated.command.id,
+            "text": one.annotated.command.text,
+            "typed_f": one.comparison.typed.f,
+            "gold": format_brackets(one.annotated.sdcs),
+            "predicted": format_brackets(one.parse.sdcs),
         }
-        for trial in wrong
+        for one in wrong
     ]
 
 
 def render(
-    trials: Sequence[Trial],
+    tested: Sequence[TestedCommand],
     form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
     top: int,
     terminal: bool,
 ) -> str:
-    """Everything that is to be told of the trials.
+    """All figures of the tested commands.
 
     Parameters
     ----------
-    trials
+    tested
         The tested commands.
     form
         For people or for programs.
@@ -95,14 +95,14 @@ def render(
     terminal
         Whether the table goes to a terminal.
     """
-    found = figures(trials)
-    wrong = errors(trials)
+    found = figures(tested)
+    wrong = errors(tested)
     if form == "json":
-        content = {**found, "confusion": confusion(trials), "errors": wrong}
+        content = {**found, "confusion": confusion(tested), "errors": wrong}
         return document(content, metadata)
     tables = {
         "Extraction of SDCs from text": _figures_table(found),
-        "Letters by annotated (rows) and extracted type and field": _confusion_table(trials),
+        "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
     notes = (f"exact trees: {found['exact']:.3f} of {found['commands']} commands",)
@@ -123,8 +123,8 @@ def _figures_table(found: Mapping[str, object]) -> Table:
     return table
 
 
-def _confusion_table(trials: Sequence[Trial]) -> Table:
-    rows = confusion(trials)
+def _confusion_table(tested: Sequence[TestedCommand]) -> Table:
+    rows = confusion(tested)
     columns = [name for name in (*FIELDS, NOWHERE) if any(name in row for row in rows.values())]
     table = Table()
     table.add_column("")

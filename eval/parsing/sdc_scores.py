@@ -1,7 +1,7 @@
 """How well extracted SDC trees agree with annotated ones (section 3.1).
 
-A constituent is a clause told by its type and all words in it and in the clauses below it.
-The implicit robot has no words and doesn't count. Words are told by the letters and digits
+A constituent is a clause, known by its type and all words in it and in the clauses below it.
+The implicit robot has no words and doesn't count. Words are compared by the letters and digits
 that they cover, so that it doesn't matter how either side cuts words and punctuation.
 """
 
@@ -63,7 +63,7 @@ class Comparison:
     by_type
         Typed constituents of each type.
     segments
-        Top-level clauses, told by their words among those that both sides have in a clause.
+        Top-level clauses, matched by their words among those that both sides have in a clause.
     exact
         Whether all trees are the same: types, fields and words.
     confusion

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from corpus_tools.runtime.parallel import Workers
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST, Settings
 from corpus_tools.video.render_batch import produce_all
@@ -19,7 +19,7 @@ HOW = Settings(fps=15, quality="draft")
 
 
 def film_all(
-    folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress | None = None
+    folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress = no_progress
 ) -> None:
     """Make the videos of all pairs that aren't there yet.
 
@@ -43,5 +43,4 @@ def film_all(
     for number, outcome in enumerate(outcomes, before + 1):
         if outcome.problem:
             raise CorpusError(outcome.problem, where=f"the video {outcome.name}")
-        if on_progress:
-            on_progress(f"videos: {outcome.name}", number, len(wanted))
+        on_progress(f"videos: {outcome.name}", number, len(wanted))

@@ -28,7 +28,7 @@ class KeptPlace(msgspec.Struct, frozen=True):
 
 
 class PlanScript(msgspec.Struct, frozen=True):
-    """What a plan tells the robot.
+    """What a plan has the robot do.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def figures(counts: FloatArray) -> FloatArray:
     """Figures of all plans from weighted counts of rated ones.
 
     The plans that the judge calls right, and those that it calls wrong, count as many as there
-    are: the rated ones only tell how people divide them.
+    are. The rated ones only show how people divide them.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def figures(counts: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray
-        Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't tell.
+        Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't show it.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
     shares = ratio(rated, rated.sum(axis=-2, keepdims=True))

@@ -1,4 +1,4 @@
-"""What a set of plans to rate will tell, and what it costs, before anybody has rated."""
+"""How precise a set of plans to rate will be, and how long it takes, before anybody has rated."""
 
 from __future__ import annotations
 
@@ -117,9 +117,9 @@ def half_widths(
 ) -> dict[str, float]:
     """Half widths that the figures' 95 % intervals have in simulated studies.
 
-    As :func:`eval.statistics.power.simulated_half_width` does for a share: each scenario's own
+    As :func:`eval.statistics.power.simulated_half_width` does for a share. Each scenario's own
     shares are drawn from beta distributions with the wanted correlation, the majority of each
-    pair from those; the half width is that of the middle of the studies' figures.
+    pair from those. The half width is that of the middle of the studies' figures.
 
     Parameters
     ----------

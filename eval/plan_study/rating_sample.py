@@ -18,7 +18,7 @@ SAMPLE = "sample.json"
 WRONG, RIGHT = KINDS = ("wrong", "right")
 RESERVED = 0.25
 """Part of the pairs that isn't for the kind which counts first: without right plans nobody can
-tell the judge's precision, nor its kappa."""
+show the judge's precision, nor its kappa."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class DistinctPlan:
     Parameters
     ----------
     run
-        Name of its run and of its video; it tells nothing of who made it.
+        Name of its run and of its video; it doesn't say who made it.
     record
         The plan as the first of its configurations has it.
     configurations
@@ -69,7 +69,7 @@ def kind_of(plan: DistinctPlan, verdict: str) -> str:
 
 
 def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
-    """All plans; those that tell the robot the same for the same command are one."""
+    """All plans; those with the same script for the same command are one."""
     by_run: dict[str, list[PlanRecord]] = {}
     for record in records:
         if record.script is not None:

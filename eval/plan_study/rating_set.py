@@ -12,7 +12,7 @@ import numpy as np
 
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.plan_study.filming import film_all
 from eval.plan_study.plan_validity import PlanAgreement, agreements, tells_of_all
 from eval.plan_study.rating_power import Planned, planned
@@ -101,9 +101,9 @@ class Rated:
 
 
 def prepare(
-    folder: Path, settings: Settings, *, on_progress: OnProgress | None = None
+    folder: Path, settings: Settings, *, on_progress: OnProgress = no_progress
 ) -> RatingSet:
-    """Make and draw plans, carry out what was drawn, and tell what is planned.
+    """Make and draw plans, carry out what was drawn, and say what is planned.
 
     What is there already isn't made again.
 
@@ -149,7 +149,7 @@ def finish(
     ratings: Path | None = None,
     pay: float | None = None,
     draws: int = 2000,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> Rated:
     """Make the videos that aren't there yet and the study's file, and read the ratings so far.
 
@@ -212,7 +212,7 @@ def _carried_out(
     folder: Path,
     plans: Sequence[DistinctPlan],
     contexts: Mapping[str, Context],
-    on_progress: OnProgress | None,
+    on_progress: OnProgress,
 ) -> dict[str, RunOutcome]:
     """Carry out the plans that haven't been yet, in as many processes as there are processors."""
     errands = [
@@ -223,8 +223,7 @@ def _carried_out(
     before = len(plans) - len(errands)
 
     def told(done: int) -> None:
-        if on_progress:
-            on_progress("runs in physics", before + done, len(plans))
+        on_progress("runs in physics", before + done, len(plans))
 
     if errands:
         with Executor(Workers(min(os.cpu_count() or 1, len(errands)))) as executor:

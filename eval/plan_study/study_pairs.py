@@ -86,7 +86,7 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
 
 
 def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
-    """Write the study's file for ``ct annotate``; its pairs tell nothing of what made them.
+    """Write the study's file for ``ct annotate``; its pairs don't say what made them.
 
     What somebody has changed in the file is kept, but for the pairs.
 

@@ -14,7 +14,7 @@ from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from eval.judging.deeds import planned
@@ -64,7 +64,7 @@ class PlanRecord(msgspec.Struct, frozen=True):
     failure
         Why physics stopped the run; empty if it didn't.
     script
-        What the robot is told; None if there is no plan.
+        What the robot is to do; None if there is no plan.
     verdicts
         Whether it is right, by each of :data:`JUDGES`; empty if there is no plan.
     """
@@ -110,7 +110,7 @@ def chosen_commands(settings: Settings) -> list[Annotation]:
 
 
 def plan_all(
-    folder: Path, settings: Settings, on_progress: OnProgress | None = None
+    folder: Path, settings: Settings, on_progress: OnProgress = no_progress
 ) -> list[PlanRecord]:
     """Make the plans that aren't there yet, and carry them out; all that are there then.
 
@@ -122,17 +122,14 @@ def plan_all(
     units = [Unit(which, a) for a in commands for which in CONFIGURATIONS]
     todo = [unit for unit in units if not _kept(folder, unit).exists()]
     done = len(units) - len(todo)
-    learning: OnProgress | None = None
-    if on_progress:
-        learning = _still(on_progress, done, len(units))
+    learning = _still(on_progress, done, len(units))
     for number, (unit, plan, note) in enumerate(_planned(todo, settings, learning), done + 1):
         record = _record(unit, plan, note)
         if not settings.plans and record.script is not None:
             failure = carry_out(folder, unit.name, record, unit.annotation.context)
             record = msgspec.structs.replace(record, run=unit.name, failure=failure)
         write_bytes(_kept(folder, unit), msgspec.json.encode(record))
-        if on_progress:
-            on_progress(f"plans and runs: {unit.name}", number, len(units))
+        on_progress(f"plans and runs: {unit.name}", number, len(units))
     return [msgspec.json.decode(_kept(folder, u).read_bytes(), type=PlanRecord) for u in units]
 
 
@@ -148,7 +145,7 @@ def run_corpus(folder: Path, run: str) -> Path:
 
 
 def _still(on_progress: OnProgress, done: int, total: int) -> OnProgress:
-    """Tells the steps of something else without moving the bar."""
+    """Names the steps of something else without moving the bar."""
     return lambda step, _done, _total: on_progress(step, done, total)
 
 
@@ -157,7 +154,7 @@ def _kept(folder: Path, unit: Unit) -> Path:
 
 
 def _planned(
-    units: list[Unit], settings: Settings, on_progress: OnProgress | None
+    units: list[Unit], settings: Settings, on_progress: OnProgress
 ) -> Iterator[tuple[Unit, Plan | None, str]]:
     """The best plan of each unit; costs and extraction are learned without its scenario."""
     if not units:

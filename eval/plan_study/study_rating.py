@@ -84,7 +84,7 @@ def offer(file: Path, crowd: Crowd) -> list[str]:
         raise FormatError("there is no such platform", where=crowd.provider, fix=f"use {names}")
     study = read_study(file)
     if provider.pays and study.payment is None:
-        raise FormatError("the study doesn't tell what is paid", where=str(file), fix="give --pay")
+        raise FormatError("the study doesn't say what is paid", where=str(file), fix="give --pay")
     config = _instance(file.parent)
     with opened(config.database) as engine:
         migrate(engine)

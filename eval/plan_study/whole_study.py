@@ -14,7 +14,7 @@ from rich.table import Table
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
 from eval.plan_study.filming import film_all
@@ -73,7 +73,7 @@ def go_on(
     ratings: Path | None = None,
     pay: float | None = None,
     draws: int = 2000,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> Study:
     """Do what hasn't been done yet, and read the ratings that there are.
 
@@ -82,7 +82,7 @@ def go_on(
     ratings
         A corpus that holds them; by default they are read from the app's database in the folder.
     pay
-        What people get for a pair, in dollars; None if the study's file tells.
+        What people get for a pair, in dollars; None if the study's file says it.
 
     Raises
     ------
@@ -124,10 +124,8 @@ def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
     return received(folder)
 
 
-def _half(on_progress: OnProgress | None, which: int) -> OnProgress | None:
+def _half(on_progress: OnProgress, which: int) -> OnProgress:
     """One bar for plans and videos, of which each fills a half."""
-    if on_progress is None:
-        return None
     return lambda step, done, total: on_progress(step, which * total + done, 2 * total)
 
 

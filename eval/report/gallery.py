@@ -17,7 +17,7 @@ from g3.groundings import PhysicalObject
 from g3.sdc.clauses import all_words, breadth_first
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Okabe and Ito (2008): told apart by colour-blind readers."""
+"""Okabe and Ito (2008): distinct for colour-blind readers."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from g3.errors import FormatError
 
 WHOLE = "all"
 """The part of the commands that tables without parts are of."""
-MADE_BY = "make one with `ct eval --table 3` or `--end-to-end`, and --format json --out FILE"
+MADE_BY = "make one with `ct eval --table 3 --json --out FILE`, or `--end-to-end` without --plans"
 
 
 class PlanRow(msgspec.Struct, frozen=True):
@@ -145,7 +145,7 @@ class Plans:
         return [row for row in self.rows if row.subset == subset]
 
     def parts(self) -> dict[str, list[PlanRow]]:
-        """The judge's rows by the title of their part; what is the same as all is told once."""
+        """The judge's rows by the title of their part; what is the same as all is shown once."""
         sizes = {subset: max((r.n for r in self.part(subset)), default=0) for subset in TITLES}
         return {
             title: self.part(subset)
@@ -183,7 +183,8 @@ def read_plans(path: Path) -> Plans:
         found.rows, found.comparisons, found.judge_validity
     )
     if not automatic.rows:
-        raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
+        what = "it is the result of a rating set" if "planned" in document else "it has no rows"
+        raise FormatError(f"this is no Table 3: {what}", where=str(path), fix=MADE_BY)
     lacking = [name for name in ALONE if name not in {row.configuration for row in automatic.rows}]
     if lacking:
         raise FormatError(

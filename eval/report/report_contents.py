@@ -12,7 +12,7 @@ from typing import Any
 
 from corpus_tools import __version__
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_validity import Validity, known_validity
 from eval.report.gallery import Failed, Shown, examples, failures
 from eval.report.plan_results import Plans, read_plans
@@ -100,7 +100,7 @@ class Contents:
     commands: Sequence[str]
 
 
-def gather(choices: ReportChoices, on_progress: OnProgress | None = None) -> Contents:
+def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Contents:
     """Measure what a report shows.
 
     Raises

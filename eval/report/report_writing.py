@@ -40,7 +40,7 @@ def check_writable(folder: Path) -> None:
 
 
 def write_report(contents: Contents, folder: Path) -> list[str]:
-    """Write all files, or none, and tell their names."""
+    """Write all files, or none, and return their names."""
     made = {name: f"{text}\n".encode() for name, text in _files(contents).items()}
     write_folder(folder, made, force=True, marker=MARKER)
     return sorted(made)
@@ -61,10 +61,8 @@ def _files(contents: Contents) -> dict[str, str]:
         found["learning-curve.svg"] = contents.curve_svg
     if contents.table_2:
         ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
-        for suffix, form in (("csv", "csv"), ("tex", "latex")):
-            found[f"table-2.{suffix}"] = rated.render(
-                contents.table_2, "csv" if form == "csv" else "latex", ratings
-            )
+        found["table-2.csv"] = rated.render(contents.table_2, "csv", ratings)
+        found["table-2.tex"] = rated.render(contents.table_2, "latex", ratings)
     if contents.plans:
         found["table-3.csv"] = delimited(
             _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from eval.statistics.estimates import LEVEL, Estimate, FloatArray, IntArray
+from eval.statistics.estimates import Estimate, FloatArray, IntArray
 from eval.statistics.intervals import percentiles
 from eval.statistics.resampling import resampled_sums
 
@@ -48,7 +48,6 @@ def compare_all(
     *,
     rng: np.random.Generator,
     draws: int = 10_000,
-    level: float = LEVEL,
     including: Collection[str] = (),
 ) -> list[Comparison]:
     """Compare each two configurations on the commands that both have; none are left out.
@@ -71,7 +70,7 @@ def compare_all(
         if both.any():
             mine, theirs = shares[one][both], shares[other][both]
             _, index = np.unique(cluster[both], return_inverse=True)
-            estimate = _difference(mine - theirs, index, rng, draws, level)
+            estimate = _difference(mine - theirs, index, rng, draws)
             effect = cohens_h(float(mine.mean()), float(theirs.mean()))
             p = clustered_mcnemar(mine - theirs, index)
             found.append(Comparison(one, other, int(both.sum()), estimate, p, p, effect))
@@ -83,12 +82,12 @@ def compare_all(
 
 
 def _difference(
-    differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int, level: float
+    differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int
 ) -> Estimate:
     """Their mean, with whole clusters resampled."""
     counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
     sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
-    return percentiles(float(differences.mean()), sums / sizes, level)
+    return percentiles(float(differences.mean()), sums / sizes)
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:

@@ -119,11 +119,11 @@ def cluster_bootstrap(
 ) -> tuple[FloatArray, FloatArray]:
     """Percentile intervals of a statistic of summed counts, resampling clusters.
 
-    Groups are resampled together: clusters without an example of a group stay in the pool, as
+    Groups are resampled together. Clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
     Draws in which a figure is undefined are left out of its interval. A figure that fewer
-    than two clusters say anything about has no interval: its bounds are NaN, for
+    than two clusters say anything about has no interval. Its bounds are NaN, for
     resampling one cluster can't show how clusters differ. Nor has a figure that is the same
     in all clusters (:func:`percentile_bounds`). With few clusters (under 30 or so) percentile
     intervals are too narrow.
@@ -168,7 +168,7 @@ def cluster_bootstrap(
 def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
     """Bounds that leave a part of resampled figures inside.
 
-    Where all draws are the same there are none: clusters that don't differ are no evidence that
+    Where all draws are the same there are none. Clusters that don't differ are no evidence that
     others won't, and an interval of no width would say that the figure is known exactly.
 
     Parameters

@@ -1,7 +1,7 @@
 """Intervals of a share of judgments.
 
 Those of :func:`wilson` and :func:`clopper_pearson` take judgments for independent, which they
-aren't: a command is judged several times, a video has several commands, and a person judges
+aren't. A command is judged several times, a video has several commands, and a person judges
 many. The others respect that, and are wider.
 """
 
@@ -116,10 +116,10 @@ def _between(deviations: FloatArray, cluster: IntArray) -> float:
     return float((sums**2).sum()) * (n / (n - 1) if n > 1 else 1.0)
 
 
-def gee(agrees: BoolArray, cluster: IntArray, level: float = LEVEL) -> Estimate:
+def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
     """Interval of generalised estimating equations with exchangeable correlation in clusters.
 
-    K.-Y. Liang and S. L. Zeger (Biometrika 73, 1986), on the logit scale; the standard error is
+    K.-Y. Liang and S. L. Zeger (Biometrika 73, 1986), on the logit scale. The standard error is
     Mancl and DeRouen's (Biometrics 57, 2001) and the quantile Student's, for there are few
     clusters. The value is the model's: clusters count less for each judgment the larger they are.
     """
@@ -138,7 +138,7 @@ def gee(agrees: BoolArray, cluster: IntArray, level: float = LEVEL) -> Estimate:
     )
     fitted = model.fit(cov_type="bias_reduced")
     logit, error = float(fitted.params[0]), float(fitted.bse[0])
-    half = float(special.stdtrit(clusters - 1, (1 + level) / 2)) * error
+    half = float(special.stdtrit(clusters - 1, (1 + LEVEL) / 2)) * error
     value, low, high = (1 / (1 + np.exp(-x)) for x in (logit, logit - half, logit + half))
     return Estimate(float(value), float(low), float(high))
 

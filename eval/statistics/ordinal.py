@@ -37,7 +37,6 @@ def cumulative_link(
     rating: IntArray,
     predictors: FloatArray,
     cluster: IntArray | None = None,
-    level: float = LEVEL,
 ) -> CumulativeLink:
     """Fit a proportional-odds model (P. McCullagh, J. R. Stat. Soc. B 42, 1980).
 
@@ -60,7 +59,7 @@ def cumulative_link(
     )
     k = predictors.shape[1]
     errors = np.asarray(fitted.bse[:k], dtype=np.float64)
-    half = float(special.ndtri((1 + level) / 2)) * errors
+    half = float(special.ndtri((1 + LEVEL) / 2)) * errors
     return CumulativeLink(
         tuple(
             Estimate(float(b), float(b - h), float(b + h))

@@ -38,9 +38,7 @@ def design_effect(judges: int, correlation: float) -> float:
     return 1.0 + (judges - 1) * correlation
 
 
-def plan_interval(
-    half_width: float, *, share: float, judges: int, correlation: float, level: float = LEVEL
-) -> Plan:
+def plan_interval(half_width: float, *, share: float, judges: int, correlation: float) -> Plan:
     """How many pairs an interval of a share needs to be so narrow.
 
     Parameters
@@ -54,7 +52,7 @@ def plan_interval(
     correlation
         Between judgments of a pair, within it.
     """
-    z = float(special.ndtri((1 + level) / 2))
+    z = float(special.ndtri((1 + LEVEL) / 2))
     effect = design_effect(judges, correlation)
     variance = share * (1 - share) * effect / judges
     pairs = int(np.ceil(z**2 * variance / half_width**2 - 1e-9))
@@ -63,28 +61,24 @@ def plan_interval(
     return Plan(pairs, judges, pairs * judges, effect, reached)
 
 
-def power_of_difference(n: float, one: float, other: float, level: float = LEVEL) -> float:
+def power_of_difference(n: float, one: float, other: float) -> float:
     """Power to find two shares different with n independent judgments of each.
 
     The normal approximation with a pooled variance under no difference (J. L. Fleiss, B. Levin
     and M. C. Paik, Statistical Methods for Rates and Proportions, 2003, section 4.2).
     """
-    z = float(special.ndtri((1 + level) / 2))
+    z = float(special.ndtri((1 + LEVEL) / 2))
     middle = (one + other) / 2
     under_none = np.sqrt(2 * middle * (1 - middle))
     spread = np.sqrt(one * (1 - one) + other * (1 - other))
     return float(special.ndtr((np.sqrt(n) * abs(one - other) - z * under_none) / spread))
 
 
-def judgments_for_difference(
-    one: float, other: float, power: float = POWER, level: float = LEVEL
-) -> float:
+def judgments_for_difference(one: float, other: float, power: float = POWER) -> float:
     """How many independent judgments of each find two shares different so often."""
     if one == other:
         raise ValueError("the shares are the same: nothing can be found")
-    return float(
-        optimize.brentq(lambda n: power_of_difference(n, one, other, level) - power, 1e-6, 1e9)
-    )
+    return float(optimize.brentq(lambda n: power_of_difference(n, one, other) - power, 1e-6, 1e9))
 
 
 def simulated_half_width(
@@ -94,12 +88,11 @@ def simulated_half_width(
     correlation: float,
     rng: np.random.Generator,
     studies: int = 2000,
-    level: float = LEVEL,
 ) -> float:
     """The half width that a plan gives in simulated studies.
 
     Each pair's own share is drawn from a beta distribution with the wanted correlation, its
-    judgments from that; the half width is that of the middle `level` of the studies' shares.
+    judgments from that. The half width is that of the middle 95 % of the studies' shares.
     """
     if correlation <= 0:
         own = np.full((studies, plan.pairs), share)
@@ -107,5 +100,5 @@ def simulated_half_width(
         size = 1 / correlation - 1
         own = rng.beta(share * size, (1 - share) * size, size=(studies, plan.pairs))
     shares = rng.binomial(plan.judges, own).mean(axis=1) / plan.judges
-    low, high = np.quantile(shares, ((1 - level) / 2, (1 + level) / 2))
+    low, high = np.quantile(shares, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return float(high - low) / 2

@@ -30,7 +30,7 @@ class DawidSkene:
         How frequent each true class is, shape (classes,).
     answers
         How often each rater gives each class where each is true, shape (raters, true classes,
-        given classes); NaN where nothing tells.
+        given classes); NaN where nothing is known.
     posterior
         How probable each class is for each item, shape (items, classes).
     log_likelihood

@@ -1,6 +1,6 @@
 """Drawing clusters with replacement, which all bootstrap intervals here are made of.
 
-Draws are made in blocks, each with random numbers of its own, so that they are the same however
+Draws are made in blocks, each with random numbers of its own. So they are the same however
 many processes make them, and so that memory doesn't grow with their number.
 """
 

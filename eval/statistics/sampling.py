@@ -13,7 +13,7 @@ def balanced_sample(
     """Draw as evenly from all cells as their sizes allow.
 
     Every cell gives the same number, or all that it has. What is left over is less than one item
-    for each cell that has more; it is drawn from these cells systematically, which spreads it over
+    for each cell that has more. It is drawn from these cells systematically, which spreads it over
     their order and gives each the same chance (W. G. Cochran, Sampling Techniques, 1977, chapter
     8). Weights of one over the chance make up for the balance (D. G. Horvitz and D. J. Thompson,
     J. Am. Stat. Assoc. 47, 1952), also where a cell gives nothing.

@@ -55,7 +55,7 @@ def assumptions(judgments: Sequence[Judgment]) -> tuple[float, float]:
     ratings = ratings_of(of_study(judgments))
     mine = ratings.only(ratings.original)
     correlation = intraclass_correlation(mine.agrees, mine.pair) if len(mine) else np.nan
-    # Nothing can be told from one pair, or from ratings that are all the same.
+    # Nothing follows from one pair, or from ratings that are all the same.
     if np.isnan(correlation):
         return SHARE, CORRELATION
     return float(mine.agrees.mean()), max(0.0, correlation)
@@ -85,7 +85,7 @@ def render(
         return delimited(records, metadata, columns=COLUMNS)
     headings = (
         "Judges of a pair", "Pairs", "Judgments", "Half width", "Simulated", "Design effect",
-        f"Pairs to tell {DIFFERENCE:.1f} apart",
+        f"Pairs to find {DIFFERENCE:.1f}",
     )  # fmt: skip
     cells = [
         (

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "benchmarks" / "README.md"
-NO_TIMING = {"arguments"}
+NO_TIMING = {"argument_scores"}
 IN_THE_FIRST = {"candidates", "logs"}
 """What `python -m benchmarks` runs just as they do by themselves."""
 

@@ -21,7 +21,7 @@ from corpus_tools.importers.authored.authored_negatives import generator, random
 from corpus_tools.importers.authored.authored_worlds import World, read_world
 from corpus_tools.importers.authored.consistency import check_clauses, check_log
 from corpus_tools.importers.report import ImportReport, Journal
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document
 from corpus_tools.world.scenarios.library import scenario_files
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
@@ -49,7 +49,7 @@ def import_authored(
     *,
     salt: str = "",
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
     """Read an authored corpus.
 
@@ -59,12 +59,6 @@ def import_authored(
     ----------
     path
         A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
-    salt
-        Not used: nobody's id is in the files.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------
@@ -77,8 +71,7 @@ def import_authored(
     grounded: list[_Grounded] = []
     worlds: list[World] = []
     for number, file in enumerate(files, start=1):
-        if on_progress is not None:
-            on_progress("reading", number - 1, len(files))
+        on_progress("reading", number - 1, len(files))
         name = f"{SCENARIOS}/{file.name}"
         try:
             document = read_document(file, name)
@@ -98,7 +91,7 @@ def import_authored(
         raise FormatError(
             f"there is no command in {SCENARIOS}/*.yaml",
             where=str(path),
-            fix="docs/authored-corpora.md tells what the files hold",
+            fix="docs/authored-corpora.md describes the files",
         )
     corpus = make_corpus(
         dataset.name,

@@ -64,7 +64,7 @@ def relabel(
     """Whether random groundings are right, as a person would say who sees only the clause.
 
     A leaf OBJECT is right if every object fits each of its words, as dataset.yaml lists
-    them; with a word that isn't listed (an ordinal, a side) only its own objects are
+    them. With a word that isn't listed (an ordinal, a side) only its own objects are
     right. An OBJECT with a relation and a PLACE are right if they and their landmarks are
     the right ones. An EVENT or a PATH, whose log is another scenario's, is wrong. A
     clause without groundings has no label.

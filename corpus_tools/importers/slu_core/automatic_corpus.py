@@ -32,7 +32,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     read_text,
 )
 from corpus_tools.importers.slu_core.slu_tables import hash_subject
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Command, TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Context
@@ -58,7 +58,7 @@ def import_automatic(
     salt: str,
     heading: HeadingRule,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
     """Read the random tasks.
 
@@ -67,16 +67,8 @@ def import_automatic(
 
     Parameters
     ----------
-    found
-        The folders.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
     heading
         Which way the robot faces, which isn't recorded.
-    keep_going
-        Leave out and report the files that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------
@@ -89,8 +81,7 @@ def import_automatic(
     outcomes: list[TaskOutcome] = []
     others: Counter[str] = Counter()
     for done, folder in enumerate(found.folders):
-        if on_progress is not None:
-            on_progress("reading", done, len(found.folders))
+        on_progress("reading", done, len(found.folders))
         world = _World(found.data, folder, journal)
         others.update(p.name for p in world.path.iterdir() if p.name not in READ)
         video = world.video()

@@ -1,7 +1,7 @@
 """The worlds of the random tasks: ``objects.xml``, and where the robot starts.
 
 Positions of pallets and trailers are a corner of the footprint, which lies ahead and to the
-left of it: that was checked against the contexts of the paper's corpus, which are of the same
+left of it. That was checked against the contexts of the paper's corpus, which are of the same
 simulator, to 2 cm. Positions of other things are taken as their middles.
 """
 

@@ -28,7 +28,7 @@ from corpus_tools.importers.slu_core.slu_files import (
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
 from corpus_tools.importers.slu_core.slu_trees import read_trees
 from corpus_tools.importers.slu_core.slu_worlds import Instances
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.errors import FormatError
 from g3.groundings import Context
@@ -45,7 +45,7 @@ def import_slu_core(
     *,
     salt: str,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
     """Read the AAAI-11 corpus.
 
@@ -55,12 +55,6 @@ def import_slu_core(
     ----------
     path
         A clone of h2r/slu_core, or its data folder.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------
@@ -102,10 +96,9 @@ def import_slu_core(
     return corpus, journal.report(IMPORTER, _counts(corpus), _not_imported(layout))
 
 
-def _progress(on_progress: OnProgress | None, total: int) -> Iterator[None]:
+def _progress(on_progress: OnProgress, total: int) -> Iterator[None]:
     for done in range(total + 1):
-        if on_progress is not None:
-            on_progress("reading", done, total)
+        on_progress("reading", done, total)
         yield
 
 

@@ -27,7 +27,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     find_layout,
 )
 from corpus_tools.importers.slu_core.spatial_relations import RelationFiles, import_relations
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import FormatError
 
 Part: TypeAlias = Literal["aaai11", "automatic", "spatial-relations"]
@@ -44,7 +44,7 @@ def import_parts(
     *,
     salt: str,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
     part: str = "aaai11",
     heading: str = "loads",
 ) -> tuple[Corpus, ImportReport]:
@@ -56,12 +56,6 @@ def import_parts(
     ----------
     path
         A clone of h2r/slu_core, its data folder, or a folder with some of the parts.
-    salt
-        Secret that goes into the hashes which stand for workers' ids.
-    keep_going
-        Leave out and report the records that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
     part
         One of `PARTS`, or `ALL`.
     heading

@@ -1,6 +1,6 @@
 """SDC trees as slu_core writes them, read into :class:`g3.sdc.clauses.SDC`.
 
-An SDC is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``; a field holds an SDC, a list of
+An SDC is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``. A field holds an SDC, a list of
 SDCs, or words: one string that occurs exactly once in the command, or a list of
 ``[token, [start, end]]``. The published groundings follow the clauses only after three
 normalisations, in this order:

@@ -192,7 +192,7 @@ def same_object(original: PhysicalObject, copy: PhysicalObject) -> bool:
     """Whether a published copy of an object is that object.
 
     Copies differ by noise. Those of all objects but the agent have lost their headings in
-    the positives and the random negatives, and have kept them in the easy negatives: the
+    the positives and the random negatives, and have kept them in the easy negatives. The
     original has to be used, or the heading would tell which file an example comes from.
     """
     a, b = original, copy

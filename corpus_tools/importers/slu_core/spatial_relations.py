@@ -28,7 +28,7 @@ from corpus_tools.importers.slu_core.slu_files import (
 )
 from corpus_tools.importers.slu_core.slu_trees import read_trees
 from corpus_tools.importers.slu_core.slu_worlds import MICROSECONDS, Instances
-from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, PhysicalObject, Prism, Trajectory
@@ -54,22 +54,13 @@ def import_relations(
     found: RelationFiles,
     *,
     keep_going: bool = False,
-    on_progress: OnProgress | None = None,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
     """Read the examples.
 
     A scenario is a landmark's name, such as ``spatial-relations/desk``, so that divisions by
     scenarios test on landmarks that were not trained on. A phrase that fits its path is a
     positive annotation, another one a random negative.
-
-    Parameters
-    ----------
-    found
-        The files.
-    keep_going
-        Leave out and report the examples that can't be read, rather than fail.
-    on_progress
-        Told how far the import has come.
 
     Raises
     ------
@@ -80,8 +71,7 @@ def import_relations(
     shelf = _Shelf()
     annotations: list[Annotation] = []
     for done, name in enumerate(found.names):
-        if on_progress is not None:
-            on_progress("reading", done, len(found.names))
+        on_progress("reading", done, len(found.names))
         file, records = read_records(Layout(found.data, ()), name, journal)
         for number, record in enumerate(records, start=1):
             try:

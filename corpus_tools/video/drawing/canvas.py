@@ -298,7 +298,7 @@ class Canvas:
         mujoco.mjr_render(self._viewport, self._scene, self._context)
 
     def _group(self, moving: frozenset[int]) -> None:
-        """Sort what is seen into groups, by which :meth:`draw` tells what to draw."""
+        """Sort what is seen into groups, by which :meth:`draw` chooses what to draw."""
         plane = self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         shadowless = plane | (self.model.geom_castshadow == 0)
         moves = np.isin(self.object_of_geom, list(moving))

@@ -2,7 +2,7 @@
 
 Everything is drawn once without the sun and once in nothing but its light, which shadows
 take away. For the still background both pictures, their depth and the places that the
-pixels show are kept, so that shadows of moving things fall rightly on whatever is
+pixels show are kept, so that shadows of moving things fall rightly on all that is
 there. Pictures are twice as wide and high as frames until the end, which smooths edges.
 """
 

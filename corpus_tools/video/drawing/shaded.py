@@ -1,7 +1,7 @@
 """Frames of a camera that moves: all is drawn in the sun, and then what lies in shadow darkened.
 
 How much light is left in the shadow follows from how a surface lies to the sun, which the
-depths tell: one drawing is enough. Edges are smoothed in the finished picture.
+depths show: one drawing is enough. Edges are smoothed in the finished picture.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Shaded:
         return smoothed(np.ascontiguousarray(picture[::-1]))
 
     def _sun(self, k: int, place: Float32Array) -> Image:
-        """How much sun comes to places, as :func:`shade` tells it."""
+        """How much sun comes to places, as :func:`shade` gives it."""
         still = self._shadows.still
         suns = [] if still is None else [shade(still, place, still.bias, SOFT)]
         for item in self._geoms:

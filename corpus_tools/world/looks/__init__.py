@@ -5,8 +5,8 @@ Read :mod:`~corpus_tools.world.looks.look_registry` first, then any family, such
 (:mod:`~corpus_tools.world.looks.parts`) coloured from one picture
 (:mod:`~corpus_tools.world.looks.atlas`).
 
-Things of a kind have the same colours: the semantic map knows no colours, so people who
-describe what they see shouldn't tell things by them.
+Things of a kind have the same colours. The semantic map knows no colours, so people who
+describe what they see shouldn't distinguish things by them.
 
 Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """

@@ -2,7 +2,7 @@
 
 ``atlas.png`` has 5 x 5 cells. Its first row is the lowest, so surfaces are upside down in it. The
 first cell holds plain colours, four in a row, each from dark to bright, so that a part can be
-darker where less light gets; the others hold patches such as planks and tyres, in this order.
+darker where less light gets. The others hold patches such as planks and tyres, in this order.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The forklift. It has the sizes of the robot's body, whatever its prism is."""
+"""The forklift. It has the sizes of the robot's body, not those of its prism."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from corpus_tools.world.looks.parts import box
 from corpus_tools.world.state.shapes import Shape
 
 Look: TypeAlias = Callable[[mujoco.MjSpec, mujoco.MjsBody, Shape, float], None]
-"""Adds geoms to a body of a world so that they fill the box; the number is the height of the
+"""Adds geoms to a body of a world so that they fill the box. The number is the height of the
 ground in the body's frame."""
 
 _LOOKS: dict[str, Look] = {}

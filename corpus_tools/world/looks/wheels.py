@@ -9,9 +9,10 @@ from corpus_tools.world.looks.parts import Part, Point, disc, join, turned
 
 _BEAD = 0.58
 """Radius of the hole, as a part of the tyre's."""
+_SEGMENTS = 16
 
 
-def tyre(bottom: Point, radius: float, width: float, *, open_top: bool, segments: int = 16) -> Part:
+def tyre(bottom: Point, radius: float, width: float, *, open_top: bool) -> Part:
     """A tyre that lies on its side.
 
     Parameters
@@ -27,17 +28,17 @@ def tyre(bottom: Point, radius: float, width: float, *, open_top: bool, segments
         profile.append((_BEAD, 0.88))
         finish = patch("tyre", t=(0.14, 1.0))
     rubber = np.array(profile) * (radius, width)
-    parts = [turned(rubber, finish, centre=bottom, segments=segments, smooth=True)]
+    parts = [turned(rubber, finish, centre=bottom, segments=_SEGMENTS, smooth=True)]
     if open_top:
         hole = [(_BEAD * radius, 0.88 * width), (_BEAD * radius, 0.1 * width)]
         x, y, z = bottom
-        parts.append(turned(hole, colour("black", 0.35, 0.6), centre=bottom, segments=segments))
+        parts.append(turned(hole, colour("black", 0.35, 0.6), centre=bottom, segments=_SEGMENTS))
         floor = (x, y, z + 0.1 * width)
-        parts.append(disc(floor, _BEAD * radius, colour("black", 0.35, 0.35), segments=segments))
+        parts.append(disc(floor, _BEAD * radius, colour("black", 0.35, 0.35), segments=_SEGMENTS))
     return join(parts)
 
 
-def wheel(hub: Point, radius: float, width: float, side: int, *, segments: int = 16) -> Part:
+def wheel(hub: Point, radius: float, width: float, side: int) -> Part:
     """A wheel that turns about y.
 
     Parameters
@@ -56,7 +57,7 @@ def wheel(hub: Point, radius: float, width: float, side: int, *, segments: int =
     rubber, outside = patch("tyre", t=(0.22, 0.78)), (x, y + side * (half - 0.015), z)
     return join(
         [
-            turned(profile, rubber, centre=hub, axis="y", segments=segments, smooth=True),
-            disc(outside, rim, patch("wheel"), facing=facing, segments=segments),
+            turned(profile, rubber, centre=hub, axis="y", segments=_SEGMENTS, smooth=True),
+            disc(outside, rim, patch("wheel"), facing=facing, segments=_SEGMENTS),
         ]
     )

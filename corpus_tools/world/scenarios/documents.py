@@ -82,12 +82,12 @@ class Document:
     keys: Mapping[Field, tuple[int, int]]
 
     def error(self, problem: Problem) -> FormatError:
-        """The error that tells a problem's file, line, column and field."""
+        """The error with a problem's file, line, column and field."""
         known = problem.field
         while known not in self.marks and known:
             known = known[:-1]
         mark = self.marks.get(known, (1, 1))
-        # What is wrong with something that has a name of its own is told where the name is.
+        # What is wrong with something that has a name of its own is reported where the name is.
         if isinstance(self._at(known), dict) or problem.field != known:
             mark = self.keys.get(known, mark)
         place = ":".join((self.name, *map(str, mark)))
@@ -169,7 +169,7 @@ def convert(
     field
         Where in the document the value is.
     manual
-        What tells the form that it should have.
+        What describes the form that it should have.
     """
     try:
         return msgspec.convert(value, record_type)
@@ -182,7 +182,7 @@ def convert(
         unknown = re.fullmatch(r"Object contains unknown field `(.*)`", what)
         if unknown:
             return Problem((*where, unknown[1]), "there is no such field", "leave it out")
-        return Problem(where, _reworded(what), f"{manual} tells the form")
+        return Problem(where, _reworded(what), f"see {manual} for the form")
 
 
 def _reworded(what: str) -> str:

@@ -149,7 +149,7 @@ class _Form:
         self.problems: list[Problem] = []
         self.fields: dict[str, Any] = {}
         if not isinstance(document.value, dict):
-            self.note((), "the file holds no fields", "docs/scenarios.md tells the form")
+            self.note((), "the file holds no fields", "see docs/scenarios.md for the form")
             return
         self.fields = document.value
         for field in msgspec.structs.fields(file_type):

@@ -1,4 +1,4 @@
-"""What is on the robot's forks, told by where things are."""
+"""What is on the robot's forks, seen by where things are."""
 
 from __future__ import annotations
 

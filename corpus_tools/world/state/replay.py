@@ -42,7 +42,7 @@ def replay(context: Context, rate_hz: float) -> Recording:
     """Play a context's trajectories again.
 
     The robot passes through its poses smoothly, a load keeps to the robot while it is
-    carried, and what has one pose stands still. The forks aren't in the log: they are in
+    carried, and what has one pose stands still. The forks aren't in the log. They are in
     a load that moves with the robot, under its deck while the robot drives in and out,
     and down elsewhere.
 
@@ -107,7 +107,7 @@ class _Forks:
         after = np.maximum.accumulate(least + way) - way
         before = np.maximum.accumulate((least - way)[::-1])[::-1] + way
         free = np.maximum(after, before)
-        # Down is exactly down, whatever is lost in adding and taking away the way.
+        # Down is exactly down, in spite of rounding.
         free = np.where(free - least > 1e-9, free, least)
         held = np.maximum(self._in_load, LOW)
         height: FloatArray = np.where(np.isnan(self._in_load), free, held)
@@ -215,7 +215,7 @@ def _held(knots: _Poses, robot: _Poses, shape: Shape, from_start: bool) -> BoolA
 
 
 def _ask(forks: _Forks, load: _Poses, robot: _Poses, shape: Shape, on_forks: BoolArray) -> None:
-    """Tell the forks where a load needs them: while it is carried, and on the way in and out."""
+    """Set the forks where a load needs them: while it is carried, and on the way in and out."""
     if not on_forks.any():
         return
     bottom = load.xyz[:, 2] + shape.low[2]

@@ -1,4 +1,4 @@
-"""Scripts: what the robot is told to do, step by step.
+"""Scripts: what the robot is to do, step by step.
 
 An action of scripts is a kind of action (:mod:`g3.actions.forklift_actions`) with one sort of
 argument. What the steps do in physics is in :mod:`corpus_tools.world.physics.script_actions`; this
@@ -21,7 +21,7 @@ Argument: TypeAlias = Literal["object", "place", "number"]
 
 @dataclass(frozen=True, slots=True)
 class ScriptAction:
-    """Something that the robot can be told to do.
+    """Something that the robot can do.
 
     Parameters
     ----------

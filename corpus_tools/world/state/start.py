@@ -1,6 +1,6 @@
 """How a context starts: what stands on what, and what hangs on the forks.
 
-Corpora tell poses to some centimetres. Physics needs things to stand on each other exactly.
+Corpora have poses to some centimetres. Physics needs things to stand on each other exactly.
 """
 
 from __future__ import annotations

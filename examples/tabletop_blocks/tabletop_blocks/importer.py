@@ -23,8 +23,8 @@ from g3.groundings import Grounding, PhysicalObject
 from g3.groundings import Path as WorldPath
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 from g3.sdc.sdc_notation import parse_brackets
-from tabletop_blocks.phrases import Phrase, commands_for, groundings_of
-from tabletop_blocks.scenes import Task, make_task, named, other_place, other_task
+from tabletop_blocks.block_phrases import Phrase, commands_for, groundings_of
+from tabletop_blocks.block_scenes import Task, make_task, named, other_place, other_task
 
 NAME = "tabletop-blocks"
 

@@ -101,8 +101,6 @@ class Prolific:
                 return 202, f"Bulk bonus payment with ID {bulk_id} is being processed."
             case ["POST", "submissions", submission_id, "transition"]:
                 return self._transition(submission_id, request)
-            case ["POST", "researchers", "participants"]:
-                return 201, {"participant_id": "tester1"}
         return _missing()
 
     def _listed(self) -> list[dict[str, Any]]:

@@ -9,7 +9,6 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.core.config import Config
-from annotation_app.crowds.prolific_client import open_prolific
 from annotation_app.store.database import reading
 from annotation_app.store.models import Participation, Person
 from tests.annotation_app.browser import described, engine_of
@@ -52,8 +51,6 @@ def test_the_sandbox_publishes_nothing(lab: Lab, prolific: Prolific) -> None:
     assert "https://app.prolific.com/t/study1" in result.output
     assert prolific.studies["study1"]["status"] == "UNPUBLISHED"
     assert prolific.test_runs == ["study1"]
-    client = open_prolific(sandbox=True, endpoint=prolific.address)
-    assert client.add_test_participant("me@example.org") == "tester1"
 
 
 def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) -> None:

@@ -57,7 +57,7 @@ def test_check_for_programs(files):
     assert found["problems"][2] == {
         "where": f"{files / 'bad.yaml'}:3:13: robot.at",
         "what": "expected 2 numbers, got 1",
-        "fix": "docs/scenarios.md tells the form",
+        "fix": "see docs/scenarios.md for the form",
     }
 
 

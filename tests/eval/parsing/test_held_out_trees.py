@@ -7,7 +7,7 @@ pytest.importorskip("spacy")
 from corpus_tools.corpus.annotated_trees import annotated_trees
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.parsing.sdc_trials import seen_scenarios
+from eval.parsing.tested_commands import seen_scenarios
 from eval.table_3.held_out import extractor_without
 from g3.language.parsing.parser import parse
 

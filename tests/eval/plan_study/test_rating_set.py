@@ -287,6 +287,14 @@ def test_a_rating_set_from_plans_to_ratings(study, capsys):
     assert "3 of 3 pairs have ratings, 3 of 15 in all" in shown
     assert {path: path.stat().st_mtime_ns for path in made} == made
 
+    (study.parent / "rated.json").write_text(json.dumps(found))
+    report = ["eval", "--report", str(study.parent / "report"), "--corpus", corpus]
+    assert run([*report, "--plans", str(study.parent / "rated.json")]) == 2
+    refused = capsys.readouterr().err
+    assert "rated.json" in refused
+    assert "it is the result of a rating set" in refused
+    assert "without --plans" in refused
+
     assert run([*arguments, "--seed", "1"]) == 2
     assert "another study" in capsys.readouterr().err
 

@@ -30,7 +30,7 @@ def connected(points: FloatArray, boxes: Iterable[Box], bounds: Bounds) -> bool:
     points
         Positions, shape (n, 2), in metres.
     boxes
-        What is in the way, whatever its height.
+        What is in the way, at any height.
     bounds
         What the robot's position stays in.
     """

@@ -165,7 +165,7 @@ def test_the_form_of_commands_is_checked(write):
     commands = "commands:\n  - {text: Go, sdcs: EVENT_1(r = Go), groundings: {}}\n  - {text: Go}\n"
     file = write(SCENARIO + commands)
     assert [str(e).removeprefix(f"{file}:") for e in all_errors(file)] == [
-        "17:5: commands[1]: the field 'sdcs' is missing (docs/scenarios.md tells the form)"
+        "17:5: commands[1]: the field 'sdcs' is missing (see docs/scenarios.md for the form)"
     ]
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.parsing.reference_scores import reference_scores
 from eval.parsing.sdc_scores import Comparison, compare
 from eval.splits import leave_one_out
 from g3.errors import CorpusError
 from g3.language.parsing.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
 from g3.language.parsing.training.extractor_training import Lesson, prepare
-
-OnProgress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +44,7 @@ class SDCChoices:
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class TestedCommand:
     """One tested command."""
 
     annotated: Annotated
@@ -54,13 +53,13 @@ class Trial:
 
 
 def run(
-    choices: SDCChoices, on_progress: OnProgress | None = None
-) -> tuple[list[Trial], dict[str, object]]:
+    choices: SDCChoices, on_progress: OnProgress = no_progress
+) -> tuple[list[TestedCommand], dict[str, object]]:
     """Extract the trees of all tested commands and compare them with the annotated ones.
 
     Returns
     -------
-    list of Trial
+    list of TestedCommand
         In the order of the corpus.
     dict
         What to record with the figures.
@@ -77,8 +76,8 @@ def run(
         taught = _taught(training, items)
         metadata |= {"train": training.name, "train_hash": training.hash}
     if choices.corpus:
-        trials = _cross_validated(items, lessons, taught, l2, on_progress)
-        return trials, {**metadata, "cv": "scenario", "l2": l2}
+        tested = _cross_validated(items, lessons, taught, l2, on_progress)
+        return tested, {**metadata, "cv": "scenario", "l2": l2}
     if choices.train:
         extractor = SDCExtractor(l2=l2).fit(taught)
         metadata |= {"l2": l2}
@@ -115,25 +114,24 @@ def _cross_validated(
     lessons: Sequence[Lesson],
     others: Sequence[Lesson],
     l2: float,
-    on_progress: OnProgress | None,
-) -> list[Trial]:
+    on_progress: OnProgress,
+) -> list[TestedCommand]:
     splits = leave_one_out([item.command.scenario for item in items])
-    trials: dict[int, Trial] = {}
+    tested: dict[int, TestedCommand] = {}
     for number, split in enumerate(splits):
-        if on_progress is not None:
-            on_progress(f"without {split.name}", number, len(splits))
+        on_progress(f"without {split.name}", number, len(splits))
         taught = [lessons[i] for i in split.train]
         extractor = SDCExtractor(l2=l2).fit(taught, others=others)
         own = _tested(extractor, [items[i] for i in split.test], [lessons[i] for i in split.test])
-        trials |= zip(split.test.tolist(), own, strict=True)
-    return [trials[i] for i in range(len(items))]
+        tested |= zip(split.test.tolist(), own, strict=True)
+    return [tested[i] for i in range(len(items))]
 
 
 def _tested(
     extractor: SDCExtractor, items: Sequence[Annotated], lessons: Sequence[Lesson]
-) -> list[Trial]:
+) -> list[TestedCommand]:
     parses = extractor.predict_proba([lesson.command for lesson in lessons])
     return [
-        Trial(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
+        TestedCommand(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
         for item, parse in zip(items, parses, strict=True)
     ]

@@ -1,6 +1,6 @@
 """Table 1's F-scores for clauses with and without a grounded argument.
 
-``python -m benchmarks.arguments CORPUS`` holds out each scenario in turn, with random
+``python -m benchmarks.argument_scores CORPUS`` holds out each scenario in turn, with random
 negatives, and prints the rows of docs/table-1.md.
 """
 
@@ -32,7 +32,7 @@ def main(corpus: str) -> None:
             print(f"| {kind}, {name} an argument | {group.sum()} | {f:.2f} | {accuracy:.2f} |")
         idle = (of_type & ~argument & ~told.label).sum()
         right = 2 * told.label[of_type].sum()
-        if kind != "OBJECT":  # an OBJECT leaf never has one, and can be told by its words
+        if kind != "OBJECT":  # an OBJECT leaf never has one, and can be recognised by its words
             print(
                 f"| {kind}, these called true, all else right | | {right / (right + idle):.2f} | |"
             )

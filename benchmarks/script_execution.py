@@ -1,6 +1,6 @@
 """Scenarios executed in physics: how many reach their goals, how exactly, and how fast.
 
-``python -m benchmarks.execution --generated 200``
+``python -m benchmarks.script_execution --generated 200``
 """
 
 from __future__ import annotations
@@ -80,7 +80,9 @@ def run(generated: int, seed: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.execution", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.script_execution", description=__doc__
+    )
     parser.add_argument("--generated", type=int, default=200, metavar="N")
     parser.add_argument("--seed", type=int, default=SEED)
     arguments = parser.parse_args()

@@ -9,7 +9,7 @@ import numpy as np
 
 from g3.groundings import Grounding, PhysicalObject
 from g3.sdc.clauses import SDCType
-from tabletop_blocks.scenes import Task, is_on
+from tabletop_blocks.block_scenes import Task, is_on
 
 PUT_VERBS = ("Put", "Place", "Set", "Move")
 STACK_VERBS = ("Put", "Place", "Stack", "Set")
