@@ -62,7 +62,7 @@ class AbsenceTrials:
 
 
 def absence_trials(
-    corpora: Sequence[Corpus], seed: int, on_progress: OnProgress
+    corpora: Sequence[Corpus], seed: int, on_progress: OnProgress | None = None
 ) -> list[AbsenceTrials]:
     """Hold all commands of some corpora against their worlds, and against poorer ones.
 
@@ -86,13 +86,14 @@ def absence_trials(
         own, removed, other, alarms = [], [], [], []
         lexica: dict[str, Lexicon | None] = {}
         for done, (command, context, meant) in enumerate(known):
-            on_progress(corpus.name, done, len(known))
+            if on_progress is not None:
+                on_progress(corpus.name, done, len(known))
             scenario = command.scenario
             if scenario not in lexica:
                 rest = [c for c in choices if c.scenario != scenario]
                 lexica[scenario] = lexicon_of(rest) if rest else None
                 drawn = rng.choice(nouns, ANY_NOUNS, replace=False)
-                labels = [o.labels for o in context.objects]
+                labels = [o.labels for o in context.objects if o.id != context.agent_id]
                 other += [best_naming(str(n), labels, lexica[scenario]) for n in drawn]
             trees = parse(command.text).trees
             if not trees:

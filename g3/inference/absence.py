@@ -15,7 +15,7 @@ from g3.groundings import Context
 from g3.inference.problem.command_tree import Tree
 from g3.language.lexicon.field_words import bare
 from g3.language.similarity.learned_lexicon import Lexicon
-from g3.language.similarity.presence import best_naming, least_alike, may_be_absent
+from g3.language.similarity.presence import best_naming, is_called, least_alike, may_be_absent
 
 SHOWN = 8
 """At most so many sorts of things are listed."""
@@ -40,9 +40,13 @@ def absent_nouns(tree: Tree, context: Context, lexicon: Lexicon | None = None) -
 
 def how_present(tree: Tree, context: Context, lexicon: Lexicon | None = None) -> dict[str, float]:
     """How well each noun that may be absent names something in a world, from 0 to 1."""
-    seen = (*(o.labels for o in context.objects), *((p.name,) for p in context.places if p.name))
+    robot = context.agent.labels
+    seen = [o.labels for o in context.objects if o.id != context.agent_id]
+    seen += [(place.name,) for place in context.places if place.name]
     return {
-        noun: best_naming(noun, seen, lexicon) for noun in asked_nouns(tree) if may_be_absent(noun)
+        noun: 1.0 if is_called(noun, robot) else best_naming(noun, seen, lexicon)
+        for noun in asked_nouns(tree)
+        if may_be_absent(noun)
     }
 
 

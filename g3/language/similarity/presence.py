@@ -41,7 +41,7 @@ Labels = tuple[str, ...]
 
 SPELT_ALIKE = 0.9
 """Jaro-Winkler similarity from which a noun is a label, misspelt."""
-LEAST_WITH_VECTORS, LEAST_BY_WORDNET = 0.32, 0.3
+LEAST_WITH_VECTORS, LEAST_BY_WORDNET = 0.32, 0.58
 """What is less like all labels isn't there: with embeddings, and by WordNet alone. Chosen
 for at most 5 % false alarms on the commands of each of three corpora (`ct eval --absent`)."""
 MATERIAL = ("whole", "matter")
@@ -102,23 +102,30 @@ def best_naming(noun: str, things: Iterable[Labels], lexicon: Lexicon | None = N
         1 if it surely names one, else how alike it is to a label, from 0 to 1; 0 without things.
     """
     known = list(dict.fromkeys(things))
-    if any(_names(noun, labels) or _learned(noun, labels, lexicon) for labels in known):
+    if any(
+        is_called(noun, labels)
+        or _is_more_general(noun, labels)
+        or _was_learned(noun, labels, lexicon)
+        for labels in known
+    ):
         return 1.0
     return max((_likeness(noun, labels) for labels in known), default=0.0)
 
 
 @lru_cache(maxsize=65536)
-def _names(noun: str, labels: Labels) -> bool:
-    """Whether a noun surely names what has some labels, by form, synonyms or WordNet."""
+def is_called(noun: str, labels: Labels) -> bool:
+    """Whether a noun is one of some labels, spelt alike, or a known synonym."""
     words = [word for label in labels for word in label.lower().split()]
     forms = [noun], words
     if MEASURES["spelling"](*forms).max(initial=0.0) >= SPELT_ALIKE:
         return True
-    return bool(MEASURES["domain"](*forms).max(initial=0.0)) or _is_more_general(noun, words)
+    return bool(MEASURES["domain"](*forms).max(initial=0.0))
 
 
-def _is_more_general(noun: str, words: Sequence[str]) -> bool:
+@lru_cache(maxsize=65536)
+def _is_more_general(noun: str, labels: Labels) -> bool:
     """Whether one of some labels is a kind of what a noun names: a truck is a vehicle."""
+    words = [word for label in labels for word in label.lower().split()]
     try:
         net = wordnet()
     except ModelError:
@@ -163,8 +170,10 @@ def _usual(net: WordNet, word: str) -> tuple[int, ...]:
     return tuple(s for s, n in count.items() if n >= RARE * total and top in net.ancestors(s))
 
 
-def _learned(noun: str, labels: Labels, lexicon: Lexicon | None) -> bool:
+def _was_learned(noun: str, labels: Labels, lexicon: Lexicon | None) -> bool:
     """Whether a noun was learned for things with some labels."""
-    if lexicon is None or not lexicon.count(term := term_of(noun)):
+    if lexicon is None:
         return False
-    return lexicon.log_odds(term, " ".join(labels)) > 0
+    term, name = term_of(noun), " ".join(labels)
+    counts = (own.together.get(term.form, {}) for own in lexicon.corpora.values())
+    return any(name in of for of in counts) and lexicon.log_odds(term, name) > 0

@@ -23,7 +23,7 @@ THINGS = (
 ANIMALS = sorted(
     words(
         "elephant giraffe zebra kangaroo penguin crocodile lion tiger rabbit horse cow dog cat "
-        "sheep goat frog snake eagle whale shark spider hamster squirrel deer camel parrot wolf fox"
+        "sheep goat frog snake whale shark spider hamster squirrel deer camel parrot wolf fox"
     )
 )
 GENERIC_NOUNS = sorted(words("thing things object load goods one it area side them something"))
@@ -93,7 +93,7 @@ def test_generic_nouns_are_never_absent(noun):
 
 
 @pytest.mark.parametrize(
-    "noun", ["lorry", "vehicle", "tyres", "man", "worker", "palet", "skid", "machine", "degrees"]
+    "noun", ["lorry", "vehicle", "tyres", "man", "worker", "palet", "skid", "degrees"]
 )
 def test_other_words_for_what_is_there_are_not_absent(noun, embeddings):
     assert not is_absent(noun, (*THINGS, ("forklift",)))
