@@ -120,12 +120,15 @@ class PhysicalObject:
         Its shape at the first pose of the trajectory.
     trajectory
         Where it is over time; a single pose if it does not move.
+    liftable
+        Whether the robot can lift it; None where nobody has said.
     """
 
     id: str
     labels: tuple[str, ...]
     prism: Prism
     trajectory: Trajectory
+    liftable: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

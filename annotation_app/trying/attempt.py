@@ -46,11 +46,14 @@ class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ----------
     answers
         Ids of the objects that clauses mean, by node: answers to questions.
+    insist
+        Whether it is done with what there is where something isn't there.
     """
 
     scenario: str
     text: str
     answers: dict[int, str] = {}
+    insist: bool = False
 
 
 class Candidate(msgspec.Struct, frozen=True):
@@ -71,7 +74,10 @@ class Clause(msgspec.Struct, frozen=True):
 
 
 class Plan(msgspec.Struct, frozen=True):
-    """What was found; without steps if there is nothing to do, and then `note` says why."""
+    """What was found; without steps if there is nothing to do, and then `note` says why.
+
+    `missing` are nouns that name nothing that there is.
+    """
 
     note: str
     steps: list[str]
@@ -80,6 +86,7 @@ class Plan(msgspec.Struct, frozen=True):
     question: str = ""
     node: int = 0
     options: list[tuple[str, str]] = []
+    missing: list[str] = []
 
 
 class Picture(msgspec.Struct, frozen=True):
@@ -148,7 +155,10 @@ def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
     grounder = _grounder(model, _Teller(folder, shown))
     yield (shown := then(shown, phase="reading"))
     start = _start(shown.asked.scenario)
-    result = grounder.follow(shown.asked.text, start, top=PLANS, answers=shown.asked.answers)
+    asked = shown.asked
+    result = grounder.follow(
+        asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist
+    )
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
     places: list[Place] = []
     shown = then(shown, plan=_plan(result, places))
@@ -221,6 +231,7 @@ def _plan(result: Result, places: list[Place]) -> Plan:
         question=question.text if question else "",
         node=question.node if question else 0,
         options=list(question.options) if question else [],
+        missing=list(result.missing),
     )
 
 

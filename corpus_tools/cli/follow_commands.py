@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,17 +16,50 @@ from g3.errors import CorpusError
 if TYPE_CHECKING:
     from corpus_tools.world.physics.execute import Execution
     from g3.actions.robot_state import State
-    from g3.inference.grounder import Grounder, Plan, Result
+    from g3.inference.grounder import Grounder, Result
 
 NOTHING = 2
 """Exit status where there is nothing to do, as for bad input."""
 FAILED = 3
 """Exit status where a plan couldn't be carried out."""
+UNSURE = 0.5
+"""Without a terminal, plans that are less probable than this aren't carried out unasked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What of plans is shown and done, by the command's options.
+
+    Parameters
+    ----------
+    form
+        How results are told.
+    plan_only
+        Nothing is carried out.
+    yes
+        Nothing is asked before that.
+    confirm_below
+        What is less probable isn't done where nobody can be asked.
+    search
+        Options of :meth:`~g3.inference.grounder.Grounder.follow`.
+    """
+
+    form: str
+    plan_only: bool
+    yes: bool
+    confirm_below: float
+    search: dict[str, Any]
+
+    @property
+    def asks(self) -> bool:
+        """Whether there is somebody to ask."""
+        return self.form == PLAIN and sys.stdin.isatty()
 
 
 @click.command(
     epilog="\b\nExamples:\n"
     '  ct follow "Put the tire pallet on the truck" --scenario court_put_boxes_on_loaded_truck\n'
+    '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --yes\n'
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
     '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
     '  ct follow "Put it there" --scenario dock_pick_up_tires --plan-only --ablate last-goal\n'
@@ -75,11 +109,18 @@ FAILED = 3
 )
 @click.option("--explain", is_flag=True, help="Show what each clause is grounded in, and why.")
 @click.option(
+    "--yes",
+    "-y",
+    is_flag=True,
+    help="Do it without asking, with what there is if something isn't there.",
+)
+@click.option(
     "--confirm-below",
     type=click.FloatRange(0, 1),
-    default=0.0,
+    default=UNSURE,
+    show_default=True,
     metavar="P",
-    help="Ask before doing what is less probable than this.",
+    help="Without a terminal to ask on, do nothing that is less probable than this.",
 )
 @FORMAT
 def follow(
@@ -95,15 +136,17 @@ def follow(
     parses: int,
     ablate: tuple[str, ...],
     explain: bool,
+    yes: bool,
     confirm_below: float,
     form: str,
 ) -> None:
     """Find what a command means, and carry it out in physics.
 
-    A plan is inferred in a scenario as in section 3.4.
+    A plan is inferred in a scenario as in section 3.4. On a terminal you are asked before anything
+    is carried out. In scripts and with --json nobody is asked: a sure plan is carried out.
 
-    The exit status is 0 when it is done, 2 where there is nothing to do or the input is bad. It is
-    3 where a step of the plan fails, and the step is named.
+    The exit status is 0 when it is done, 2 where nothing is done (something isn't there, the plan
+    isn't sure, you said no, the input is bad), and 3 where a step of the plan fails.
     """
     _check_options(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
@@ -114,17 +157,18 @@ def follow(
         check_length(text, where="TEXT")
     state = _start(scenario, context_name)
     grounder = _grounder(model, ablate)
-    options = {"top": top, "parses": parses, "explain": explain, "form": form}
+    options: dict[str, Any] = {"top": top, "parses": parses, "explain": explain, "insist": yes}
+    shown = Shown(form, plan_only, yes, confirm_below, options)
     if interactive:
-        _loop(grounder, state, plan_only, confirm_below, options)
+        _loop(grounder, state, shown)
         return
     if text is None or not text.strip():
         raise CorpusError("the command is empty", fix="say what the robot is to do")
-    result = grounder.follow(text, state, top=top, parses=parses, explain=explain)
-    if not _show(result, options):
+    result = grounder.follow(text, state, **options)
+    wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
+    if not wanted:
         sys.exit(NOTHING)
-    wanted = not plan_only and _confirmed(result, confirm_below)
-    done = _carry_out(state, result, video) if wanted else None
+    done = None if plan_only else _carry_out(state, result, video)
     _report(done, result, form, video)
     if done is not None and done.failure is not None:
         sys.exit(FAILED)
@@ -190,67 +234,52 @@ def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
         return Grounder.load(default_model(on_progress), without=without)
 
 
-def _show(result: Result, options: dict[str, Any]) -> bool:
+def _show(result: Result, shown: Shown) -> bool:
     """Show people what was found; whether there is something to do."""
     if result.plan is None:
-        if options["form"] != PLAIN:
-            _report(None, result, options["form"], None)
-        note(f"ct: {result.note}")
-    elif options["form"] == PLAIN:
-        from corpus_tools.following.plan_words import explained
+        if shown.form != PLAIN:
+            _report(None, result, shown.form, None)
+        fix = " (to do it with what there is: --yes)" if result.missing else ""
+        note(f"ct: {result.note}{fix}")
+    elif shown.form == PLAIN:
+        from corpus_tools.following.plan_words import explained, sentence
 
+        if result.missing:
+            note(f"ct: there is no {' and no '.join(result.missing)} here")
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
-            say(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
-            if options["explain"]:
+            say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
+            if shown.search["explain"] or _is_asked(shown):
                 say(*(f"  {line}" for line in explained(plan, result.sdcs)))
         if result.question is not None:
             say(f"? {result.question.text}")
     return result.plan is not None
 
 
-def _sentence(plan: Plan) -> str:
-    from corpus_tools.following.plan_words import described
-
-    return "; ".join(described(action) for action in plan.actions)
-
-
-def _record(result: Result) -> dict[str, object]:
-    from corpus_tools.following.plan_words import described
-    from g3.inference.grounder import object_ids
-    from g3.inference.reasons.aspects import aspects
-    from g3.sdc.sdc_notation import to_json
-
-    return {
-        "sdcs": to_json(result.sdcs),
-        "note": result.note,
-        "question": result.question.text if result.question else "",
-        "plans": [
-            {
-                "probability": round(plan.probability, 4),
-                "actions": [described(action) for action in plan.actions],
-                "groundings": [
-                    {
-                        "node": g.node,
-                        "text": g.text,
-                        "type": g.sdc.type,
-                        "objects": list(object_ids(g.group)),
-                        "probability": round(g.probability, 4),
-                        "reasons": [aspect.text for aspect in aspects(g.reasons, g.sdc)],
-                    }
-                    for g in plan.groundings
-                ],
-            }
-            for plan in result.plans
-        ],
-    }
+def _is_asked(shown: Shown) -> bool:
+    """Whether somebody is to say whether a plan is carried out."""
+    return shown.asks and not (shown.yes or shown.plan_only)
 
 
-def _confirmed(result: Result, below: float) -> bool:
+def _confirmed(result: Result, shown: Shown) -> bool:
+    """Whether a plan is to be carried out: as somebody says, else if it is sure enough."""
     plan = result.plan
-    if plan is None or plan.probability >= below:
+    if plan is None or shown.yes:
+        return plan is not None
+    if shown.asks:
+        return click.confirm("Do this?", err=True)
+    if plan.probability >= shown.confirm_below:
         return True
-    return click.confirm(visible(f"{_sentence(plan)}: do it?"), err=True)
+    from corpus_tools.following.plan_words import as_record, sentence
+
+    asked = f"{sentence(plan)}: do this?"
+    if shown.form != PLAIN:
+        tell(shown.form, {**as_record(result, asked), "execution": None})
+    note(
+        f"ct: {visible(asked)} Its probability is {plan.probability:.2f}, less than "
+        f"{shown.confirm_below:g}. To do it: --yes"
+    )
+    return False
 
 
 def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
@@ -286,6 +315,8 @@ def _film(done: Execution, video: Path) -> None:
 
 def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
     """Print what came of a plan; programs get the plan with it."""
+    from corpus_tools.following.plan_words import as_record
+
     lines, execution = [], None
     if done is not None:
         seconds = float(done.recording.t_s[-1])
@@ -297,36 +328,23 @@ def _report(done: Execution | None, result: Result, form: str, video: Path | Non
             lines.append(f"done in {seconds:.0f} s of the world's time")
         if files:
             lines.append(f"wrote {files[0]} and {files[1]}")
-    tell(form, {**_record(result), "execution": execution}, *lines)
+    tell(form, {**as_record(result), "execution": execution}, *lines)
 
 
-def _loop(
-    grounder: Grounder,
-    state: State,
-    plan_only: bool,
-    confirm_below: float,
-    options: dict[str, Any],
-) -> None:
+def _loop(grounder: Grounder, state: State, shown: Shown) -> None:
     """Follow commands until an empty one, each where the one before it has led."""
     while True:
         text = click.prompt("command", default="", show_default=False, err=True)
         if not text.strip():
             return
-        result = grounder.follow(
-            text,
-            state,
-            top=options["top"],
-            parses=options["parses"],
-            explain=options["explain"],
-        )
+        result = grounder.follow(text, state, **shown.search)
         if result.question is not None:
-            result = _asked(grounder, state, result, options)
-        if not _show(result, options) or not _confirmed(result, confirm_below):
-            continue
-        state = _after(state, result, plan_only, options["form"])
+            result = _asked(grounder, state, result, shown)
+        if _show(result, shown) and (shown.plan_only or _confirmed(result, shown)):
+            state = _after(state, result, shown)
 
 
-def _asked(grounder: Grounder, state: State, result: Result, options: dict[str, Any]) -> Result:
+def _asked(grounder: Grounder, state: State, result: Result, shown: Shown) -> Result:
     question = result.question
     assert question is not None  # noqa: S101 - the caller has looked
     note(question.text)
@@ -336,20 +354,19 @@ def _asked(grounder: Grounder, state: State, result: Result, options: dict[str, 
     return grounder.follow(
         result.sdcs,
         state,
-        top=options["top"],
-        explain=options["explain"],
+        **shown.search,
         answers={question.node: question.options[chosen - 1][0]},
     )
 
 
-def _after(state: State, result: Result, plan_only: bool, form: str) -> State:
+def _after(state: State, result: Result, shown: Shown) -> State:
     from corpus_tools.following.bundled_grounder import state_after
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
-    if plan_only:
-        _report(None, result, form, None)
+    if shown.plan_only:
+        _report(None, result, shown.form, None)
         return result.plan.state
     done = _carry_out(state, result, None)
-    _report(done, result, form, None)
+    _report(done, result, shown.form, None)
     held = result.plan.state.held if done.failure is None else state.held
     return state_after(done.recording, held)

@@ -39,13 +39,17 @@ class PrismRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     z_max: float
 
 
-class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A physical object; its trajectory is an index into trajectories.npz."""
+class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A physical object; its trajectory is an index into trajectories.npz.
+
+    ``liftable`` says whether the robot can lift it, where somebody has said so.
+    """
 
     id: str
     labels: tuple[str, ...]
     prism: PrismRecord
     trajectory: Index
+    liftable: bool | None = None
 
 
 class PlaceRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -104,7 +108,12 @@ class ObjectReference(
 
 
 class ObjectGrounding(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="object"
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+    tag_field="kind",
+    tag="object",
 ):
     """A grounding that is an object of no context in the corpus."""
 
@@ -112,6 +121,7 @@ class ObjectGrounding(
     labels: tuple[str, ...]
     prism: PrismRecord
     trajectory: Index
+    liftable: bool | None = None
 
 
 class PlaceGrounding(

@@ -189,6 +189,7 @@ def _object(
         record.labels,
         _prism(record.prism, field),
         trajectory(record.trajectory, f"{field}.trajectory"),
+        record.liftable,
     )
 
 

@@ -149,7 +149,9 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
         id=context.id,
         agent_id=context.agent_id,
         objects=tuple(
-            ObjectRecord(o.id, o.labels, _prism(o.prism), trajectories.number(o.trajectory))
+            ObjectRecord(
+                o.id, o.labels, _prism(o.prism), trajectories.number(o.trajectory), o.liftable
+            )
             for o in context.objects
         ),
         places=tuple(PlaceRecord(_prism(place.prism), place.name) for place in context.places),
@@ -214,6 +216,7 @@ def _grounding(
         grounding.labels,
         _prism(grounding.prism),
         trajectories.number(grounding.trajectory),
+        grounding.liftable,
     )
 
 

@@ -1,4 +1,4 @@
-"""Plans in words: what is done, what clauses are grounded in, and why."""
+"""Plans in words and for programs: what is done, what clauses are grounded in, and why."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from g3.actions.action_kinds import Action
 from g3.groundings import Grounding, Path, Place
-from g3.inference.grounder import Plan, object_ids
+from g3.inference.grounder import Plan, Result, object_ids
 from g3.inference.reasons.aspects import aspects
 from g3.sdc.clauses import SDC
+from g3.sdc.sdc_notation import to_json
 
 
 def described(action: Action) -> str:
@@ -57,3 +58,52 @@ def _grounded(group: Sequence[Grounding]) -> str:
 def _spot(place: Place) -> str:
     x, y = place.prism.xy.mean(axis=0)
     return place.name or f"({x:.1f}, {y:.1f})"
+
+
+def sentence(plan: Plan) -> str:
+    """What a plan does, one action after the other."""
+    return "; ".join(described(action) for action in plan.actions)
+
+
+def as_record(result: Result, asked: str = "") -> dict[str, object]:
+    """What came of a command, for programs.
+
+    Parameters
+    ----------
+    result
+        What was found.
+    asked
+        The question that has to be answered before anything is done; empty if there is none.
+    """
+    return {
+        "sdcs": to_json(result.sdcs),
+        "status": _status(result, asked),
+        "note": result.note,
+        "missing": list(result.missing),
+        "question": asked or (result.question.text if result.question else ""),
+        "plans": [
+            {
+                "probability": round(plan.probability, 4),
+                "actions": [described(action) for action in plan.actions],
+                "groundings": [
+                    {
+                        "node": g.node,
+                        "text": g.text,
+                        "type": g.sdc.type,
+                        "objects": list(object_ids(g.group)),
+                        "probability": round(g.probability, 4),
+                        "reasons": [aspect.text for aspect in aspects(g.reasons, g.sdc)],
+                    }
+                    for g in plan.groundings
+                ],
+            }
+            for plan in result.plans
+        ],
+    }
+
+
+def _status(result: Result, asked: str) -> str:
+    """What came of a command, in a word: absent, refused, unsure or found."""
+    if result.plan is None:
+        return "absent" if result.missing else "refused"
+    return "unsure" if asked else "found"

@@ -28,7 +28,9 @@ class PrismRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=T
     z_max: float
 
 
-class ObjectRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True):
+class ObjectRecord(
+    msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True, omit_defaults=True
+):
     """An object; ``t`` in seconds, ``xyz`` in metres and ``yaw`` in radians are its poses."""
 
     id: str
@@ -37,6 +39,7 @@ class ObjectRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=
     t: tuple[float, ...]
     xyz: tuple[Vector3, ...]
     yaw: tuple[float, ...]
+    liftable: bool | None = None
 
 
 class PlaceRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True):
@@ -107,6 +110,7 @@ def context_record(context: Context, timestamp: Time) -> ContextRecord:
                 tuple(item.trajectory.t.tolist()),
                 tuple(Vector3(*xyz) for xyz in item.trajectory.xyz.tolist()),
                 tuple(item.trajectory.yaw.tolist()),
+                item.liftable,
             )
             for item in context.objects
         ),
@@ -134,6 +138,7 @@ def context_of(record: ContextRecord) -> Context:
                     [(point.x, point.y, point.z) for point in item.xyz],  # type: ignore[arg-type]
                     item.yaw,  # type: ignore[arg-type]
                 ),
+                item.liftable,
             )
             for item in record.objects
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eval.cli.absence_commands import absent
 from eval.cli.extraction_commands import sdc
 from eval.cli.modes import Modes
 from eval.cli.plan_commands import end_to_end, table_3
@@ -19,6 +20,7 @@ evaluate = Modes(
         learning_curve,
         errors,
         sdc,
+        absent,
         trial,
         end_to_end,
         judge_validity,

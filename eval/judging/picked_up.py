@@ -1,12 +1,11 @@
-"""What was picked up: by a plan, by a log, and what in a world could have been."""
+"""What was picked up: by a plan, and by a log."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from corpus_tools.corpus.corpus_model import Corpus
 from g3.actions.action_kinds import Action
 from g3.actions.logged_actions import NOTHING, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
@@ -15,7 +14,6 @@ from g3.groundings import Context, PhysicalObject
 
 MOVED_M = 0.5
 """What ends nearer than this to where it was counts as left alone."""
-PALLET = "pallet"
 
 
 def picked_up(start: State, actions: Sequence[Action], final: State) -> frozenset[str]:
@@ -35,30 +33,6 @@ def picked_in_log(context: Context) -> frozenset[str]:
     if handling(context) == NOTHING:
         return frozenset()
     return moved(recorded(context)) - {start_state(context).held}
-
-
-def load_labels(corpus: Corpus) -> frozenset[str]:
-    """Labels of what robots carry: pallets, and all that is picked up somewhere in a corpus."""
-    picked = {(o.context, thing) for o in corpus.outcomes for thing in o.picked}
-    for context in corpus.contexts.values():
-        if len(context.agent.trajectory) > 1:
-            picked |= {(context.id, thing) for thing in picked_in_log(context)}
-    return frozenset({PALLET}).union(
-        *(
-            o.labels
-            for context in corpus.contexts.values()
-            for o in context.objects
-            if (context.id, o.id) in picked
-        )
-    )
-
-
-def loads(context: Context, labels: Iterable[str]) -> tuple[PhysicalObject, ...]:
-    """The things of a world that have one of the labels."""
-    known = set(labels)
-    return tuple(
-        o for o in context.objects if o.id != context.agent_id and known.intersection(o.labels)
-    )
 
 
 def _shift(before: PhysicalObject, after: PhysicalObject) -> float:

@@ -169,7 +169,7 @@ def _planned(
             [sdcs] = extractor_of(scenario).predict([annotation.command.text])
         is_random = unit.configuration == "random"
         grounder = Grounder(RandomCost(settings.seed) if is_random else cost_of(scenario))
-        result = grounder.follow(sdcs, annotation.context, least=0.0)
+        result = grounder.follow(sdcs, annotation.context, least=0.0, insist=True)
         yield unit, result.plan, result.note
 
 

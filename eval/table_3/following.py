@@ -51,7 +51,7 @@ def follow_command(
         raise ValueError(f"{which} needs a grounder")
     annotation = None if which == "auto" else tested.annotation
     sdcs = annotation.sdcs if annotation else extracted
-    result = grounder.follow(sdcs, tested.context, least=0.0)
+    result = grounder.follow(sdcs, tested.context, least=0.0, insist=True)
     plan = result.plan
     if plan is None:
         return _judged(tested, heading, why=result.note)

@@ -12,7 +12,8 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
 from eval.judging.outcome_judge import Expected, expected
-from eval.judging.picked_up import load_labels, loads, picked_in_log
+from eval.judging.picked_up import picked_in_log
+from g3.actions.loads import loads_of_context
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.groundings import Context, PhysicalObject
@@ -114,7 +115,6 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
 
 def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
     annotated, contexts = annotated_commands(corpus.annotations), contexts_of_commands(corpus)
-    labels = load_labels(corpus)
     of_context: dict[str, tuple[PhysicalObject, ...]] = {}
     # Annotated commands come in the order of their annotations.
     others = (c for c in corpus.commands.values() if c.id not in annotated)
@@ -128,7 +128,7 @@ def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
         if done is not None and not done.tells:
             continue
         context = annotation.context if annotation else corpus.contexts[contexts[command.id]]
-        own = of_context.setdefault(context.id, loads(context, labels))
+        own = of_context.setdefault(context.id, loads_of_context(context))
         yield JudgedCommand(command, context, annotation, done, own)
 
 

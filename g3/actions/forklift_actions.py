@@ -17,12 +17,12 @@ from g3.actions.grounding_candidates import (
     spots_of_robot,
     standing,
 )
+from g3.actions.loads import is_load
 from g3.actions.logged_actions import REACH_M
 from g3.actions.robot_state import State, centres, padded
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import length, point_gap, rotate
 from g3.groundings import FloatArray, Path, PhysicalObject
-from g3.language.lexicon.word_sets import PEOPLE
 
 TURNS = (np.pi / 2, -np.pi / 2, np.pi)
 STRAIGHT_M = 4.0
@@ -34,8 +34,6 @@ CARRY_OUT_M = 2.5
 BACK_OFF_M = 2.5
 SIDE_ENTRY_M = 5.0
 """What entering a load across its own axis costs, in metres of way."""
-HEAVIEST_M2 = 4.0
-"""Things with a larger footprint are no loads."""
 
 
 def _starts(state: State, actions: Sequence[Action]) -> FloatArray:
@@ -228,16 +226,6 @@ def _through(
 
 
 DRIVE_BETWEEN = action_kind("drive between", _drive_between, aims=True)(_driving_between)
-
-
-def is_load(state: State, object_id: str) -> bool:
-    """Whether the forks can lift an object."""
-    thing = state.thing(object_id)
-    if object_id == state.context.agent_id or PEOPLE.intersection(thing.labels):
-        return False
-    corners = rotate(thing.prism.xy, np.full(len(thing.prism.xy), -thing.trajectory.yaw[0]))
-    size = float(np.prod(np.ptp(corners, axis=0)))
-    return size < HEAVIEST_M2
 
 
 def _loads(state: State, focus: Focus) -> list[str]:

@@ -13,6 +13,7 @@ from g3.actions.forklift_actions import WAIT
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
 from g3.groundings import Context, Grounding, PhysicalObject
+from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import evidence, plan_probability
 from g3.inference.clarification import Question, question_about
 from g3.inference.potentials.cases import CommandCase
@@ -25,6 +26,7 @@ from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others
+from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
 
@@ -109,12 +111,15 @@ class Result:
         Why there is no plan; empty if there is one.
     question
         What to ask back where it isn't clear which thing is meant; None if it is.
+    missing
+        Nouns that name nothing that there is. Then there is no plan, unless one was insisted on.
     """
 
     sdcs: tuple[SDC, ...]
     plans: tuple[Plan, ...]
     note: str = ""
     question: Question | None = None
+    missing: tuple[str, ...] = ()
 
     @property
     def plan(self) -> Plan | None:
@@ -158,6 +163,7 @@ class Grounder:
         explain: bool = False,
         least: float = LIKELY_NOTHING,
         parses: int = 1,
+        insist: bool = False,
     ) -> Result:
         """Find what to do.
 
@@ -180,6 +186,8 @@ class Grounder:
         parses
             How many trees of a text are tried: the plan counts whose probability times that of
             its tree is greatest. Answers are for the clauses of one tree; give that.
+        insist
+            Whether to plan with what there is where a noun names nothing that is there.
         """
         follow = partial(
             self._follow,
@@ -189,6 +197,7 @@ class Grounder:
             answers=answers,
             explain=explain,
             least=least,
+            insist=insist,
         )
         results = [(probability, follow(sdcs)) for probability, sdcs in _parses(command, parses)]
         return max(results, key=lambda r: r[0] * (r[1].plan.probability if r[1].plan else 0.0))[1]
@@ -203,6 +212,7 @@ class Grounder:
         answers: Mapping[int, str] | None,
         explain: bool,
         least: float,
+        insist: bool,
     ) -> Result:
         if not sdcs:
             return Result((), (), "there is no clause to follow in the text")
@@ -220,6 +230,9 @@ class Grounder:
         why = refusal(CommandCase(tree, problem))
         if why:
             return Result(sdcs, (), why)
+        missing = absent_nouns(tree, start.context, self._lexicon)
+        if missing and not insist:
+            return Result(sdcs, (), what_is_missing(missing, start.context), missing=missing)
         found = search(tree, start, problem, width=max(width, top))
         if not found or not any(_does(h) for h in found[:1]):
             return Result(sdcs, (), "there is nothing in it that the robot could do")
@@ -236,7 +249,13 @@ class Grounder:
         if plans[0].probability < least:
             note = "no plan is at all likely to be what was meant"
             return Result(sdcs, (), note)
-        return Result(sdcs, plans, question=question_about(tree, found[0], start))
+        return Result(sdcs, plans, question=question_about(tree, found[0], start), missing=missing)
+
+    @property
+    def _lexicon(self) -> Lexicon | None:
+        """What the model has learned of words and labels."""
+        chooser = self.cost.model.load_chooser_ if isinstance(self.cost, Scorer) else None
+        return None if chooser is None else chooser.lexicon
 
 
 def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple[SDC, ...]]]:

@@ -87,7 +87,7 @@ function show(id, state) {
   if (!clauses.some((clause) => clause.node === chosen)) chosen = clauses[0]?.node ?? null;
   const draw = () => {
     $("found").replaceChildren(
-      section("What the robot does", ...steps(plan), question(plan, asked)),
+      section("What the robot does", ...steps(plan), insisting(plan, asked), question(plan, asked)),
       section("What the words mean", tree(id, clauses), ...meanings(clauses, draw, picture)),
       picture ? section("What is where", ...shownPicture(id, picture, clauses)) : "",
       state.phase === "done" && picture ? section("What happened", film(id)) : "",
@@ -100,11 +100,20 @@ function show(id, state) {
 const section = (title, ...parts) => h("section", { class: "card", "aria-label": title }, h("h2", {}, title), ...parts);
 
 function steps(plan) {
-  if (!plan.steps.length) return [h("p", { class: "problem" }, `Nothing: ${plan.note}.`)];
+  if (!plan.steps.length) return [h("p", { class: "problem" }, plan.missing.length ? `${plan.note}.` : `Nothing: ${plan.note}.`)];
   return [
     h("ol", {}, plan.steps.map((step) => h("li", {}, step))),
     h("p", { class: "quiet" }, `The probability that this was meant: ${percent(plan.probability)}.`),
   ];
+}
+
+/** Where something isn't there, the plan is made with what there is only if somebody wants that. */
+function insisting(plan, asked) {
+  if (!plan.missing.length) return null;
+  const missing = plan.missing.map((noun) => `no ${noun}`).join(" and ");
+  if (plan.steps.length) return h("p", { class: "note" }, `There is ${missing} here: this is done with what there is.`);
+  const insist = () => begin({ ...asked, insist: true });
+  return h("p", { class: "row" }, h("button", { type: "button", onclick: insist }, "Do it with what there is"));
 }
 
 function question(plan, asked) {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from corpus_tools.world.scenarios.boxes import Box, place_box, robot_box, thing_box
@@ -19,7 +21,12 @@ def scenario_context(scenario: Scenario) -> Context:
     """
     layout, objects = scenario.layout, scenario.all_objects
     things = [
-        _physical(name, KINDS[thing.kind].labels, thing_box(thing, objects, scenario.robot), layout)
+        replace(
+            _physical(
+                name, KINDS[thing.kind].labels, thing_box(thing, objects, scenario.robot), layout
+            ),
+            liftable=thing.liftable,
+        )
         for name, thing in objects.items()
     ]
     robot = _physical(ROBOT, FORKLIFT.labels, robot_box(scenario.robot), layout)

@@ -13,6 +13,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from corpus_tools.world.state.robot_script import Script
+from corpus_tools.world.state.thing_kinds import KINDS
 
 ROBOT = "forklift"
 """Id of the robot in every scenario."""
@@ -35,12 +36,20 @@ class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
         Its heading, relative to the robot's for what the robot carries.
     deck
         Id of the object on whose deck it stands; None for the ground.
+    liftable
+        Whether the robot may lift it; None where its kind tells.
     """
 
     kind: str
     at: Point | None = None
     yaw_deg: float = 0.0
     deck: str | None = None
+    liftable: bool | None = None
+
+
+def may_be_lifted(thing: Thing) -> bool:
+    """Whether the robot can lift a thing of a known kind, and nothing is said against it."""
+    return KINDS[thing.kind].carriable and thing.liftable is not False
 
 
 class Region(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

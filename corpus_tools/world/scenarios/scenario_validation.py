@@ -23,6 +23,7 @@ from corpus_tools.world.scenarios.scenario import (
     Robot,
     Scenario,
     Thing,
+    may_be_lifted,
 )
 from corpus_tools.world.scenarios.scenario_files import KNOWN
 from corpus_tools.world.scenarios.scripts import script_problems
@@ -119,6 +120,11 @@ def _object_problems(
             )
         elif not carried and thing.at is None:
             yield Problem(field, "it has no position, and the robot doesn't carry it", "add at")
+        if thing.kind in KINDS and thing.liftable and not may_be_lifted(thing):
+            loads = ", ".join(name for name, kind in KINDS.items() if kind.carriable)
+            yield Problem(
+                (*field, "liftable"), f"the forks can't lift a {thing.kind}", f"they lift: {loads}"
+            )
         if thing.deck is not None:
             yield from _carrier_problems(thing.deck, objects, (*field, "deck"))
 
@@ -148,7 +154,7 @@ def _load_problems(load: str, objects: Mapping[str, Thing]) -> Iterator[Problem]
     field = ("robot", "carries")
     if load not in objects:
         yield Problem(field, f"there is no object {load!r}", "correct the id")
-    elif objects[load].kind in KINDS and not KINDS[objects[load].kind].carriable:
+    elif objects[load].kind in KINDS and not may_be_lifted(objects[load]):
         yield Problem(field, f"the forks can't lift {load!r}", "name a load")
 
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box
 from corpus_tools.world.scenarios.documents import Problem
-from corpus_tools.world.scenarios.scenario import ROBOT, Robot, Thing
+from corpus_tools.world.scenarios.scenario import ROBOT, Robot, Thing, may_be_lifted
 from corpus_tools.world.state.robot_script import ACTIONS, DRIVE_TO, TURN, Script, ScriptStep
-from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import point_gap
 
 STANDING_ROOM_M = 0.6
@@ -91,7 +90,7 @@ class _State:
         return None
 
     def pick_up(self, load: str) -> Iterator[tuple[str, str]]:
-        if not KINDS[self.objects[load].kind].carriable:
+        if not may_be_lifted(self.objects[load]):
             yield f"the forks can't lift {load}", "name a load"
         elif self.held is not None:
             yield f"{self.held} is on the forks already", "put it down before"

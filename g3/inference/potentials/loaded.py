@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import log
 
-from g3.actions.forklift_actions import is_load
+from g3.actions.loads import is_load
 from g3.inference.potentials.cases import CandidateCase, CommandCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.clause_roles import is_company, objects, spares

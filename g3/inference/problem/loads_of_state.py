@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from g3.actions.forklift_actions import is_load
+from g3.actions.loads import loads_of_context
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
 from g3.inference.problem.command_tree import Tree
@@ -17,12 +17,11 @@ def loads_of(state: State) -> dict[str, Load]:
     """What could be picked up in a state, by id."""
     x, y, yaw = state.pose
     found = {}
-    for thing in state.context.objects:
-        if is_load(state, thing.id):
-            away = centre(thing.prism) - (x, y)
-            bearing = np.angle(np.exp(1j * (np.arctan2(away[1], away[0]) - yaw)))
-            distance = float(np.linalg.norm(away))
-            found[thing.id] = Load(tuple(thing.labels), distance, float(bearing))
+    for thing in loads_of_context(state.context):
+        away = centre(thing.prism) - (x, y)
+        bearing = np.angle(np.exp(1j * (np.arctan2(away[1], away[0]) - yaw)))
+        distance = float(np.linalg.norm(away))
+        found[thing.id] = Load(tuple(thing.labels), distance, float(bearing))
     return found
 
 

@@ -167,6 +167,11 @@ FORKS = stems("fork forks")
 FLOOR = stems("ground floor pavement")
 AREAS = FLOOR | stems("area space spot place gap slot location position region zone bay aisle")
 """Nouns for places."""
+GENERIC = stems(
+    "thing object item load goods cargo stuff freight material unit piece content supply batch set "
+    "lot line"
+)
+"""Nouns that may stand for whatever there is."""
 PARTS = words("end side part half corner space spot area slot")
 """Nouns for parts of things: "the empty side of the truck" is no empty truck."""
 

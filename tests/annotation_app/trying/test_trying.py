@@ -13,9 +13,12 @@ import pytest
 from flask import Flask
 
 from annotation_app.serving.factory import create_app
+from annotation_app.trying import attempt as attempt_module
 from annotation_app.trying import attempt_queue as queue
-from annotation_app.trying.attempt import Asked, Shown, write_state
+from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, write_state
 from annotation_app.trying.attempt_queue import FOLDER, Attempts
+from g3.inference.grounder import Grounder
+from g3.inference.problem.costs import RandomCost
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 
 SCENARIO = "dock_pick_up_tires"
@@ -89,6 +92,32 @@ def test_only_pictures_of_an_attempt_are_sent(open_app: Flask) -> None:
         assert picture.mimetype == "image/svg+xml"
     for name in ("state.json", "video.mp4"):
         assert client.get(f"/try/{folder.name}/{name}").status_code == 404
+
+
+def test_what_is_not_there_is_told_and_can_be_insisted_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grounders: dict[Path | None, Grounder] = {tmp_path: Grounder(RandomCost(1))}
+    monkeypatch.setattr(attempt_module, "_grounders", grounders)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_state(folder, Shown(Asked(SCENARIO, "Lift the elephant.")))
+    attempt(folder, tmp_path)
+    shown = read_state(folder)
+    assert shown is not None
+    assert (shown.phase, shown.problem) == ("done", "")
+    assert shown.plan is not None
+    assert (shown.plan.missing, shown.plan.steps) == (["elephant"], [])
+    assert shown.plan.note.startswith("I see no elephant here. There are: ")
+
+
+@pytest.mark.parametrize(("insist", "status"), [(True, 429), ("yes", 422)])
+def test_insisting_is_yes_or_no(
+    open_app: Flask, insist: Any, status: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(queue, "LONGEST_QUEUE", 0)
+    response = Browser(open_app).send("POST", "/api/try", {**COMMAND, "insist": insist})
+    assert response.status_code in (status, 400 if status == 422 else status)
 
 
 def test_few_wait_at_a_time(open_app: Flask, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -54,6 +54,13 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     page.get_by_role("button", name="Try it").click()
     expect(page.get_by_text("Nothing: ")).to_be_visible(timeout=PATIENCE_MS)
     expect(page.locator("#go")).to_be_enabled()
+    page.get_by_label("Command").fill("Lift the elephant")
+    page.get_by_role("button", name="Try it").click()
+    expect(page.get_by_text("I see no elephant here. There are: ")).to_be_visible(
+        timeout=PATIENCE_MS
+    )
+    expect(page.get_by_role("button", name="Do it with what there is")).to_be_visible()
+    expect(page.locator("#go")).to_be_enabled()
     page.get_by_label("Scenario").select_option("dock_pick_up_tires")
     page.get_by_label("Command").fill('Pick up the boxes <img src=x onerror="throw 1">')
     page.keyboard.press("Enter")

@@ -1,6 +1,9 @@
 """``ct follow`` as people use it, with a small model."""
 
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -182,3 +185,60 @@ def test_a_command_is_carried_out_and_filmed(model, tmp_path):
     assert told["execution"]["files"] == [str(video), str(video.with_suffix(".mcap"))]
     assert video.stat().st_size > 10_000
     assert video.with_suffix(".mcap").is_file()
+
+
+def test_what_is_not_there_is_told_and_not_done(model):
+    done = run("Lift the elephant", *SCENARIO, *model)
+    assert done.exit_code == 2
+    assert done.stdout == ""
+    assert "I see no elephant here. There are: " in done.stderr
+    assert "--yes" in done.stderr
+
+
+def test_programs_are_told_what_is_not_there(model):
+    done = run("Lift the elephant", *SCENARIO, *model, "--json")
+    told = json.loads(done.stdout)
+    assert done.exit_code == 2
+    assert (told["status"], told["missing"], told["plans"]) == ("absent", ["elephant"], [])
+    assert told["note"].startswith("I see no elephant here.")
+
+
+def test_a_plan_can_be_had_all_the_same(model):
+    done = run("Lift the elephant", *SCENARIO, *model, "--plan-only", "--yes", "--json")
+    told = json.loads(done.stdout)
+    # A plan that is hardly what was meant is still refused; but not for what is missing.
+    assert told["missing"] == ["elephant"]
+    assert told["status"] in ("found", "refused")
+    assert "I see no" not in told["note"]
+
+
+def test_without_a_terminal_nothing_unsure_is_done(model):
+    command = ("Pick up the boxes", *SCENARIO, *model, "--confirm-below", "1")
+    done = run(*command)
+    assert done.exit_code == 2
+    assert "done in" not in done.stdout
+    assert "do this? Its probability is " in done.stderr
+    told = json.loads(run(*command, "--json").stdout)
+    assert told["status"] == "unsure"
+    assert told["question"].endswith("do this?")
+    assert told["execution"] is None
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no terminals")
+@pytest.mark.parametrize(("answer", "status"), [("y", 0), ("n", 2), ("", 2)])
+def test_on_a_terminal_somebody_is_asked_first(model, answer, status):
+    pytest.importorskip("mujoco")
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "corpus_tools", "follow", "Turn left", *SCENARIO, *model]
+    process = subprocess.Popen(
+        command, stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    os.write(ours, f"{answer}\n".encode())
+    out, err = process.communicate(timeout=300)
+    os.close(ours)
+    os.close(theirs)
+    assert process.returncode == status, err
+    assert "turn 90 degrees" in out
+    assert "Do this? [y/N]" in err
+    assert ("done in" in out) == (status == 0)

@@ -1,0 +1,103 @@
+"""A table of how often it is seen that something isn't there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from rich.table import Table
+
+from eval.absence.absence_trials import AbsenceTrials
+from eval.tables.formats import document, table_text
+from g3.language.similarity.learned_lexicon import likeness_identity
+from g3.language.similarity.presence import least_alike
+
+FALSE_ALARMS = 0.05
+"""The share of false alarms at which corpora are compared."""
+LISTED = 10
+
+
+def figures(trials: AbsenceTrials, threshold: float | None = None) -> dict[str, Any]:
+    """What share of commands alarms at a threshold, by what there is to be seen.
+
+    Parameters
+    ----------
+    trials
+        Of one corpus.
+    threshold
+        What is less present is absent; left out, the largest that alarms wrongly for at most
+        `FALSE_ALARMS` of the commands.
+    """
+    own = np.array(trials.own)
+    known = _largest(own) if threshold is None else threshold
+    shares = {
+        name: float(np.mean(np.array(values) < known)) if values else float("nan")
+        for name, values in (
+            ("false_alarms", trials.own),
+            ("seen_removed", trials.removed),
+            ("seen_any_noun", trials.any_noun),
+        )
+    }
+    return {"threshold": known, **shares}
+
+
+def _largest(own: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    steps = np.unique(own[own <= 1])
+    allowed = [float(step) for step in steps if np.mean(own < step) <= FALSE_ALARMS]
+    return max(allowed, default=0.0)
+
+
+def render(
+    trials: Sequence[AbsenceTrials],
+    form: Literal["text", "json"],
+    metadata: Mapping[str, object],
+    *,
+    terminal: bool = False,
+) -> str:
+    """The figures of each corpus, at the shipped threshold and at `FALSE_ALARMS`."""
+    known = {**metadata, "likeness": likeness_identity(), "threshold": least_alike()}
+    rows: list[dict[str, Any]] = [
+        {
+            "corpus": one.corpus,
+            "commands": len(one.own),
+            "removals": len(one.removed),
+            "shipped": figures(one, least_alike()),
+            "at_5_percent": figures(one),
+            "false_alarms": [
+                {"noun": noun, "naming": value}
+                for noun, value in one.alarms
+                if value < least_alike()
+            ],
+        }
+        for one in trials
+    ]
+    if form == "json":
+        return document({"rows": rows}, known)
+    tables = {
+        f"Alarms below {least_alike():g}": _table(rows, "shipped"),
+        f"Alarms at {FALSE_ALARMS:.0%} false ones": _table(rows, "at_5_percent"),
+    }
+    notes = []
+    for row in rows:
+        nouns = dict.fromkeys(alarm["noun"] for alarm in row["false_alarms"])
+        if nouns:
+            notes.append(f"false alarms in {row['corpus']}: {', '.join(list(nouns)[:LISTED])}")
+    return table_text(tables, notes, known, terminal=terminal)
+
+
+def _table(rows: Sequence[Mapping[str, Any]], which: str) -> Table:
+    table = Table()
+    headings = ("", "Threshold", "False alarms", "What was removed", "Any noun")
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading else "left")
+    for row in rows:
+        found = row[which]
+        table.add_row(
+            f"{row['corpus']} ({row['commands']})",
+            f"{found['threshold']:.3f}",
+            f"{found['false_alarms']:.3f}",
+            f"{found['seen_removed']:.3f} of {row['removals']}",
+            f"{found['seen_any_noun']:.3f}",
+        )
+    return table
