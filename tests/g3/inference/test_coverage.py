@@ -1,0 +1,173 @@
+"""What people ask for is among the candidates, and the search reaches it: over generated worlds.
+
+What is possible is found by trying all points of a fine grid, by rules that know nothing of how
+candidates are made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from g3.geometry.footprints import centre
+from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
+from g3.groundings import Context, FloatArray, PhysicalObject, Prism
+from g3.inference.grounder import Grounder
+from g3.sdc.sdc_notation import parse_brackets
+from tests.g3.actions.yards import box, forklift
+from tests.g3.inference.oracle_cost import OracleCost
+
+LOAD_M, HEIGHT_M = 1.2, 0.7
+HALF_M = LOAD_M / 2
+ROOM_M = 1.2
+"""On the ground a load needs so much room around its middle, on a deck half its side and a bit."""
+DECK_ROOM_M = 0.9
+NEAR_M = 2.3
+"""Beside a thing is no further from its side."""
+STEP_M = 0.2
+DECK = (0.4, 0.85)
+
+ANGLES = st.floats(-3.1, 3.1)
+LEVELS = ("ground", "deck", "stack")
+STARTS = ("near", "far", "close", "loaded")
+
+
+@dataclass(frozen=True)
+class World:
+    """A yard: the mark, what is under it, the load that is to go there, and the robot."""
+
+    context: Context
+    mark: PhysicalObject
+    under: PhysicalObject | None
+
+    @property
+    def load(self) -> PhysicalObject:
+        return next(o for o in self.context.objects if o.id == "load")
+
+    @property
+    def robot(self) -> FloatArray:
+        return self.context.agent.trajectory.xyz[0, :2]
+
+
+def gaps(points: FloatArray, prism: Prism) -> FloatArray:
+    return point_gap(points[None], convex_hull(prism.xy)[None])[0]
+
+
+def depth(points: FloatArray, prism: Prism) -> FloatArray:
+    """How far points (n, 2) are from the border of a footprint if inside, else 0."""
+    hull = convex_hull(prism.xy)
+    edges = np.roll(hull, -1, axis=0) - hull
+    normal = np.column_stack((-edges[:, 1], edges[:, 0]))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.maximum(((points[:, None] - hull) * normal).sum(axis=-1).min(axis=1), 0.0)
+
+
+def possible(world: World, points: FloatArray) -> BoolArray:
+    """Whether the load could stand at points x, y, z (n, 3) on something, with room around it."""
+    xy, z = points[:, :2], points[:, 2]
+    on_ground = np.abs(z) < 0.1
+    found = on_ground.copy()
+    for thing in world.context.objects:
+        if thing.id in ("load", "agent"):
+            continue
+        on_top = (np.abs(z - thing.prism.z_max) < 0.1) & (thing.id == "trailer")
+        found |= on_top & (depth(xy, thing.prism) >= HALF_M - 0.15)
+        room = np.where(on_ground, ROOM_M, DECK_ROOM_M - 0.1)
+        found &= on_top | (thing.prism.z_max <= z + 0.3) | (gaps(xy, thing.prism) >= room - 1e-6)
+    # Where it stands already, it isn't put.
+    away = np.linalg.norm(xy - centre(world.load.prism), axis=1) > 2.0
+    return found & away
+
+
+def grid(around: Prism, margin: float, z: float) -> FloatArray:
+    low, high = around.xy.min(axis=0) - margin, around.xy.max(axis=0) + margin
+    x, y = np.meshgrid(np.arange(low[0], high[0], STEP_M), np.arange(low[1], high[1], STEP_M))
+    return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, z)))
+
+
+def is_comfortable(right: BoolArray) -> bool:
+    """Whether there is more than a splinter of room, of so many points of the grid."""
+    return int(right.sum()) >= 30
+
+
+@st.composite
+def worlds(draw: st.DrawFn, level: str, start: str) -> World:
+    """Worlds with the mark on a level, and the robot at a start."""
+    yaw = draw(ANGLES)
+    things = []
+    under = None
+    at, bottom = np.zeros(2), 0.0
+    if level != "ground":
+        size = (draw(st.floats(5.0, 8.0)), draw(st.floats(1.9, 3.0)))
+        z = DECK
+        if level == "stack":
+            size, z = (LOAD_M, LOAD_M), (0.0, HEIGHT_M)
+        under = box("trailer" if level == "deck" else "base", "trailer", (0, 0, yaw), size, z)
+        if level == "stack":
+            under = box("base", "box pallet", (0, 0, yaw), size, z)
+        along = draw(st.floats(-1, 1)) * (size[0] / 2 - HALF_M)
+        at, bottom = rotate(np.array([[along, 0.0]]), np.array([yaw]))[0], z[1]
+        things.append(under)
+    own = yaw if draw(st.booleans()) else draw(ANGLES)
+    mark = box("mark", "crate", (*at, own), (LOAD_M, LOAD_M), (bottom, bottom + HEIGHT_M))
+    way = draw(ANGLES)
+    away = {"near": 9.0, "far": 60.0, "close": 0.0, "loaded": 9.0}[start]
+    heading = draw(ANGLES)
+    pose = (away * np.cos(way), away * np.sin(way), heading)
+    load_at = (*(12.0 * np.array([np.cos(way + 2), np.sin(way + 2)])), draw(ANGLES))
+    lifted = 0.0
+    if start == "close":
+        # Less than a metre before the load that is to be lifted.
+        out = HALF_M * 1.5 + 0.75 + draw(st.floats(0.1, 1.0))
+        pose = (load_at[0] + out * np.cos(way), load_at[1] + out * np.sin(way), heading)
+    if start == "loaded":
+        load_at = (pose[0] + 1.12 * np.cos(heading), pose[1] + 1.12 * np.sin(heading), heading)
+        lifted = 0.3
+    things.append(
+        box("load", "tire pallet", load_at, (LOAD_M, LOAD_M), (lifted, lifted + HEIGHT_M))
+    )
+    context = Context("world", (*things, mark, forklift(pose)), (), "agent")
+    return World(context, mark, under)
+
+
+PUT = "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = {relation}, l = {landmark}))"
+
+
+def followed(world: World, right, landmark: str, relation: str, things) -> FloatArray:
+    """Where the load ends by the best plan of a cost that knows what is right, x, y, z."""
+    index = [o.id for o in world.context.objects].index("load")
+    cost = OracleCost({"tire": [world.load], **things}, right, index)
+    clauses = parse_brackets(PUT.format(relation=relation, landmark=landmark))
+    plan = Grounder(cost).follow(clauses, world.context, least=0.0).plan
+    assert plan is not None
+    prism = plan.state.thing("load").prism
+    return np.array([*centre(prism), prism.z_min])
+
+
+def check(world: World, right, landmark: str, relation: str, things, near: Prism, z: float) -> None:
+    """The plan leads to where is right, if there is room in the world."""
+    assume(is_comfortable(right(grid(near, NEAR_M + HALF_M, z))))
+    end = followed(world, right, landmark, relation, things)
+    assert right(end[None]).all(), end
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("level", LEVELS)
+@settings(max_examples=12, deadline=None)
+@given(data=st.data())
+def test_beside_a_thing_is_at_the_level_that_it_stands_on(level, start, data):
+    world = data.draw(worlds(level, start))
+    z = world.under.prism.z_max if level == "deck" else 0.0
+
+    def right(points):
+        at_level = np.abs(points[:, 2] - z) < 0.1
+        beside = gaps(points[:, :2], world.mark.prism) <= NEAR_M
+        return at_level & beside & possible(world, points)
+
+    check(
+        world, right, "OBJ(f = the crate)", "next to", {"crate": [world.mark]}, world.mark.prism, z
+    )
