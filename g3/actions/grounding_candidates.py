@@ -29,6 +29,8 @@ LOAD_M = 0.6
 """Half the side of most loads."""
 DECK_FREE_M = LOAD_M + 0.2
 """The same on a deck, where loads stand side by side."""
+OVERHANG_M = 0.15
+"""A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
 """Between a thing and a place beside it."""
 AHEAD_M = (3.0, 6.0)
@@ -165,13 +167,12 @@ def _on(thing: PhysicalObject, state: State) -> list[Place]:
     middle, half = _frame(thing.prism, yaw)
     longer = int(half[1] > half[0])
     shift = max(half[longer] - HALF_M - 0.2, 0.0)
-    offsets = np.zeros((5, 2))
-    offsets[1:3, longer] = shift, -shift
-    offsets[3:, 1 - longer] = half[1 - longer] / 2 * np.array([1.0, -1.0])
     # Loads stand side by side where there is room for two.
-    count = 5 if half[1 - longer] >= 2 * LOAD_M else 3
-    turned = rotate(offsets[:count], np.full(count, yaw))
-    spots = squares(middle + turned, yaw, top)
+    aside = half[1 - longer] / 2 if half[1 - longer] >= 2 * LOAD_M - OVERHANG_M else 0.0
+    lanes = (0.0, aside, -aside) if aside else (0.0,)
+    offsets = np.array([(x, y) for y in lanes for x in (0.0, shift, -shift)])
+    offsets = offsets[:, ::-1] if longer else offsets
+    spots = squares(middle + rotate(offsets, np.full(len(offsets), yaw)), yaw, top)
     for load in state.context.objects:
         if abs(load.prism.z_min - top) < GROUND_M and covers(thing.prism, centre(load.prism)):
             spots += [s for s in _around(load, state) if s.prism.z_min == top]
@@ -190,7 +191,8 @@ def _around(thing: PhysicalObject, state: State) -> list[Place]:
     if deck:
         # Nearer where the deck ends, if there is still room for a load.
         edges = ((deck.prism.xy - middle) @ ways.T).max(axis=0) - np.tile(half, 2)
-        gap = np.where(edges >= DECK_FREE_M, np.clip(edges - LOAD_M, DECK_FREE_M, gap), gap)
+        fits = edges >= DECK_FREE_M + LOAD_M - OVERHANG_M
+        gap = np.where(fits, np.clip(edges - LOAD_M, DECK_FREE_M, gap), gap)
     points = middle + (np.tile(half, 2) + gap)[:, None] * ways
     return _squares_at(points, ways[0], at, state)
 

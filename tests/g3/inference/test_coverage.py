@@ -6,7 +6,7 @@ candidates are made.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -95,14 +95,20 @@ def is_comfortable(right: BoolArray) -> bool:
 
 
 @st.composite
-def worlds(draw: st.DrawFn, level: str, start: str) -> World:
-    """Worlds with the mark on a level, and the robot at a start."""
+def worlds(draw: st.DrawFn, level: str, start: str, from_deck: float | None = None) -> World:
+    """Worlds with the mark on a level, and the robot at a start.
+
+    Parameters
+    ----------
+    from_deck
+        In which direction from the deck's heading the robot is, within half a radian; None for any.
+    """
     yaw = draw(ANGLES)
     things = []
     under = None
     at, bottom = np.zeros(2), 0.0
     if level != "ground":
-        size = (draw(st.floats(5.0, 8.0)), draw(st.floats(1.9, 3.0)))
+        size = (draw(st.floats(5.0, 8.0)), draw(st.floats(1.9, 3.0 if from_deck is None else 2.5)))
         z = DECK
         if level == "stack":
             size, z = (LOAD_M, LOAD_M), (0.0, HEIGHT_M)
@@ -114,7 +120,7 @@ def worlds(draw: st.DrawFn, level: str, start: str) -> World:
         things.append(under)
     own = yaw if draw(st.booleans()) else draw(ANGLES)
     mark = box("mark", "crate", (*at, own), (LOAD_M, LOAD_M), (bottom, bottom + HEIGHT_M))
-    way = draw(ANGLES)
+    way = draw(ANGLES) if from_deck is None else yaw + from_deck + draw(st.floats(-0.5, 0.5))
     away = {"near": 9.0, "far": 60.0, "close": 0.0, "loaded": 9.0}[start]
     heading = draw(ANGLES)
     pose = (away * np.cos(way), away * np.sin(way), heading)
@@ -171,3 +177,89 @@ def test_beside_a_thing_is_at_the_level_that_it_stands_on(level, start, data):
     check(
         world, right, "OBJ(f = the crate)", "next to", {"crate": [world.mark]}, world.mark.prism, z
     )
+
+
+SIDES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "near": (-1.0, 0.0), "far": (1.0, 0.0)}
+"""Sides of a thing for who looks at it from the robot."""
+RELATIONS = {
+    "left": "to the left of",
+    "right": "to the right of",
+    "near": "in front of",
+    "far": "behind",
+}
+
+
+def seen(world: World, points: FloatArray, middle: FloatArray) -> FloatArray:
+    """Points in the frame of who looks from the robot at a middle, shape (n, 2)."""
+    ahead = middle - world.robot
+    return rotate(points - middle, np.full(len(points), -np.arctan2(ahead[1], ahead[0])))
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("level", LEVELS)
+@settings(max_examples=12, deadline=None)
+@given(data=st.data())
+def test_each_side_of_a_thing_is_a_place(level, side, data):
+    # On a narrow deck there is room at its ends, for who looks from there.
+    turn = np.pi / 2 if side in ("left", "right") else 0.0
+    turn += data.draw(st.sampled_from((0.0, np.pi)))
+    start = data.draw(st.sampled_from(("near", "far", "loaded") if level == "deck" else STARTS))
+    world = data.draw(worlds(level, start, turn if level == "deck" else None))
+    z = world.under.prism.z_max if level == "deck" else 0.0
+
+    def right(points):
+        return there(points, 46)
+
+    def there(points, degrees):
+        off = seen(world, points[:, :2], centre(world.mark.prism))
+        cosine = off @ np.array(SIDES[side]) / np.maximum(np.linalg.norm(off, axis=1), 1e-9)
+        beside = gaps(points[:, :2], world.mark.prism) <= NEAR_M
+        aside = cosine >= np.cos(np.radians(degrees))
+        return (np.abs(points[:, 2] - z) < 0.1) & aside & beside & possible(world, points)
+
+    mark = world.mark
+    # A place in the very corner of what is meant isn't the only one.
+    assume(is_comfortable(there(grid(mark.prism, NEAR_M + HALF_M, z), 30)))
+    check(world, right, "OBJ(f = the crate)", RELATIONS[side], {"crate": [mark]}, mark.prism, z)
+
+
+@pytest.mark.parametrize("start", STARTS)
+@settings(max_examples=12, deadline=None)
+@given(data=st.data())
+def test_on_a_deck_there_is_a_place_beside_what_stands_there(start, data):
+    world = data.draw(worlds("deck", start))
+    deck = world.under.prism
+
+    def right(points):
+        return (np.abs(points[:, 2] - deck.z_max) < 0.1) & possible(world, points)
+
+    check(world, right, "OBJ(f = the trailer)", "on", {"trailer": [world.under]}, deck, deck.z_max)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@settings(max_examples=12, deadline=None)
+@given(data=st.data())
+def test_each_side_of_a_deck_is_a_place_on_it(side, data):
+    world = data.draw(worlds("deck", data.draw(st.sampled_from(STARTS))))
+    world = empty(world)
+    deck = world.under.prism
+    z, way = deck.z_max, np.array(SIDES[side])
+    fits = grid(deck, 0.0, z)
+    fits = fits[depth(fits[:, :2], deck) >= HALF_M]
+    outermost = (seen(world, fits[:, :2], centre(deck)) @ way).max()
+    # A side is where there is more than the middle of the deck.
+    assume(outermost > HALF_M)
+
+    def right(points):
+        off = seen(world, points[:, :2], centre(deck)) @ way
+        level = np.abs(points[:, 2] - z) < 0.1
+        return level & (off >= outermost / 3) & possible(world, points)
+
+    relation = {"near": "on the front of", "far": "on the back of"}.get(side, f"on the {side} of")
+    check(world, right, "OBJ(f = the trailer)", relation, {"trailer": [world.under]}, deck, z)
+
+
+def empty(world: World) -> World:
+    """The world without the mark."""
+    objects = tuple(o for o in world.context.objects if o is not world.mark)
+    return replace(world, context=replace(world.context, objects=objects))
