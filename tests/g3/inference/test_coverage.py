@@ -6,7 +6,9 @@ candidates are made.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,26 +107,37 @@ def worlds(draw: st.DrawFn, level: str, start: str, from_deck: float | None = No
     """
     yaw = draw(ANGLES)
     things = []
-    under = None
     at, bottom = np.zeros(2), 0.0
     if level != "ground":
         size = (draw(st.floats(5.0, 8.0)), draw(st.floats(1.9, 3.0 if from_deck is None else 2.5)))
         z = DECK
         if level == "stack":
             size, z = (LOAD_M, LOAD_M), (0.0, HEIGHT_M)
-        under = box("trailer" if level == "deck" else "base", "trailer", (0, 0, yaw), size, z)
-        if level == "stack":
-            under = box("base", "box pallet", (0, 0, yaw), size, z)
+        name, labels = ("trailer", "trailer") if level == "deck" else ("base", "box pallet")
+        under = box(name, labels, (0, 0, yaw), size, z)
         along = draw(st.floats(-1, 1)) * (size[0] / 2 - HALF_M)
         at, bottom = rotate(np.array([[along, 0.0]]), np.array([yaw]))[0], z[1]
         things.append(under)
     own = yaw if draw(st.booleans()) else draw(ANGLES)
     mark = box("mark", "crate", (*at, own), (LOAD_M, LOAD_M), (bottom, bottom + HEIGHT_M))
     way = draw(ANGLES) if from_deck is None else yaw + from_deck + draw(st.floats(-0.5, 0.5))
-    away = {"near": 9.0, "far": 60.0, "close": 0.0, "loaded": 9.0}[start]
+    return with_start(draw, start, [*things, mark], way=way)
+
+
+def with_start(
+    draw: Callable[..., Any],
+    start: str,
+    things: Sequence[PhysicalObject],
+    away: float = 9.0,
+    way: float | None = None,
+) -> World:
+    """Things about the origin, the last of them the mark, with the load and the robot somewhere."""
+    way = draw(ANGLES) if way is None else way
+    away = {"far": 60.0, "close": 0.0}.get(start, away)
     heading = draw(ANGLES)
     pose = (away * np.cos(way), away * np.sin(way), heading)
-    load_at = (*(12.0 * np.array([np.cos(way + 2), np.sin(way + 2)])), draw(ANGLES))
+    load_away = max(away, 12.0) if away < 60.0 else 20.0
+    load_at = (*(load_away * np.array([np.cos(way + 2), np.sin(way + 2)])), draw(ANGLES))
     lifted = 0.0
     if start == "close":
         # Less than a metre before the load that is to be lifted.
@@ -133,11 +146,9 @@ def worlds(draw: st.DrawFn, level: str, start: str, from_deck: float | None = No
     if start == "loaded":
         load_at = (pose[0] + 1.12 * np.cos(heading), pose[1] + 1.12 * np.sin(heading), heading)
         lifted = 0.3
-    things.append(
-        box("load", "tire pallet", load_at, (LOAD_M, LOAD_M), (lifted, lifted + HEIGHT_M))
-    )
-    context = Context("world", (*things, mark, forklift(pose)), (), "agent")
-    return World(context, mark, under)
+    load = box("load", "tire pallet", load_at, (LOAD_M, LOAD_M), (lifted, lifted + HEIGHT_M))
+    context = Context("world", (*things, load, forklift(pose)), (), "agent")
+    return World(context, things[-1], things[0] if len(things) > 1 else None)
 
 
 PUT = "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = {relation}, l = {landmark}))"
@@ -263,3 +274,102 @@ def empty(world: World) -> World:
     """The world without the mark."""
     objects = tuple(o for o in world.context.objects if o is not world.mark)
     return replace(world, context=replace(world.context, objects=objects))
+
+
+@pytest.mark.parametrize("level", ["ground", "deck"])
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_between_two_things_is_in_the_gap_at_their_level(level, data):
+    yaw, gap = data.draw(ANGLES), data.draw(st.floats(2.6, 12.0))
+    large = level == "ground" and data.draw(st.booleans())
+    size = (6.0, 2.0) if large else (LOAD_M, LOAD_M)
+    z = DECK[1] if level == "deck" else 0.0
+    if level == "deck":
+        gap = data.draw(st.floats(2.6, 4.0))
+    ends = rotate(
+        np.array([[-(gap + size[0]) / 2, 0.0], [(gap + LOAD_M) / 2, 0.0]]), np.full(2, yaw)
+    )
+    one = box("one", "drum", (*ends[0], yaw), size, (z, z + HEIGHT_M))
+    other = box("other", "crate", (*ends[1], yaw), (LOAD_M, LOAD_M), (z, z + HEIGHT_M))
+    trailer = box("trailer", "trailer", (0, 0, yaw), (gap + 3 * LOAD_M, 2.0), DECK)
+    start = data.draw(st.sampled_from(STARTS))
+    world = with_start(data.draw, start, [one, other, *([trailer] if level == "deck" else [])])
+
+    def right(points):
+        local = rotate(points[:, :2], np.full(len(points), -yaw))
+        among = (np.abs(local) <= [gap / 2 - HALF_M, 0.8]).all(axis=1)
+        return among & (np.abs(points[:, 2] - z) < 0.1) & possible(world, points)
+
+    landmarks = "[OBJ(f = the drum), OBJ(f = the crate)]"
+    things = {"drum": [one], "crate": [other]}
+    middle = Prism(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * gap / 2, 0, 1)
+    check(world, right, landmarks, "between", things, middle, z)
+
+
+@st.composite
+def row_worlds(draw: st.DrawFn) -> tuple[World, list[PhysicalObject], FloatArray]:
+    """A row of crates with any gaps between them, and the direction along it."""
+    count, gap, yaw = draw(st.integers(3, 6)), draw(st.floats(1.6, 8.0)), draw(ANGLES)
+    places = (np.arange(count) - (count - 1) / 2)[:, None] * gap * np.array([1.0, 0.0])
+    turned = rotate(places, np.full(count, yaw))
+    own = yaw if draw(st.booleans()) else draw(ANGLES)
+    crates = [
+        box(f"c{i}", "crate", (*at, own), (LOAD_M, LOAD_M), (0.0, HEIGHT_M))
+        for i, at in enumerate(turned)
+    ]
+    start = draw(st.sampled_from(STARTS))
+    away = gap * (count - 1) / 2 + 8.0
+    return with_start(draw, start, crates, away), crates, np.array([np.cos(yaw), np.sin(yaw)])
+
+
+@settings(max_examples=30, deadline=None)
+@given(row_worlds())
+def test_at_the_end_of_a_row_is_beyond_it_and_in_line(made):
+    world, crates, along = made
+    reach = max(abs(centre(c.prism) @ along) for c in crates) + HALF_M
+    across = np.array([-along[1], along[0]])
+
+    def right(points):
+        beyond = np.abs(points[:, :2] @ along) - reach
+        in_line = np.abs(points[:, :2] @ across) <= 0.8
+        at = (beyond >= HALF_M) & (beyond <= NEAR_M) & (np.abs(points[:, 2]) < 0.1)
+        return at & in_line & possible(world, points)
+
+    row_of = "OBJ(f = the row of crates)"
+    check(world, right, row_of, "at the end of", {"crate": crates}, crates[-1].prism, 0.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(row_worlds())
+def test_between_the_crates_of_a_row_is_between_two_of_it(made):
+    world, crates, along = made
+    middles = np.array([centre(c.prism) for c in crates])
+    across = np.array([-along[1], along[0]])
+
+    def right(points):
+        inside = np.abs(points[:, :2] @ along) < np.abs(middles @ along).max()
+        in_line = np.abs(points[:, :2] @ across) <= 0.8
+        return inside & in_line & (np.abs(points[:, 2]) < 0.1) & possible(world, points)
+
+    check(world, right, "OBJ(f = the crates)", "between", {"crate": crates}, crates[1].prism, 0.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.data(), st.integers(3, 7), st.floats(4.0, 12.0))
+def test_in_the_middle_of_several_things_is_among_them(data, count, gap):
+    angle = data.draw(ANGLES) + 2 * np.pi * np.arange(count) / count
+    ring = gap * np.column_stack((np.cos(angle), np.sin(angle)))
+    crates = [
+        box(f"c{i}", "crate", (*at, 0.0), (LOAD_M, LOAD_M), (0.0, HEIGHT_M))
+        for i, at in enumerate(ring)
+    ]
+    start = data.draw(st.sampled_from(STARTS))
+    world = with_start(data.draw, start, crates, gap + 8.0)
+
+    def right(points):
+        central = np.linalg.norm(points[:, :2], axis=1) <= gap / 3
+        return central & (np.abs(points[:, 2]) < 0.1) & possible(world, points)
+
+    middle = Prism(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]), 0, 1)
+    crates_of = "OBJ(f = the crates)"
+    check(world, right, crates_of, "in the middle of", {"crate": crates}, middle, 0.0)
