@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.cluster.hierarchy import linkage
@@ -65,8 +66,9 @@ def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
     rows: set[frozenset[int]] = set()
     clusters: set[frozenset[int]] = set()
     for own, middles in _alike(things):
-        rows |= {frozenset(own[run].tolist()) for run in _straight(middles)}
-        clusters |= {frozenset(own[members].tolist()) for members in _isolated(middles)}
+        straight, isolated = _found(middles.tobytes())
+        rows |= {frozenset(own[run].tolist()) for run in straight}
+        clusters |= {frozenset(own[members].tolist()) for members in isolated}
     whole = (run for run in rows if not any(run < other for other in rows))
     return Arrangements(
         *(
@@ -93,54 +95,69 @@ def _alike(things: Sequence[PhysicalObject]) -> Iterable[tuple[IntArray, FloatAr
                 yield own, middles[own]
 
 
-def _straight(middles: FloatArray) -> list[IntArray]:
+# The same world is asked for command after command.
+@lru_cache(maxsize=1 << 10)
+def _found(middles: bytes) -> tuple[list[list[int]], list[list[int]]]:
+    """Straight rows and clusters of points (n, 2)."""
+    points = np.frombuffer(middles).reshape(-1, 2)
+    return _straight(points), _isolated(points)
+
+
+def _straight(middles: FloatArray) -> list[list[int]]:
     """Straight rows of points (n, 2): each goes on from a pair of neighbours as far as it can."""
     gap = length(middles[:, None] - middles)
     np.fill_diagonal(gap, np.inf)
     near = np.argsort(gap, axis=1, kind="stable")[:, : min(NEAREST, len(middles) - 1)]
     first, second = np.repeat(np.arange(len(middles)), near.shape[1]), near.reshape(-1)
     step, size = middles[second] - middles[first], gap[first, second]
-    from_first, _ = _relative(middles, gap, first, step, size)
-    from_second, ahead = _relative(middles, gap, second, step, size)
+    # What is beyond the nearest things of one is neither next in its row nor nearer than that.
+    from_first, _ = _relative(middles, first, near[first], step)
+    from_second, ahead = _relative(middles, second, near[second], step)
     # Nothing off the line is much nearer to a row's things than they are to each other.
     off_line = np.maximum(from_first.min(axis=1), from_second.min(axis=1))
-    on = gap[second]
+    on = gap[second[:, None], near[second]]
     even = (on <= UNEVEN * size[:, None]) & (size[:, None] <= UNEVEN * on)
     reach = np.where(ahead & even & (size <= APART * off_line)[:, None], on, np.inf)
-    follower = np.where(np.isfinite(reach.min(axis=1)), reach.argmin(axis=1), -1)
+    chosen = near[second, reach.argmin(axis=1)]
+    follower = np.where(np.isfinite(reach.min(axis=1)), chosen, -1)
     steps = zip(first.tolist(), second.tolist(), follower.tolist(), strict=True)
     after = {(i, j): (j, k) for i, j, k in steps if k >= 0}
-    rows = []
+    runs: set[tuple[int, ...]] = set()
     for begun in sorted(set(after) - set(after.values())) or sorted(after):
         run, here = list(begun), after.get(begun)
         while here is not None and here[1] not in run:
             run.append(here[1])
             here = after.get(here)
-        if is_straight(middles[run]):
-            rows.append(np.array(run))
-    return rows
+        # Each row is found from both of its ends.
+        runs.add(tuple(run if run[0] < run[-1] else reversed(run)))
+    return [list(run) for run in sorted(runs) if is_straight(middles[list(run)])]
 
 
 def _relative(
-    middles: FloatArray, gap: FloatArray, start: IntArray, step: FloatArray, size: FloatArray
+    middles: FloatArray, start: IntArray, others: IntArray, step: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """How points lie to lines along steps from some of them; each (steps, points).
+    """How some points lie to lines along steps (n, 2) from others.
+
+    Parameters
+    ----------
+    start, others
+        The points that the lines start from, shape (n,), and those that are looked at, (n, m).
 
     Returns
     -------
     off_line : FloatArray
-        How far they are from where a line starts, infinite on the line.
+        How far these are from where the line starts, infinite on the line; shape (n, m).
     ahead : BoolArray
-        Which are on the line, ahead of where it starts.
+        Which are on the line, ahead of where it starts; shape (n, m).
     """
-    away, on = middles - middles[start][:, None], gap[start]
-    with np.errstate(invalid="ignore"):
-        aside = np.abs(cross(away, step[:, None])) > BENT * on * size[:, None]
-    ahead = np.isfinite(on) & ~aside & ((away * step[:, None]).sum(axis=-1) > 0)
+    away = middles[others] - middles[start][:, None]
+    on = length(away)
+    aside = np.abs(cross(away, step[:, None])) > BENT * on * length(step)[:, None]
+    ahead = ~aside & ((away * step[:, None]).sum(axis=-1) > 0)
     return np.where(aside, on, np.inf), ahead
 
 
-def _isolated(middles: FloatArray) -> list[IntArray]:
+def _isolated(middles: FloatArray) -> list[list[int]]:
     """Points (n, 2) that are nearer to one another than any of them is to the rest."""
     n = len(middles)
     members = [[i] for i in range(n)]
@@ -149,7 +166,7 @@ def _isolated(middles: FloatArray) -> list[IntArray]:
     for one, other, between, _ in linkage(middles, "single").tolist():
         parts = int(one), int(other)
         found += [
-            np.array(members[part])
+            members[part]
             for part in parts
             if len(members[part]) >= ROW and between >= ISOLATED * longest[part]
         ]
