@@ -7,9 +7,9 @@ import numpy as np
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 
-ROW, NARROW, BEFORE_M = 3, 0.4, 2.0
-"""So many things are a row if they spread no more across it, as a share of along it, and it runs
-at least so far from the robot."""
+ROW, NARROW, BEFORE = 3, 0.4, 0.25
+"""So many things are a row if they spread no more across it, as a share of along it. Who stands
+before it is at least so far from its line, as a share of how far beyond its end."""
 ONE_SIDE = 0.2
 """Things lie on one side if no direction to them has a smaller cosine to the middle one."""
 
@@ -40,23 +40,47 @@ def facing(own: FloatArray, others: FloatArray, rival: BoolArray) -> tuple[Float
     return np.where(straight[:, None], across, chosen), ~(straight | aside)
 
 
+def lines(points: FloatArray, seen: BoolArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """The lines along which points spread most.
+
+    Parameters
+    ----------
+    points, seen
+        Shape (n, p, 2), and which of them count, shape (n, p).
+
+    Returns
+    -------
+    middle, axes : FloatArray
+        The points' middles (n, 2), and unit vectors across and along the lines in the columns of
+        (n, 2, 2).
+    straight : BoolArray
+        Where the points are a row, shape (n,).
+    """
+    weight = seen / seen.sum(axis=1)[:, None]
+    middle = (points * weight[..., None]).sum(axis=1)
+    offset = (points - middle[:, None]) * np.sqrt(weight)[..., None]
+    spread, axes = np.linalg.eigh(np.swapaxes(offset, 1, 2) @ offset)
+    return middle, axes, (seen.sum(axis=1) >= ROW) & (spread[:, 0] < NARROW**2 * spread[:, 1])
+
+
 def rows(points: FloatArray, seen: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Unit vectors from the robot straight at rows (n, 2), and whether the points are rows.
+
+    A row that the robot is in, or that it looks along, isn't faced.
 
     Parameters
     ----------
     points, seen
         In the robot's frame, shape (n, p, 2), and which of them are looked at, shape (n, p).
     """
-    count = seen.sum(axis=1)
-    weight = seen / count[:, None]
-    middle = (points * weight[..., None]).sum(axis=1)
-    offset = (points - middle[:, None]) * np.sqrt(weight)[..., None]
-    spread, axes = np.linalg.eigh(np.swapaxes(offset, 1, 2) @ offset)
+    middle, axes, straight = lines(points, seen)
     across = axes[..., 0]
-    away = (across * middle).sum(axis=1)
-    row = (count >= ROW) & (spread[:, 0] < NARROW**2 * spread[:, 1]) & (np.abs(away) > BEFORE_M)
-    return across * np.where(away < 0, -1.0, 1.0)[:, None], row
+    offset = np.where(seen[..., None], points - middle[:, None], 0.0)
+    thick, reach = np.abs(offset @ axes).max(axis=1).T
+    away, along = (middle[:, None] @ axes)[:, 0].T
+    beyond = np.maximum(np.abs(along) - reach, 0.0)
+    straight &= np.abs(away) > np.maximum(thick, BEFORE * beyond)
+    return across * np.where(away < 0, -1.0, 1.0)[:, None], straight
 
 
 def turned(points: FloatArray, ahead: FloatArray) -> FloatArray:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from itertools import combinations
+from collections.abc import Sequence
+from itertools import islice, pairwise
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
-from g3.actions.facing import ROW
+from g3.actions.arrangements import along_spread, arrangements_of, is_straight
 from g3.actions.robot_state import State, centres
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import BoolArray, area, convex_hull, point_gap, rotate
@@ -17,10 +16,8 @@ from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, 
 Group = tuple[Grounding, ...]
 
 MOST_PAIRS = 24
-ROW_GAP_M = 5.0
-"""Things in a row are no further apart."""
-PAIR_M = 12.0
-"""Things further apart than this are no pair that one would speak of."""
+MOST_GAPS = 8
+"""Between so many neighbours of a group places are made."""
 HALF_M = 1.0
 """Half the side of the places that are made, and their height."""
 _CORNERS = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -28,6 +25,12 @@ SURFACE_M2 = 4.0
 """Things at least this large can have a load put on top."""
 FREE_M = 1.2
 """Gap between the middle of a place and whatever stands at its height."""
+LOAD_M = 0.6
+"""Half the side of most loads."""
+DECK_FREE_M = LOAD_M + 0.2
+"""The same on a deck, where loads stand side by side."""
+OVERHANG_M = 0.15
+"""A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
 """Between a thing and a place beside it."""
 AHEAD_M = (3.0, 6.0)
@@ -39,34 +42,21 @@ GROUND_M = 0.35
 def object_groups(context: Context, held: str | None = None) -> tuple[Group, ...]:
     """What an OBJECT may be besides a single object: groups of things alike, and places.
 
-    All things with the same labels, all that share a label, rows without what is on the forks,
-    pairs of things alike that are near each other (the nearest first), and the context's places.
+    All that share a label, rows and clusters of things alike without what is on the forks, pairs of
+    things alike (the nearest first), and the context's places.
     """
     things = [o for o in context.objects if o.id != context.agent_id]
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
     for label in sorted({label for o in things for label in o.labels}):
         alike = tuple(o for o in things if label in o.labels)
         groups[tuple(o.id for o in alike)] = alike
-    for row in rows_of([o for o in things if o.id != held]):
-        groups[tuple(o.id for o in row)] = row
+    found = arrangements_of([o for o in things if o.id != held])
+    for together in (*found.rows, *found.clusters):
+        groups.setdefault(tuple(o.id for o in together), together)
     for pair in _pairs(things):
         groups[tuple(o.id for o in pair)] = pair
     several = [group for group in groups.values() if len(group) > 1]
     return (*several, *((place,) for place in context.places))
-
-
-def rows_of(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
-    """Three things and more that share a label and stand near one another: a row of pallets."""
-    middles = centres([o.prism for o in things])
-    bottom = np.array([o.prism.z_min for o in things])
-    near = np.linalg.norm(middles[:, None] - middles[None], axis=-1) < ROW_GAP_M
-    near &= np.abs(bottom[:, None] - bottom) < GROUND_M
-    names = sorted({label for o in things for label in o.labels})
-    has = np.array([[name in o.labels for name in names] for o in things], dtype=bool)
-    near &= has @ has.T
-    count, of = connected_components(near, directed=False)
-    found = [tuple(o for o, c in zip(things, of, strict=True) if c == i) for i in range(count)]
-    return [row for row in found if len(row) >= ROW]
 
 
 def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
@@ -76,7 +66,7 @@ def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]
     distance = np.linalg.norm(middles[first] - middles[second], axis=1)
     found: list[tuple[PhysicalObject, ...]] = []
     for i in np.argsort(distance, kind="stable"):
-        if len(found) == MOST_PAIRS or distance[i] > PAIR_M:
+        if len(found) == MOST_PAIRS:
             break
         a, b = things[first[i]], things[second[i]]
         if set(a.labels) & set(b.labels):
@@ -85,18 +75,18 @@ def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]
 
 
 def spots_about(group: Group, state: State) -> list[Place]:
-    """Places on, around and between the things of a group; a place is its own spot."""
+    """Places on, around and between the things of a group; a place is its own spot.
+
+    Around a thing they lie at the level that it stands on: on a deck, or on the ground.
+    """
     spots: list[Place] = []
     for thing in group:
         if isinstance(thing, Place):
             spots.append(grounded(thing, state))
         elif isinstance(thing, PhysicalObject):
-            spots += _on(thing) + _around(thing, state)
-    if len(group) == 2:
-        spots += _between(group, state)
-    elif len(group) > 2:
-        spots += [s for pair in combinations(group[:4], 2) for s in _between(pair, state)]
-    return spots
+            spots += _on(thing, state) + _around(thing, state)
+    prisms = [g.prism for g in group if not isinstance(g, Path)]
+    return spots if len(prisms) < 2 else spots + _among(prisms, state)
 
 
 def spots_of_robot(state: State) -> list[Place]:
@@ -158,42 +148,95 @@ def is_surface(thing: PhysicalObject) -> bool:
     return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < 1.5
 
 
-def _frame(thing: PhysicalObject) -> tuple[FloatArray, float, float, float]:
-    """Middle, heading, and half the length along and across it of a thing's footprint."""
-    yaw = float(thing.trajectory.yaw[0])
-    middle = centre(thing.prism)
-    own = rotate(thing.prism.xy - middle, np.full(len(thing.prism.xy), -yaw))
-    along, across = np.abs(own).max(axis=0)
-    return middle, yaw, float(along), float(across)
+def _frame(prism: Prism, yaw: float) -> tuple[FloatArray, FloatArray]:
+    """Middle of a footprint, and half its length along and across a heading, both (2,)."""
+    middle = centre(prism)
+    own = rotate(prism.xy - middle, np.full(len(prism.xy), -yaw))
+    return middle, np.abs(own).max(axis=0)
 
 
-def _on(thing: PhysicalObject) -> list[Place]:
+def _heading(thing: PhysicalObject) -> float:
+    return float(thing.trajectory.yaw[0])
+
+
+def _on(thing: PhysicalObject, state: State) -> list[Place]:
+    """Places on a deck: in its middle, at its ends and sides, and beside what stands on it."""
     if not is_surface(thing):
         return []
-    middle, yaw, along, across = _frame(thing)
-    axis = np.array([np.cos(yaw), np.sin(yaw)])
-    if across > along:
-        axis, along = np.array([-axis[1], axis[0]]), across
-    shift = max(along - HALF_M - 0.2, 0.0)
-    top = thing.prism.z_max
-    return squares(middle + np.outer((0.0, shift, -shift), axis), yaw, top)
+    yaw, top = _heading(thing), thing.prism.z_max
+    middle, half = _frame(thing.prism, yaw)
+    longer = int(half[1] > half[0])
+    shift = max(half[longer] - HALF_M - 0.2, 0.0)
+    # Loads stand side by side where there is room for two.
+    aside = half[1 - longer] / 2 if half[1 - longer] >= 2 * LOAD_M - OVERHANG_M else 0.0
+    lanes = (0.0, aside, -aside) if aside else (0.0,)
+    offsets = np.array([(x, y) for y in lanes for x in (0.0, shift, -shift)])
+    offsets = offsets[:, ::-1] if longer else offsets
+    spots = squares(middle + rotate(offsets, np.full(len(offsets), yaw)), yaw, top)
+    for load in state.context.objects:
+        if abs(load.prism.z_min - top) < GROUND_M and covers(thing.prism, centre(load.prism)):
+            spots += [s for s in _around(load, state) if s.prism.z_min == top]
+    return spots
 
 
 def _around(thing: PhysicalObject, state: State) -> list[Place]:
-    middle, yaw, along, across = _frame(thing)
-    away = np.array([along, across, along, across]) + GAP_M + HALF_M
+    """Places on four sides of a thing, along its own axes or those of the deck under it."""
+    at = thing.prism.z_min
+    deck = carrier(state, thing.id) if at > ground(state) + GROUND_M else None
+    yaw = _heading(deck or thing)
+    middle, half = _frame(thing.prism, yaw)
     turns = yaw + np.pi / 2 * np.arange(4)
     ways = np.column_stack((np.cos(turns), np.sin(turns)))
-    bottom = ground(state) if thing.prism.z_min < 1.0 else thing.prism.z_min
-    return squares(middle + away[:, None] * ways, yaw, bottom)
+    gap = np.full(4, GAP_M + HALF_M)
+    if deck:
+        # Nearer where the deck ends, if there is still room for a load.
+        edges = ((deck.prism.xy - middle) @ ways.T).max(axis=0) - np.tile(half, 2)
+        fits = edges >= DECK_FREE_M + LOAD_M - OVERHANG_M
+        gap = np.where(fits, np.clip(edges - LOAD_M, DECK_FREE_M, gap), gap)
+    points = middle + (np.tile(half, 2) + gap)[:, None] * ways
+    return _squares_at(points, ways[0], at, state)
 
 
-def _between(pair: Iterable[Grounding], state: State) -> list[Place]:
-    a, b = (
-        centre(g.prism) for g in pair if not isinstance(g, (type(None),)) and hasattr(g, "prism")
-    )
-    yaw = float(np.arctan2(*(b - a)[::-1]))
-    return [square((a + b) / 2, yaw, ground(state))]
+def _squares_at(points: FloatArray, way: FloatArray, at: float, state: State) -> list[Place]:
+    """Places around points (n, 2), on the decks that are there, but none higher than ``at``."""
+    floor, yaw = ground(state), float(np.arctan2(way[1], way[0]))
+    if at <= floor + GROUND_M:
+        return squares(points, yaw, floor)
+    bottom = np.full(len(points), floor)
+    for thing in state.context.objects:
+        top = thing.prism.z_max
+        if thing.id != state.context.agent_id and top < at + GROUND_M and is_surface(thing):
+            inside = point_gap(points[None], convex_hull(thing.prism.xy)[None])[0] <= 0
+            bottom = np.where(inside, np.maximum(bottom, top), bottom)
+    return [square(p, yaw, float(b)) for p, b in zip(points, bottom, strict=True)]
+
+
+def _among(prisms: Sequence[Prism], state: State) -> list[Place]:
+    """Places between neighbours; of three things and more in their middle, of a row at its ends."""
+    middles = centres(prisms)
+    order = along_spread(middles)
+    spots = []
+    for i, j in islice(pairwise(order), MOST_GAPS):
+        way = _unit(middles[j] - middles[i])
+        far, near = (prisms[i].xy @ way).max(), (prisms[j].xy @ way).min()
+        middle = middles[i] + ((far + near) / 2 - middles[i] @ way) * way
+        spots += _squares_at(middle[None], way, _lowest([prisms[i], prisms[j]]), state)
+    if len(prisms) > 2:
+        way, at = _unit(middles[order[-1]] - middles[order[0]]), _lowest(prisms)
+        spots += _squares_at(middles.mean(axis=0)[None], way, at, state)
+        if is_straight(middles):
+            for end, out in ((order[-1], way), (order[0], -way)):
+                gap = (prisms[end].xy @ out).max() - middles[end] @ out + GAP_M + HALF_M
+                spots += _squares_at((middles[end] + gap * out)[None], way, at, state)
+    return spots
+
+
+def _unit(way: FloatArray) -> FloatArray:
+    return way / max(float(np.linalg.norm(way)), 1e-9)
+
+
+def _lowest(prisms: Sequence[Prism]) -> float:
+    return min(prism.z_min for prism in prisms)
 
 
 def standing(places: Sequence[Place], state: State) -> BoolArray:
@@ -212,6 +255,7 @@ def standing(places: Sequence[Place], state: State) -> BoolArray:
     """
     middles = centres([place.prism for place in places])
     bottoms = np.array([place.prism.z_min for place in places])
+    room = np.where(bottoms > ground(state) + GROUND_M, DECK_FREE_M, FREE_M)
     taken = np.zeros((len(places), len(state.context.objects)), dtype=bool)
     for column, thing in enumerate(state.context.objects):
         xy = thing.prism.xy
@@ -221,7 +265,7 @@ def standing(places: Sequence[Place], state: State) -> BoolArray:
         near &= thing.prism.z_max > bottoms + 0.3
         if thing.id != state.context.agent_id and near.any():
             gaps = point_gap(middles[None, near], convex_hull(xy)[None])[0]
-            taken[near, column] = gaps <= FREE_M
+            taken[near, column] = gaps <= room[near]
     return taken
 
 

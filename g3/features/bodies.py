@@ -20,7 +20,7 @@ SAMPLES = 25
 MAX_CORNERS = 8
 """Footprints with more corners lose those that matter least to their area."""
 
-MAX_MEMBERS = 4
+MAX_MEMBERS = 8
 """Things of a plural that "between" looks at."""
 
 METRES_PER_RADIAN = 1.0

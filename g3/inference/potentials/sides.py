@@ -12,7 +12,7 @@ from math import log
 
 import numpy as np
 
-from g3.actions.facing import facing, turned
+from g3.actions.facing import facing, lines, turned
 from g3.features.factor_batch import FactorBatch, WordField
 from g3.features.sets.named import named
 from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
@@ -22,7 +22,10 @@ from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
 from g3.language.lexicon.concepts import CONCEPTS, concepts
+from g3.language.lexicon.word_sets import ENDS
 
+CENTRAL = 0.5
+"""What stands in the middle is at most so far from the middle of all, as a share of the others."""
 DOUBTFUL = 0.3
 """Of things all around one is further to a side if the sines of their directions differ so much."""
 _FIELDS: tuple[WordField, ...] = ("figure", "relation")
@@ -47,8 +50,10 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     free = (batch.landmark < 0) | (batch.landmark == batch.agent_body) | is_member(batch)
     wanted = named(batch, ("figure",)) | (named(batch, _FIELDS) & free[:, None])
     direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
-    direction[:, DIRECTIONS.index("far")] |= wanted[:, CONCEPTS.index("last")]
+    last = wanted[:, CONCEPTS.index("last")]
     aside = direction[:, :4].any(axis=1)
+    end = last & ~aside & ~direction[:, 4:].any(axis=1) & _says_end(batch, free)
+    direction[:, DIRECTIONS.index("far")] |= last
     direction[:, 4:] &= ~aside[:, None]
     number = np.where(free, ordinals(batch, _FIELDS), ordinals(batch, ("figure",)))
     inner = [concepts(w.get("landmark", ())) == {"between"} for w in batch.words]
@@ -58,8 +63,13 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     rival = rivals(batch)
     ahead = _further(batch, rival)
     beaten = (direction & (ahead > 0)).any(axis=1)
-    left, right = (ahead[:, DIRECTIONS.index(side)] for side in ("left", "right"))
-    outer = middle & (np.abs(left - right) > 1)
+    outer = np.zeros(len(batch), dtype=bool)
+    if middle.any() or end.any():
+        along, straight, central = _arranged(batch, rival)
+        beaten = np.where(end & straight, along.all(axis=1), beaten)
+        left, right = (ahead[:, DIRECTIONS.index(side)] for side in ("left", "right"))
+        off = np.where(straight, along[:, 0] - along[:, 1], left - right)
+        outer = middle & np.where(np.isnan(central), np.abs(off) > 1, central == 0)
     counted = direction.copy()
     counted[:, DIRECTIONS.index("near")] |= ~aside
     other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
@@ -68,6 +78,41 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     return _SingledOut(
         plain & beaten, applies & (number > 0) & other, plain & outer & ~beaten, aside
     )
+
+
+def _says_end(batch: FactorBatch, free: BoolArray) -> BoolArray:
+    """Whether each row's words are of an end, not of the last one; shape (n,)."""
+    own, relation = (
+        np.array([bool(ENDS.intersection(w.get(f, ()))) for w in batch.words]) for f in _FIELDS
+    )
+    result: BoolArray = own[batch.factor] | (relation[batch.factor] & free)
+    return result
+
+
+def _arranged(batch: FactorBatch, rival: BoolArray) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """How figures stand among their rivals, whoever looks at them.
+
+    Returns
+    -------
+    along : FloatArray
+        How many rivals are further along the line on which all lie, each way; shape (n, 2).
+    straight : BoolArray
+        Whether all are a row, shape (n,).
+    central : FloatArray
+        Whether the figure is the one in the middle of all, NaN where none is; shape (n,).
+    """
+    own, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
+    points = np.concatenate((own[:, None], others), axis=1)
+    seen = np.column_stack((np.ones(len(batch), dtype=bool), rival))
+    middle, axes, straight = lines(points, seen)
+    offset = points - middle[:, None]
+    place = (offset * axes[:, None, :, 1]).sum(axis=-1)
+    ahead = place[:, 1:] - place[:, :1]
+    along = np.column_stack([(rival & (way * ahead > SAME_PLACE_M)).sum(axis=1) for way in (1, -1)])
+    away = np.where(seen, np.linalg.norm(offset, axis=-1), np.inf)
+    first, second = np.sort(away, axis=1)[:, :2].T
+    clear = ~straight & np.isfinite(second) & (first < CENTRAL * second)
+    return along, straight, np.where(clear, away[:, 0] == first, np.nan)
 
 
 def _wrong(case: FactorCase, which: str) -> FloatArray:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from g3.actions.grounding_candidates import carrier, is_surface, rows_of
+from g3.actions.arrangements import arrangements_of
+from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
 from g3.groundings import FloatArray, Grounding, PhysicalObject
 from g3.inference.problem.costs import Cost
@@ -116,10 +117,12 @@ class GroundingProblem:
 
     @cached_property
     def rows(self) -> frozenset[frozenset[str]]:
-        """Ids of things that stand near one another, but for what is on the forks."""
+        """Ids of things that stand in a row, but for what is on the forks."""
         apart = (self.state.context.agent_id, self.state.held)
         things = [o for o in self.state.context.objects if o.id not in apart]
-        return frozenset(frozenset(o.id for o in row) for row in rows_of(things))
+        return frozenset(
+            frozenset(o.id for o in row) for row in arrangements_of(things).called_rows
+        )
 
     @cached_property
     def surfaces(self) -> frozenset[str]:

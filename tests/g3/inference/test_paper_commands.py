@@ -20,7 +20,7 @@ from g3.inference.grounder import Grounder, object_ids
 from g3.inference.training.search_training import TOLERANCE, training_data
 from g3.learning.grounding_model import GroundingModel
 
-UNSURE = 0.5
+UNSURE = 0.6
 """A plan that isn't what was meant must be less probable."""
 FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 TIRES, BOXES = "tire-pallet", "box-pallet"

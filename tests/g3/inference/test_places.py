@@ -109,7 +109,7 @@ def free(places, load):
 
 
 def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
-    places = [spot(20, 2, 1), spot(-20, 0, 1), spot(3, -4), spot(3, 0)]
+    places = [spot(20, 1.5, 1), spot(-20, 0, 1), spot(3, -4), spot(3, 0)]
     assert carrier(STATE, "boxes").id == "truck"
     assert carrier(STATE, "a") is None
     assert free(places, "boxes") == [places[1], places[3]]

@@ -1,0 +1,191 @@
+"""Which things stand together: rows and clusters, by their own spacing.
+
+Nothing here knows a length: a row of parked trucks and one of crates are rows alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.cluster.hierarchy import linkage
+
+from g3.actions.facing import NARROW, ROW
+from g3.actions.robot_state import centres
+from g3.features.bodies import IntArray
+from g3.geometry.plane import BoolArray, cross, length
+from g3.groundings import FloatArray, PhysicalObject
+
+UNEVEN = 1.75
+"""In a row a gap is at most so many times the one before it."""
+BENT = np.sin(np.radians(25))
+"""From one thing to the next a row turns by no more."""
+APART = 1.25
+"""A row's spacing is at most so many times the gap to things alike that aren't of it."""
+ISOLATED = 1.5
+"""A cluster is so many times as far from the next thing alike as its own things are."""
+NEAREST = 8
+"""With so many neighbours of each thing rows are begun."""
+LEVEL_M = 0.35
+"""Things with their bottoms closer than this stand at one level; logs are noisy."""
+
+Things = tuple[PhysicalObject, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangements:
+    """Which things stand together.
+
+    Parameters
+    ----------
+    rows
+        Straight rows of three things and more that share a label, but no parts of other rows.
+    clusters
+        Three things and more that share a label and are nearer to each other than to the rest.
+    """
+
+    rows: tuple[Things, ...]
+    clusters: tuple[Things, ...]
+
+    @property
+    def called_rows(self) -> list[Things]:
+        """What a row may be: a straight one, or a cluster without any."""
+        straight = [{thing.id for thing in row} for row in self.rows]
+        loose = [
+            cluster
+            for cluster in self.clusters
+            if not any(len(row & {thing.id for thing in cluster}) >= ROW for row in straight)
+        ]
+        return [*self.rows, *loose]
+
+
+def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
+    """The rows and the clusters of things, in the order of their first things."""
+    rows: set[frozenset[int]] = set()
+    clusters: set[frozenset[int]] = set()
+    for own, middles in _alike(things):
+        straight, isolated = _found(middles.tobytes())
+        rows |= {frozenset(own[run].tolist()) for run in straight}
+        clusters |= {frozenset(own[members].tolist()) for members in isolated}
+    whole = (run for run in rows if not any(run < other for other in rows))
+    return Arrangements(
+        *(
+            tuple(tuple(things[i] for i in members) for members in sorted(map(sorted, found)))
+            for found in (whole, clusters)
+        )
+    )
+
+
+def _alike(things: Sequence[PhysicalObject]) -> Iterable[tuple[IntArray, FloatArray]]:
+    """Indices and middles of all things that share a label and a level, if they may be a row."""
+    middles = centres([thing.prism for thing in things])
+    bottom = np.array([thing.prism.z_min for thing in things])
+    order = np.argsort(bottom, kind="stable")
+    level = np.empty(len(things), dtype=np.intp)
+    level[order] = np.cumsum(np.diff(bottom[order], prepend=bottom[order[:1]]) > LEVEL_M)
+    seen: set[bytes] = set()
+    for label in sorted({label for thing in things for label in thing.labels}):
+        has = np.array([label in thing.labels for thing in things], dtype=bool)
+        for height in range(level.max(initial=-1) + 1):
+            own = np.flatnonzero(has & (level == height))
+            if len(own) >= ROW and own.tobytes() not in seen:
+                seen.add(own.tobytes())
+                yield own, middles[own]
+
+
+# The same world is asked for command after command.
+@lru_cache(maxsize=1 << 10)
+def _found(middles: bytes) -> tuple[list[list[int]], list[list[int]]]:
+    """Straight rows and clusters of points (n, 2)."""
+    points = np.frombuffer(middles).reshape(-1, 2)
+    return _straight(points), _isolated(points)
+
+
+def _straight(middles: FloatArray) -> list[list[int]]:
+    """Straight rows of points (n, 2): each goes on from a pair of neighbours as far as it can."""
+    gap = length(middles[:, None] - middles)
+    np.fill_diagonal(gap, np.inf)
+    near = np.argsort(gap, axis=1, kind="stable")[:, : min(NEAREST, len(middles) - 1)]
+    first, second = np.repeat(np.arange(len(middles)), near.shape[1]), near.reshape(-1)
+    step, size = middles[second] - middles[first], gap[first, second]
+    # What is beyond the nearest things of one is neither next in its row nor nearer than that.
+    from_first, _ = _relative(middles, first, near[first], step)
+    from_second, ahead = _relative(middles, second, near[second], step)
+    # Nothing off the line is much nearer to a row's things than they are to each other.
+    off_line = np.maximum(from_first.min(axis=1), from_second.min(axis=1))
+    on = gap[second[:, None], near[second]]
+    even = (on <= UNEVEN * size[:, None]) & (size[:, None] <= UNEVEN * on)
+    reach = np.where(ahead & even & (size <= APART * off_line)[:, None], on, np.inf)
+    chosen = near[second, reach.argmin(axis=1)]
+    follower = np.where(np.isfinite(reach.min(axis=1)), chosen, -1)
+    steps = zip(first.tolist(), second.tolist(), follower.tolist(), strict=True)
+    after = {(i, j): (j, k) for i, j, k in steps if k >= 0}
+    runs: set[tuple[int, ...]] = set()
+    for begun in sorted(set(after) - set(after.values())) or sorted(after):
+        run, here = list(begun), after.get(begun)
+        while here is not None and here[1] not in run:
+            run.append(here[1])
+            here = after.get(here)
+        # Each row is found from both of its ends.
+        runs.add(tuple(run if run[0] < run[-1] else reversed(run)))
+    return [list(run) for run in sorted(runs) if is_straight(middles[list(run)])]
+
+
+def _relative(
+    middles: FloatArray, start: IntArray, others: IntArray, step: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """How some points lie to lines along steps (n, 2) from others.
+
+    Parameters
+    ----------
+    start, others
+        The points that the lines start from, shape (n,), and those that are looked at, (n, m).
+
+    Returns
+    -------
+    off_line : FloatArray
+        How far these are from where the line starts, infinite on the line; shape (n, m).
+    ahead : BoolArray
+        Which are on the line, ahead of where it starts; shape (n, m).
+    """
+    away = middles[others] - middles[start][:, None]
+    on = length(away)
+    aside = np.abs(cross(away, step[:, None])) > BENT * on * length(step)[:, None]
+    ahead = ~aside & ((away * step[:, None]).sum(axis=-1) > 0)
+    return np.where(aside, on, np.inf), ahead
+
+
+def _isolated(middles: FloatArray) -> list[list[int]]:
+    """Points (n, 2) that are nearer to one another than any of them is to the rest."""
+    n = len(middles)
+    members = [[i] for i in range(n)]
+    longest = [0.0] * n
+    found = []
+    for one, other, between, _ in linkage(middles, "single").tolist():
+        parts = int(one), int(other)
+        found += [
+            members[part]
+            for part in parts
+            if len(members[part]) >= ROW and between >= ISOLATED * longest[part]
+        ]
+        members.append([i for part in parts for i in members[part]])
+        longest.append(between)
+    return found
+
+
+def along_spread(middles: FloatArray) -> IntArray:
+    """Points (n, 2) in their order along the way that they spread most."""
+    offset = middles - middles.mean(axis=0)
+    along = np.linalg.eigh(offset.T @ offset)[1][:, 1]
+    return np.argsort(offset @ along, kind="stable")
+
+
+def is_straight(middles: FloatArray) -> bool:
+    """Whether points (n, 2) are a row: three and more, which spread little across it."""
+    if len(middles) < ROW:
+        return False
+    x, y = (middles - middles.mean(axis=0)).T
+    mean, half = (x @ x + y @ y) / 2, float(np.hypot((x @ x - y @ y) / 2, x @ y))
+    return bool(mean - half < NARROW**2 * (mean + half))
