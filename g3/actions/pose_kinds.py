@@ -84,7 +84,7 @@ def _crowded(state: State, finals: FloatArray) -> FloatArray:
 
 
 def _lining_up(state: State, focus: Focus) -> list[Action]:
-    """Drive in front of a side of a thing, square to it; of a load, a side that forks enter."""
+    """Drive in front of a side of a thing, square to it."""
     return [Action(LINE_UP, target=g, goal=i) for i, g in about_things(state, focus)]
 
 
