@@ -14,7 +14,7 @@ from g3.actions.grounding_candidates import footprint_of
 from g3.actions.handling_kinds import SIDE_ENTRY_M, is_load, middles
 from g3.actions.robot_state import State, padded
 from g3.geometry.plane import length, wrap
-from g3.groundings import FloatArray, PhysicalObject
+from g3.groundings import FloatArray, PhysicalObject, Place
 
 AWAY_M = 6.0
 VEERS = np.deg2rad([0.0, 30.0, -30.0, 60.0, -60.0])
@@ -109,12 +109,12 @@ LINE_UP = action_kind("line up", _line_up, aims=True, on_request=True)(_lining_u
 
 
 def _parking(state: State, focus: Focus) -> list[Action]:
-    """Drive beside a thing, and stop parallel to it."""
-    return [Action(PARK, target=g, goal=i) for i, g in about_things(state, focus)]
+    """Drive beside a thing, or into a place, and stop parallel to its sides."""
+    return [Action(PARK, target=group, goal=i) for i, group in targets(state, focus)]
 
 
 def _park(state: State, actions: Sequence[Action]) -> Course:
-    """To one of a thing's sides, along it."""
+    """To one of a thing's sides, along it; to the middle of a place."""
     footprints = [footprint_of(action.target) for action in actions]
     middle = np.array([footprint.mean(axis=0) for footprint in footprints])
     edge = np.array([footprint[1] - footprint[0] for footprint in footprints])
@@ -125,6 +125,10 @@ def _park(state: State, actions: Sequence[Action]) -> Course:
     aside = (width + BESIDE_M)[..., None] * direction(left)
     xy = np.concatenate((middle[:, None] + aside, middle[:, None] - aside), axis=1)
     finals = np.concatenate((xy, np.tile(headings, 2)[..., None]), axis=2)
+    inside = np.array([isinstance(action.target[0], Place) for action in actions])
+    finals = np.where(
+        inside[:, None, None], np.tile(poses_before(state, actions)[:, :4], (1, 2, 1)), finals
+    )
     return driven(state, starts(state, actions), stops(finals, _crowded(state, finals)))
 
 

@@ -13,7 +13,6 @@ from g3.actions.forklift_actions import (
     BACK_UP,
     DRIVE_AWAY,
     DRIVE_PAST,
-    DRIVE_TO,
     FACE,
     LINE_UP,
     LOWER_FORKS,
@@ -84,6 +83,8 @@ def _is_robot(sdc: SDC) -> bool:
 
 def _things(tree: Tree, root: int) -> list[int]:
     """OBJECTs of a clause but for the robot itself."""
+    if tree.nodes[root].type == "PATH":
+        return []
     return [n for n in objects(tree, root) if not _is_robot(tree.nodes[n])]
 
 
@@ -178,7 +179,7 @@ def _is_toward(tree: Tree, way: int) -> bool:
 def _parking(tree: Tree, root: int) -> Kinds:
     """Park by the truck, or in a place; but "park it there" puts something down."""
     asks = _said(tree.nodes[root]) & PARKING and _leads(tree, root)
-    return frozenset({PARK, DRIVE_TO}) if asks and not _things(tree, root) else frozenset()
+    return frozenset({PARK}) if asks and not _things(tree, root) else frozenset()
 
 
 def _waiting(tree: Tree, root: int) -> Kinds:
