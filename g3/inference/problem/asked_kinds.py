@@ -11,12 +11,14 @@ from collections.abc import Callable
 from g3.actions.action_kinds import ActionKind
 from g3.actions.forklift_actions import (
     BACK_UP,
+    CARRY,
     DRIVE_AWAY,
     DRIVE_PAST,
     FACE,
     LINE_UP,
     LOWER_FORKS,
     PARK,
+    PICK_UP,
     PUT_DOWN,
     RAISE_FORKS,
     TURN_AWAY,
@@ -89,10 +91,15 @@ def _things(tree: Tree, root: int) -> list[int]:
 
 
 def _ways(tree: Tree, root: int) -> list[int]:
-    """PATHs and PLACEs of a clause that have a landmark."""
+    """PATHs and PLACEs of a clause that have a landmark.
+
+    What is said of the robot itself is its way: "move [the forklift away from the truck]".
+    """
     if tree.nodes[root].type == "PATH":
         return [root]
-    return [n for n in tree.below(root, _ARGUMENTS, "PATH", "PLACE") if tree.nodes[n].landmark1]
+    told = tree.below(root, _ARGUMENTS, "PATH", "PLACE")
+    told += [n for n in tree.below(root, _ARGUMENTS, "OBJECT") if _is_robot(tree.nodes[n])]
+    return [n for n in told if tree.nodes[n].relation and tree.nodes[n].landmark1]
 
 
 def _leads(tree: Tree, root: int) -> bool:
@@ -141,7 +148,7 @@ def _is_away(tree: Tree, root: int, way: int) -> bool:
 
 
 def _past(tree: Tree, root: int) -> Kinds:
-    """Drive past the pallet; pass it."""
+    """Drive past the pallet; pass it; a load that is carried past it may be lifted before."""
     if tree.nodes[root].type == "PATH":
         asks = bool(_said(tree.nodes[root]) & PASSING)
         return frozenset({DRIVE_PAST}) if asks else frozenset()
@@ -151,7 +158,9 @@ def _past(tree: Tree, root: int) -> Kinds:
     if _said(tree.nodes[root]) & PASSING:
         return frozenset({DRIVE_PAST}) if things and not paths else frozenset()
     past = [n for n in paths if _said(tree.nodes[n]) & PASSING]
-    only = bool(past) and past == paths and not things and goal_within(tree, root) is None
+    only = bool(past) and past == paths and goal_within(tree, root) is None
+    if only and things:
+        return frozenset({DRIVE_PAST, PICK_UP, CARRY, PUT_DOWN})
     return frozenset({DRIVE_PAST}) if only else frozenset()
 
 

@@ -39,6 +39,18 @@ def asked(notation, root=0):
             "drive past",
         ),
         ("EVENT(r = Pass, l = OBJ(f = the cone))", "drive past"),
+        (
+            "EVENT(r = Take, l = OBJ(f = it), l2 = PATH(r = past, l = OBJ(f = the cone)))",
+            "",
+        ),
+        (
+            "EVENT(r = Move, l = OBJ(f = it), l2 = PATH(r = past, l = OBJ(f = the cone)))",
+            "carry, drive past, pick up, put down",
+        ),
+        (
+            "EVENT(r = Back, l = OBJ(r = away from, f = OBJ(f = the forklift), l = OBJ(f = it)))",
+            "back up",
+        ),
         ("PATH(r = past, l = OBJ(f = the copier))", "drive past"),
         ("EVENT(r = Face, l = OBJ(f = the shelf))", "face"),
         ("EVENT(r = Turn, l = PATH(r = towards, l = OBJ(f = the shelf)))", "face"),
