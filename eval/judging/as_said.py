@@ -21,7 +21,7 @@ from g3.geometry.footprints import centre
 from g3.geometry.plane import point_gap, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
 from g3.inference.grounder import Plan
-from g3.inference.problem.phrases import is_measure, names_robot
+from g3.inference.problem.phrases import is_measure, names_lift, names_robot
 from g3.sdc.clauses import SDC, Span, all_words
 
 FARTHER_M = 1.0
@@ -265,8 +265,8 @@ def _landmark(mention: Mention, sdc: SDC, plan: Plan, state: State) -> tuple[Gro
         if found.sdc.type not in ("OBJECT", "PLACE") or not words or not found.group:
             continue
         first = min(word.start for word in words)
-        is_noun = not (is_measure(found.sdc) or names_robot(found.sdc))
-        if first >= mention.start and first in own and is_noun:
+        is_noun = not any(names(found.sdc) for names in (is_measure, names_robot, names_lift))
+        if first >= mention.end and first in own and is_noun:
             after.append((first, -len(words), found.group))
     group = min(after, key=lambda a: a[:2])[2] if after else ()
     return tuple(
