@@ -281,7 +281,7 @@ def _carry_out(start: State, result: Result) -> Execution:
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
     told = to_script(start, result.plan.actions)
-    return execute(start.context, told.script, places=told.places)
+    return execute(start.context, told.script, places=told.places, forks_m=start.forks_m)
 
 
 def _filmed(

@@ -299,7 +299,7 @@ def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
             fix="pip install 'corpus-tools-g3[render]', or use --plan-only",
         ) from error
     told = to_script(state, result.plan.actions)
-    done = execute(state.context, told.script, places=told.places)
+    done = execute(state.context, told.script, places=told.places, forks_m=state.forks_m)
     if video is not None:
         _film(done, video)
     return done

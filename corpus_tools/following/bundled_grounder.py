@@ -10,16 +10,19 @@ import numpy as np
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.recording import Recording, to_context
 from corpus_tools.world.state.robot_script import (
     DRIVE_TO,
     PICK_UP,
     PUT_DOWN,
+    TURN,
     Script,
     ScriptStep,
     in_script,
 )
 from g3.actions.action_kinds import Action, move, result
+from g3.actions.forklift_actions import FACE, TURN_AWAY
 from g3.actions.grounding_candidates import GROUND_M, ground, square
 from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import ModelError
@@ -91,7 +94,8 @@ def to_script(start: State, actions: Sequence[Action]) -> Told:
     for number, action in enumerate(actions):
         motion = move(state, [action])
         end = square(motion.xyz[0, -1, :2], float(motion.yaw[0, -1]), ground(state))
-        own = _steps(action, end, places, ground(state))
+        turned = float(motion.yaw[0, -1] - motion.yaw[0, 0])
+        own = _steps(action, end, places, ground(state), turned)
         steps += own
         clause += [number] * len(own)
         state = result(state, action, motion, 0)
@@ -99,14 +103,14 @@ def to_script(start: State, actions: Sequence[Action]) -> Told:
 
 
 def _steps(
-    action: Action, end: Place, places: dict[str, Place], floor_m: float
+    action: Action, end: Place, places: dict[str, Place], floor_m: float, turned: float
 ) -> list[ScriptStep]:
-    """The steps of an action that ends in a place; the places they use get names."""
+    """The steps of an action that ends in a place, turned by so much; the places get names."""
     kind = action.kind
     if (told := in_script(kind, "number")) is not None:
         return [ScriptStep(told.name, _number(action))]
     if not kind.handles:
-        return [_drive(action, end, places)]
+        return [_drive(action, end, places, turned)]
     steps = []
     if kind.takes:
         steps.append(ScriptStep(PICK_UP.name, action.object_id))
@@ -132,13 +136,15 @@ def _within_reach(place: Place, floor_m: float) -> Place:
     return Place(Prism(xy, place.prism.z_min, place.prism.z_max), place.name)
 
 
-def _drive(action: Action, end: Place, places: dict[str, Place]) -> ScriptStep:
-    """The step of an action that drives; to where it ends where scripts can't say it."""
+def _drive(action: Action, end: Place, places: dict[str, Place], turned: float) -> ScriptStep:
+    """The step of an action that drives; where scripts can't say it, to where it ends."""
     target = action.target[0] if len(action.target) == 1 else None
     if isinstance(target, PhysicalObject) and (told := in_script(action.kind, "object")):
         return ScriptStep(told.name, target.id)
     if isinstance(target, Place) and (told := in_script(action.kind, "place")):
         return ScriptStep(told.name, _placed(target, places))
+    if action.kind in (FACE, TURN_AWAY):
+        return ScriptStep(TURN.name, float(np.rad2deg(turned)))
     return ScriptStep(DRIVE_TO.name, _placed(end, places))
 
 
@@ -152,7 +158,9 @@ def state_after(recording: Recording, held: str | None) -> State:
     """The state that a recording ends in."""
     last = to_context(recording)
     moved = tuple(_at_end(o) for o in last.objects)
-    return replace(start_state(replace(last, objects=moved)), held=held)
+    state = replace(start_state(replace(last, objects=moved)), held=held)
+    empty_m = float(recording.fork_height_m[-1]) - LOW
+    return state if held else replace(state, forks_m=max(empty_m, 0.0))
 
 
 def _at_end(thing: PhysicalObject) -> PhysicalObject:

@@ -39,7 +39,7 @@ class Action:
     place
         Where a load is put down.
     amount
-        Radians to turn, metres to drive straight on.
+        Radians to turn, metres to drive straight on, metres that the forks go up.
     goal
         Which of the goals that the clause may mean the action takes; -1 for none.
     """
@@ -66,12 +66,15 @@ class Focus:
         Whether it names an object.
     landmarks
         What else it names that could be driven to.
+    asked
+        Kinds that its words ask for.
     """
 
     themes: tuple[str, ...] = ()
     goals: tuple[Group, ...] = ()
     has_theme: bool = False
     landmarks: tuple[Group, ...] = ()
+    asked: frozenset[ActionKind] = frozenset()
 
 
 Propose = Callable[[State, Focus], list[Action]]
@@ -100,6 +103,10 @@ class ActionKind:
         Whether it goes somewhere by a target.
     unit
         Of its amount; empty if it has none.
+    on_request
+        Whether it is only done where words ask for it: nobody faces a thing for nothing.
+    moves_forks
+        Whether its amount is how far the forks go up.
     """
 
     name: str
@@ -109,6 +116,8 @@ class ActionKind:
     handling: Handling = NOTHING
     aims: bool = False
     unit: Unit = ""
+    on_request: bool = False
+    moves_forks: bool = False
 
     def __str__(self) -> str:
         return self.name
@@ -138,6 +147,14 @@ class ActionKind:
         """Whether what is on the forks allows it."""
         return not self.handles or (state.held is None) == self.takes
 
+    def forks_after(self, before_m: float, amount: float) -> float:
+        """How high the forks are after one of its actions, in metres."""
+        if self.leaves:
+            return 0.0
+        if self.takes:
+            return motions.LIFT_M
+        return before_m + amount if self.moves_forks else before_m
+
 
 KINDS: dict[str, ActionKind] = {}
 """All kinds by name."""
@@ -151,12 +168,14 @@ def action_kind(
     leaves: bool = False,
     aims: bool = False,
     unit: Unit = "",
+    on_request: bool = False,
+    moves_forks: bool = False,
 ) -> Callable[[Propose], ActionKind]:
     """Register a kind of action; decorates the function that proposes its actions.
 
     Parameters
     ----------
-    name, course, aims, unit
+    name, course, aims, unit, on_request, moves_forks
         As of :class:`ActionKind`.
     takes, leaves
         What it does to a load.
@@ -172,7 +191,9 @@ def action_kind(
             raise ValueError(f"there is a kind of action {name!r} already")
         described = (propose.__doc__ or "").strip().split("\n")[0]
         handling = Handling(takes, leaves)
-        KINDS[name] = ActionKind(name, propose, course, described, handling, aims, unit)
+        KINDS[name] = ActionKind(
+            name, propose, course, described, handling, aims, unit, on_request, moves_forks
+        )
         return KINDS[name]
 
     return register
@@ -190,7 +211,8 @@ def kind_that(handling: Handling) -> ActionKind:
 
 def possible_actions(state: State, focus: Focus) -> list[Action]:
     """What can be done in a state that a clause may mean, each action once."""
-    fitting = (kind for kind in KINDS.values() if kind.fits(state))
+    meant = (k for k in KINDS.values() if not k.on_request or k in focus.asked)
+    fitting = (kind for kind in meant if kind.fits(state))
     found = (action for kind in fitting for action in kind.propose(state, focus))
     seen: dict[tuple[object, ...], Action] = {}
     for action in found:
@@ -234,7 +256,8 @@ def result(state: State, action: Action, motion: Motions, row: int) -> State:
         pose = np.array([*motion.load_xyz[row, -1, :2], motion.load_yaw[row, -1]])
         moved[thing.id] = moved_to(thing, pose, thing.prism.z_min + float(rise))
     taken = action.object_id if action.kind.takes else state.held
-    return with_moved(state, moved, None if action.kind.leaves else taken)
+    forks_m = action.kind.forks_after(state.forks_m, action.amount)
+    return with_moved(state, moved, None if action.kind.leaves else taken, forks_m)
 
 
 def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:

@@ -60,6 +60,8 @@ class Course:
         at which it is let go of; shape (n,).
     down
         How high over where it was gripped it is put down, in metres, shape (n,).
+    lift
+        How far what is on the forks already goes up at first, in metres, shape (n,).
     """
 
     lead: FloatArray
@@ -68,6 +70,7 @@ class Course:
     grip: IntArray
     drop: IntArray
     down: FloatArray
+    lift: FloatArray
 
 
 def course(
@@ -77,11 +80,18 @@ def course(
     grip: int = NEVER,
     drop: int = NEVER,
     down: FloatArray | float = 0.0,
+    lift: FloatArray | float = 0.0,
 ) -> Course:
     """A course of n actions of one kind; parameters as of :class:`Course`."""
     n = len(lead)
     return Course(
-        lead, tuple(load), stops, np.full(n, grip), np.full(n, drop), np.broadcast_to(down, n)
+        lead,
+        tuple(load),
+        stops,
+        np.full(n, grip),
+        np.full(n, drop),
+        np.broadcast_to(down, n),
+        np.broadcast_to(lift, n),
     )
 
 
@@ -102,7 +112,10 @@ def join_courses(parts: Sequence[Course]) -> Course:
         np.concatenate([_longer(part.lead, longest) for part in parts]),
         tuple(i for part in parts for i in part.load),
         tuple(_join_stops(parts, number) for number in range(most)),
-        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("grip", "drop", "down")),
+        *(
+            np.concatenate([getattr(p, name) for p in parts])
+            for name in ("grip", "drop", "down", "lift")
+        ),
     )
 
 

@@ -90,7 +90,7 @@ def legs(course: Course) -> Legs:
     grip = np.where(grips, np.array(ends)[course.grip + 1], 0)
     drop = np.where(drops, np.array(ends)[course.drop + 1], m)
     pose = np.arange(m)
-    carried, down = np.where(grips, LIFT_M, 0.0)[:, None], course.down[:, None]
+    carried, down = np.where(grips, LIFT_M, course.lift)[:, None], course.down[:, None]
     rise = np.where(pose > grip[:, None], carried, 0.0)
     over = np.maximum(carried, down + LIFT_M / 2)
     lowering = np.where(drops, drop - len(_COARSE), m)[:, None]

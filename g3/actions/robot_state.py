@@ -23,10 +23,13 @@ class State:
         Where everything stands; trajectories are single poses.
     held
         Id of the object on the forks; None if they are empty.
+    forks_m
+        How high the forks are above their lowest, in metres.
     """
 
     context: Context
     held: str | None
+    forks_m: float = 0.0
 
     @property
     def pose(self) -> FloatArray:
@@ -53,12 +56,18 @@ def padded(hulls: Sequence[FloatArray]) -> FloatArray:
 
 
 def start_state(context: Context) -> State:
-    """The state that a context's log starts in."""
+    """The state that a context's log starts in.
+
+    How high empty forks are no log tells: they are down.
+    """
     objects = tuple(
         replace(o, trajectory=at_rest(o.trajectory)) if len(o.trajectory) > 1 else o
         for o in context.objects
     )
-    return State(replace(context, objects=objects), loaded(context))
+    held = loaded(context)
+    floor = float(context.agent.trajectory.xyz[0, 2])
+    bottom = next((o.prism.z_min for o in objects if o.id == held), floor)
+    return State(replace(context, objects=objects), held, max(bottom - floor, 0.0))
 
 
 def moved_to(thing: PhysicalObject, pose: FloatArray, bottom: float) -> PhysicalObject:
@@ -75,7 +84,9 @@ def moved_to(thing: PhysicalObject, pose: FloatArray, bottom: float) -> Physical
     )
 
 
-def with_moved(state: State, moved: dict[str, PhysicalObject], held: str | None) -> State:
-    """The state with some objects, by their ids, at other poses."""
+def with_moved(
+    state: State, moved: dict[str, PhysicalObject], held: str | None, forks_m: float = 0.0
+) -> State:
+    """The state with some objects, by their ids, at other poses, and the forks as they are then."""
     objects = tuple(moved.get(o.id, o) for o in state.context.objects)
-    return State(replace(state.context, objects=objects), held)
+    return State(replace(state.context, objects=objects), held, forks_m)

@@ -15,7 +15,7 @@ from scipy.special import expit, log_expit, logsumexp
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
-from g3.geometry.plane import BoolArray
+from g3.geometry.plane import BoolArray, wrap
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
 
@@ -29,6 +29,9 @@ SLOPES_L2 = 1.0
 SAME_PLACE_M = 2.5
 """What ends nearer than this to where it ends by another plan ends in the same place."""
 
+SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
+"""What faces the same way, and has its forks as high, if that is asked for."""
+
 
 def evidence(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> FloatArray:
     """What the curve sees of a plan, shape (3,)."""
@@ -41,7 +44,8 @@ def evidence(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> FloatArray
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
     """Whether two plans lead to the same: every load in the same place and on the same thing.
 
-    Where the robot ends counts only if neither handles a load.
+    Where the robot ends counts only if neither handles a load, and which way it faces only where
+    words ask for that.
     """
     here, there = plan.state, other.state
     if here.held != there.held:
@@ -52,6 +56,10 @@ def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
             return False
     if any(action.object_id for action in (*plan.actions, *other.actions)):
         return True
+    if any(action.kind.on_request for action in (*plan.actions[-1:], *other.actions[-1:])):
+        turned = abs(wrap(here.pose[2:] - there.pose[2:])[0])
+        if turned > SAME_HEADING_RAD or abs(here.forks_m - there.forks_m) > SAME_HEIGHT_M:
+            return False
     return float(np.linalg.norm(here.pose[:2] - there.pose[:2])) < SAME_PLACE_M
 
 

@@ -18,6 +18,7 @@ from g3.inference.calibration import evidence, plan_probability
 from g3.inference.clarification import Question, question_about
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
+from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.grounding_problem import GroundingProblem
@@ -234,7 +235,7 @@ class Grounder:
         if missing and not insist:
             return Result(sdcs, (), what_is_missing(missing, start.context), missing=missing)
         found = search(tree, start, problem, width=max(width, top))
-        if not found or not any(_does(h) for h in found[:1]):
+        if not found or not (_does(found[0]) or asks_to_wait(tree)):
             return Result(sdcs, (), "there is nothing in it that the robot could do")
         plans = tuple(
             _plan(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from corpus_tools.world.physics.build import TIMESTEP_S, World, body_name, build_world, ground_of
 from corpus_tools.world.physics.pacing import EMPTY, LIFT, LOADED, Limits, ramp, references
 from corpus_tools.world.planning.curves import Way
-from corpus_tools.world.state.dimensions import LOW
+from corpus_tools.world.state.dimensions import LIFT_RANGE, LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_RATE, FORKS, LIFT_RATE, TURN_RATE
 from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, upright
 from corpus_tools.world.state.shapes import Shape, shape_of
@@ -224,9 +224,13 @@ class Simulation:
                 raise ActionError(f"{self.load.id} touched {touched}")
 
 
-def simulation(context: Context, rate_hz: float) -> Simulation:
-    """A simulation of a context from its start, sampled at a rate."""
+def simulation(context: Context, rate_hz: float, forks_m: float = 0.0) -> Simulation:
+    """A simulation of a context from its start, sampled at a rate.
+
+    Forks with a load are as high as that tells, empty ones so far up as is said.
+    """
     start, held, forks = starting(context)
+    forks = min(forks_m, LIFT_RANGE) if held is None else forks
     world = build_world(start, looks=False)
     per_sample = max(int(np.ceil(1 / (rate_hz * TIMESTEP_S) - 1e-9)), 1)
     world.model.opt.timestep = 1 / (rate_hz * per_sample)

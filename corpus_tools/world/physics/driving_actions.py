@@ -66,32 +66,34 @@ def drive_to(sim: Simulation, place: Place) -> Goal:
                 break
     if not goals:
         raise ActionError(f"there is no room for the robot in {_named(place)}")
-    return _gone(sim, np.array(goals), f"to {_named(place)}", np.array(costs))
+    return gone(sim, np.array(goals), f"to {_named(place)}", np.array(costs))
 
 
 @behaviour(APPROACH)
 def approach(sim: Simulation, thing: str) -> Goal:
     """Stop in front of one of an object's sides, or on the way to it, facing it."""
-    if sim.load is not None and sim.load.id == thing:
-        raise ActionError(f"{thing} is on the forks")
-    middle, corners, axis = _footprint(sim, thing)
+    middle, _, axis = footprint(sim, thing)
+    toward = middle - sim.pose[:2]
+    headings = np.append(quarters(axis), np.arctan2(toward[1], toward[0]))
+    return gone(sim, in_front(sim, thing, headings), f"up to {thing}", np.zeros(len(headings)))
+
+
+def in_front(sim: Simulation, thing: str, headings: FloatArray) -> FloatArray:
+    """Poses in front of an object in which the robot heads for its middle, shape (h, 3)."""
+    middle, corners, _ = footprint(sim, thing)
     reach = HEEL_X + FORK_LENGTH
     if sim.load is not None:
         reach = max(reach, load_rect(sim.load, sim.shape(sim.load.id)).x[1])
-    toward = middle - sim.pose[:2]
-    headings = np.append(quarters(axis), np.arctan2(toward[1], toward[0]))
     ahead = direction(headings)
     near = ((corners - middle) @ ahead.T).min(axis=0)
     goals = middle + (near - STAND_OFF_M - reach)[:, None] * ahead
-    return _gone(sim, np.column_stack((goals, headings)), f"up to {thing}", np.zeros(len(goals)))
+    return np.column_stack((goals, headings))
 
 
 @behaviour(DRIVE_PAST)
 def drive_past(sim: Simulation, thing: str) -> Goal:
     """Drive past an object, rather on the side that the robot faces, and on beyond it."""
-    if sim.load is not None and sim.load.id == thing:
-        raise ActionError(f"{thing} is on the forks")
-    middle, corners, axis = _footprint(sim, thing)
+    middle, corners, axis = footprint(sim, thing)
     x, y = middle - sim.pose[:2]
     toward = float(np.arctan2(y, x))
     turned = np.abs(wrap(quarters(axis) - toward))
@@ -107,26 +109,26 @@ def drive_past(sim: Simulation, thing: str) -> Goal:
             except NoWayError:
                 continue
             sim.drive((*first, *second))
-            return _robot_goal(sim, goals[1])
+            return robot_goal(sim, goals[1])
     raise ActionError(f"there is no way past {thing}")
 
 
 @behaviour(TURN)
 def turn(sim: Simulation, angle_deg: float) -> Goal:
     """Turn on the spot."""
-    return _straightforward(sim, (0.0, math.radians(angle_deg)), "turn")
+    return straight_or_turn(sim, (0.0, math.radians(angle_deg)), "turn")
 
 
 @behaviour(FORWARD)
 def forward(sim: Simulation, distance_m: float) -> Goal:
     """Drive straight ahead."""
-    return _straightforward(sim, (distance_m, 0.0), "drive ahead")
+    return straight_or_turn(sim, (distance_m, 0.0), "drive ahead")
 
 
 @behaviour(BACK_UP)
 def back_up(sim: Simulation, distance_m: float) -> Goal:
     """Drive straight back."""
-    return _straightforward(sim, (-distance_m, 0.0), "back up")
+    return straight_or_turn(sim, (-distance_m, 0.0), "back up")
 
 
 @behaviour(WAIT)
@@ -160,8 +162,9 @@ def go(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> i
     return chosen
 
 
-def _gone(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
-    return _robot_goal(sim, goals[go(sim, goals, where, penalty)])
+def gone(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
+    """The same as :func:`go`; what the robot then wanted to reach."""
+    return robot_goal(sim, goals[go(sim, goals, where, penalty)])
 
 
 def _past(
@@ -178,7 +181,8 @@ def _past(
             yield np.array([[*abeam, yaw], [*beyond, yaw]])
 
 
-def _straightforward(sim: Simulation, motion: Motion, what: str) -> Goal:
+def straight_or_turn(sim: Simulation, motion: Motion, what: str) -> Goal:
+    """Drive straight, or turn on the spot, if nothing is in the way."""
     start = sim.pose
     poses = poses_on(start, (motion,))
     around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
@@ -186,15 +190,18 @@ def _straightforward(sim: Simulation, motion: Motion, what: str) -> Goal:
     if clearance(poses, around, boxes) < room:
         raise ActionError(f"the robot can't {what} that far: something is in the way")
     sim.drive((motion,))
-    return _robot_goal(sim, end_of(start, motion))
+    return robot_goal(sim, end_of(start, motion))
 
 
-def _robot_goal(sim: Simulation, pose: FloatArray) -> Goal:
+def robot_goal(sim: Simulation, pose: FloatArray) -> Goal:
+    """That the robot is at a pose (3,)."""
     return Goal(sim.start.agent_id, np.array([*pose[:2], sim.ground_m]), float(pose[2]))
 
 
-def _footprint(sim: Simulation, thing: str) -> tuple[FloatArray, FloatArray, float]:
-    """Middle (2,), corners (4, 2) and heading of an object."""
+def footprint(sim: Simulation, thing: str) -> tuple[FloatArray, FloatArray, float]:
+    """Middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
+    if sim.load is not None and sim.load.id == thing:
+        raise ActionError(f"{thing} is on the forks")
     i = sim.index(thing)
     boxes = boxes_of(sim, *(item.id for j, item in enumerate(sim.start.objects) if j != i))
     corners = boxes.corners().reshape(-1, 2)

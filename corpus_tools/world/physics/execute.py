@@ -7,7 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from corpus_tools.world.physics import driving_actions, handling_actions  # noqa: F401 - they register
+from corpus_tools.world.physics import (  # noqa: F401 - they register
+    driving_actions,
+    fork_actions,
+    handling_actions,
+    pose_actions,
+)
 from corpus_tools.world.physics.controller import TILT, ActionError, Simulation, simulation
 from corpus_tools.world.physics.script_actions import BEHAVIOURS, Goal
 from corpus_tools.world.state.recording import Recording, Step, heading
@@ -104,6 +109,7 @@ def execute(
     *,
     places: Mapping[str, Place] | None = None,
     rate_hz: float = 50.0,
+    forks_m: float = 0.0,
 ) -> Execution:
     """Carry out a script in a simulated world.
 
@@ -118,6 +124,8 @@ def execute(
         By the names that the script uses; the context's places by their names if None.
     rate_hz
         How many states a second the recording has.
+    forks_m
+        How far empty forks are up at the start.
 
     Raises
     ------
@@ -128,7 +136,7 @@ def execute(
     if places is None:
         places = {place.name: place for place in context.places if place.name}
     arguments = [_argument(context, places, step, i) for i, step in enumerate(script)]
-    sim = simulation(context, rate_hz)
+    sim = simulation(context, rate_hz, forks_m)
     sim.wait(PAUSE_S)
     steps: list[Step] = []
     outcomes: list[Outcome] = []

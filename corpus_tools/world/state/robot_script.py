@@ -133,3 +133,35 @@ PUT_DOWN = _known(
     "Put the load on the forks down in the middle of a place.",
 )
 WAIT = _known("wait_s", forklift.WAIT, "number", "Stand still for some seconds.")
+FACE = _known("face", forklift.FACE, "object", "Turn on the spot until the robot faces an object.")
+TURN_AWAY = _known(
+    "turn_away",
+    forklift.TURN_AWAY,
+    "object",
+    "Turn on the spot until an object is behind the robot.",
+)
+DRIVE_AWAY = _known(
+    "drive_away",
+    forklift.DRIVE_AWAY,
+    "object",
+    "Drive some metres away from an object, with it behind the robot.",
+)
+LINE_UP = _known(
+    "line_up",
+    forklift.LINE_UP,
+    "object",
+    "Stop in front of a side of an object, square to it.",
+)
+PARK = _known("park", forklift.PARK, "object", "Stop beside an object, parallel to it.")
+RAISE_FORKS = _known(
+    "raise_forks_m",
+    forklift.RAISE_FORKS,
+    "number",
+    "Raise the forks, with what is on them, by a distance.",
+)
+LOWER_FORKS = _known(
+    "lower_forks_m",
+    forklift.LOWER_FORKS,
+    "number",
+    "Lower the forks, with what is on them, by a distance.",
+)

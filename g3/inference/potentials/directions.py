@@ -1,4 +1,4 @@
-"""Ways that words name without a landmark: "back up", "turn left", "go forward"."""
+"""Ways that words name: "back up", "turn left", "past the truck"."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, TURN
-from g3.inference.potentials.cases import ActionCase
+from g3.geometry.plane import BoolArray
+from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.grounding_problem import group_key
 from g3.inference.problem.phrases import is_measure
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
@@ -27,6 +29,30 @@ def way(case: ActionCase) -> Measured:
     words = field_words(all_words(case.sdc))
     named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}
     return bool(named) and case.each(lambda a: is_bare(a) and way_of(a) not in named)
+
+
+@potential("asked-kind", kind="action", types=("EVENT", "PATH"), weight=2 * log(0.05))
+def asked_kind(case: ActionCase) -> Measured:
+    """An action is of a kind that words ask for: "past the truck", "face it"."""
+    asked = case.found.asked
+    return bool(asked) and case.each(lambda a: a.kind not in asked)
+
+
+@potential(
+    "own-landmark",
+    kind="path",
+    types=("PATH",),
+    roles=("figure", "landmark"),
+    weight=2 * log(0.05),
+)
+def own_landmark(case: PathCase) -> BoolArray:
+    """What the robot leaves or lines up with is what the words name."""
+    groups = [group_key(mark.group) if mark else None for mark in case.marks]
+    other = np.zeros(case.shape, dtype=bool)
+    for i, action in enumerate(case.actions):
+        if action.kind.on_request and action.target and action.goal < 0:
+            other[i] = [group != group_key(action.target) for group in groups]
+    return other
 
 
 def is_bare(action: Action) -> bool:

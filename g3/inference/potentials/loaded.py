@@ -8,6 +8,7 @@ from math import log
 from g3.actions.loads import is_load
 from g3.inference.potentials.cases import CandidateCase, CommandCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
+from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.clause_roles import is_company, objects, spares
 from g3.inference.problem.costs import Scorer
 from g3.inference.problem.grounding_problem import things_of
@@ -49,8 +50,9 @@ def load_in_the_way(case: CommandCase) -> str:
 
 @potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)
 def known_verb(case: CommandCase) -> str:
-    """The model knows at least one verb of the command."""
-    if not isinstance(case.problem.cost, Scorer):
+    """The model knows at least one verb of the command, or its words say what is asked for."""
+    roots = range(len(case.tree.sdcs))
+    if not isinstance(case.problem.cost, Scorer) or any(asked_kinds(case.tree, r) for r in roots):
         return ""
     known = {word for word in case.problem.cost.model.space_.words if word.startswith("relation:")}
     verbs = [sdc for sdc in case.tree.sdcs if field_words(sdc.relation)]

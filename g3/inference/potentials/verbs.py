@@ -148,6 +148,8 @@ def _read(case: ActionCase) -> _Reading:
 def _reading(case: ActionCase, *senses: Sense) -> _Reading | None:
     """The reading of a clause that asks for one of some things; None if it doesn't."""
     found = case.once(_read)
+    if case.found.asked and not found.asked.forks:
+        return None  # what the words ask for is known in more detail
     return found if found.sense in senses else None
 
 

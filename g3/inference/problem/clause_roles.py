@@ -7,12 +7,22 @@ from g3.inference.problem.phrases import (
     is_measure,
     is_pronoun,
     names_forks,
+    names_lift,
     names_robot,
     verb_class,
 )
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import BESIDE, FILLING, HANDLING_VERBS, LEAVING, UNTIL, YOU
+from g3.language.lexicon.word_sets import (
+    BESIDE,
+    FILLING,
+    HANDLING_VERBS,
+    LEAVING,
+    LOWERING,
+    RAISING,
+    UNTIL,
+    YOU,
+)
 from g3.sdc.clauses import SDC, Field, all_words
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
@@ -120,8 +130,11 @@ def spares(tree: Tree, root: int, held: str | None) -> bool:
 
 
 def names_own_forks(tree: Tree, root: int) -> bool:
-    """Whether a clause is about the robot's forks."""
-    return any(names_forks(tree.nodes[n]) for n in tree.below(root, _ARGUMENTS, "OBJECT"))
+    """Whether a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
+    named = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
+    words = {bare(word.text) for word in tree.nodes[root].relation}
+    lifts = bool(words & (RAISING | LOWERING))
+    return any(names_forks(sdc) or (lifts and names_lift(sdc)) for sdc in named)
 
 
 def is_put_later(tree: Tree, root: int) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from g3.actions.action_kinds import ActionKind
 from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
@@ -144,6 +145,8 @@ class Arguments:
         Other PATHs with the candidates of their landmarks.
     problem, toward
         What themes and landmarks are grounded in, and what goals are.
+    asked
+        Kinds of actions that its words ask for; none where they leave that open.
     """
 
     themes: tuple[Candidate | None, ...]
@@ -152,3 +155,4 @@ class Arguments:
     paths: Mapping[int, tuple[Candidate | None, ...]]
     problem: GroundingProblem | None = None
     toward: GroundingProblem | None = None
+    asked: frozenset[ActionKind] = frozenset()

@@ -16,6 +16,7 @@ from g3.language.lexicon.word_sets import (
     FORKS,
     FORMER,
     IT,
+    LIFTS,
     OTHERS,
     ROBOT,
     STRESSED,
@@ -111,6 +112,12 @@ def names_origin(sdc: SDC) -> bool:
 def names_forks(sdc: SDC) -> bool:
     """Whether an OBJECT is the robot's forks."""
     return sdc.type == "OBJECT" and bool(FORKS.intersection(figure_words(sdc)))
+
+
+def names_lift(sdc: SDC) -> bool:
+    """Whether an OBJECT is the robot, or the part of it that lifts: "your forklift"."""
+    words = figure_words(sdc)
+    return sdc.type == "OBJECT" and bool(words) and words[-1] in LIFTS
 
 
 def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:

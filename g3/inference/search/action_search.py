@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
+from math import log
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.geometry.footprints import centre
+from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
@@ -38,12 +40,15 @@ from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, pat
 from g3.inference.search.thing_search import ground_thing
 from g3.language.discourse.anaphora import anaphors
 from g3.language.discourse.negation import negated
+from g3.sdc.clauses import SDC_TYPES
 
 Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]
 
 OTHER_PLACE_M = 2.5
 """Places further apart than this are others."""
+UNTAUGHT = log(0.5)
+"""Of an EVENT that is a kind of action which is only done on request: no log teaches that."""
 WIDTH = 5
 """How many hypotheses go on from one top-level clause to the next."""
 
@@ -108,9 +113,12 @@ def extend(
     kind = tree.nodes[root].type
     event = np.zeros(len(batch))
     if kind == "EVENT":
-        event = cost.log_probability(batch, true=not forbidden)
-    theme_score = np.array([*(c.score if c else 0.0 for c in found.themes), 0.0])
-    goal_score = np.array([*(c.score if c else 0.0 for c in found.goals), 0.0])
+        learned = cost.log_probability(batch, true=not forbidden)
+        event = np.where(_is_untaught(actions)[rows.action], UNTAUGHT, learned)
+    theme_score, goal_score = (
+        np.array([*(c.score if c else 0.0 for c in some), 0.0])
+        for some in (found.themes, found.goals)
+    )
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
     asked = ActionCase(tree, root, state, found, actions, problem)
     ruled = {} if forbidden else added_by(asked)
@@ -162,6 +170,11 @@ def extend(
             {**before.choices, **choices},
             {**before.problems, **_problems(found, theme, goal)} if problem.explain else {},
         )
+
+
+def _is_untaught(actions: Sequence[Action]) -> BoolArray:
+    """Which actions are of kinds that are only done on request, shape (n,)."""
+    return np.array([action.kind.on_request for action in actions], dtype=bool)
 
 
 def _choices(
@@ -226,7 +239,9 @@ def _reasons(
     rows = int(ranked.row[first]), int(ranked.row[best])
     rival = ranked.actions[int(ranked.action[best])]
     besides = {name: float(x[rows[0]] - x[rows[1]]) for name, x in ranked.besides.items()}
-    reasons = [r for batch in factors for r in reasons_against(batch, rows, cost)]
+    taught = not _is_untaught((chosen, rival)).any()
+    learned = [b for b in factors if taught or SDC_TYPES[int(b.type[0])] != "EVENT"]
+    reasons = [r for batch in learned for r in reasons_against(batch, rows, cost)]
     return {root: (rival, tuple(weightiest([*reasons, *told_besides(besides.items())])))}
 
 

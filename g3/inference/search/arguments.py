@@ -12,6 +12,7 @@ from g3.actions.loads import is_load
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
+from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.clause_roles import (
     goal_paths,
     goal_places,
@@ -56,8 +57,10 @@ class Rows:
 
 def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     """Ground what a top-level clause is about."""
+    asked = asked_kinds(tree, root)
     if tree.nodes[root].type == "PATH":
-        return Arguments((None,), _marks(tree, root, problem, GOALS), root, {}, problem, problem)
+        marks = _marks(tree, root, problem, GOALS)
+        return Arguments((None,), marks, root, {}, problem, problem, asked)
     free = replace(problem, load=None, told_side="")
     themes, left = _themes(tree, root, free)
     toward = replace(problem, load=problem.load or _load(themes, problem.state))
@@ -69,7 +72,7 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     others = {
         way: _marks(tree, way, free, PATH_LANDMARKS) for way in ways(tree, root) if way != goal_path
     }
-    return Arguments(themes, goals, goal_path, others, free, toward)
+    return Arguments(themes, goals, goal_path, others, free, toward, asked)
 
 
 def _themes(
@@ -153,7 +156,7 @@ def focus_of(state: State, found: Arguments) -> Focus:
     ]
     goals = tuple(current(c.group, state) for c in found.goals if c is not None)
     marks = [current(c.group, state) for cs in found.paths.values() for c in cs[:2] if c]
-    return Focus(tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks))
+    return Focus(tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks), found.asked)
 
 
 def current(group: Group, state: State) -> Group:

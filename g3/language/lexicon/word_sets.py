@@ -164,6 +164,8 @@ FORMER = words("old original previous former initial starting")
 TELLING = stems("other another same this that empty full loaded single lonely only tall big small")
 """Adjectives that tell things of a kind apart."""
 FORKS = stems("fork forks")
+LIFTS = stems("forklift lift prong tine arm")
+"""Nouns for the robot by what lifts: "raise your forklift" moves its forks."""
 FLOOR = stems("ground floor pavement")
 AREAS = FLOOR | stems("area space spot place gap slot location position region zone bay aisle")
 """Nouns for places."""
@@ -184,6 +186,16 @@ HANDLING_VERBS = words("placing taking carrying")
 FILLING = words("load fill stack")
 """Verbs that have what is filled first: "load the truck with the tires"."""
 LEAVING = words("leave leaving")
+RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
+LOWERING = words("lower lowering drop dropping")
+"""Verbs that move the robot's forks."""
+FACING = words("face faces facing point pointing aim")
+ALIGNING = words("align aligning aligned")
+LINING = words("line lines lining lined")
+"""Of "line up"."""
+PARKING = words("park parking")
+PASSING = words("past pass passing beyond")
+"""By something and on."""
 
 # Clauses
 

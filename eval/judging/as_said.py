@@ -1,0 +1,276 @@
+"""Whether a plan does what single words say: "away from", "past", "raise the forks", "face".
+
+Commands that nobody annotated, whose outcome tells nothing of the way there, can be measured so.
+Mentions are found in the text, not in the clauses, so that a clause that is read wrongly counts
+against the plan. The landmark is what the plan itself takes the next noun for: whether that is the
+right thing is measured elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from g3.actions.action_kinds import Action, move, result
+from g3.actions.grounding_candidates import footprint_of
+from g3.actions.robot_state import State, start_state
+from g3.geometry.footprints import centre
+from g3.geometry.plane import point_gap, wrap
+from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
+from g3.inference.grounder import Plan
+from g3.inference.problem.phrases import is_measure, names_lift, names_robot
+from g3.sdc.clauses import SDC, Span, all_words
+
+FARTHER_M = 1.0
+"""What goes away from something ends so much farther from it, and what passes it so far beyond."""
+BY_M = 8.0
+"""What passes something comes so near to it."""
+AT_M = 4.5
+"""What stops at something is so near to it."""
+STILL_M, STILL_RAD = 0.5, np.deg2rad(10)
+"""What stays where it is moves and turns no further."""
+FACING_RAD = np.deg2rad(30)
+STRAIGHT_RAD = np.deg2rad(15)
+"""What is lined up has the heading of one of the landmark's sides, to this."""
+ASIDE_M = 1.0
+RAISED_M = 0.3
+_OWN = r"(?: (?:the|your|its|up|mechanical|forklift))*"
+_FORKS = r" (?:forks?|forklift|lift|prongs?)\b(?! (?:pallet|of))"
+
+
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """Words of a command that ask for something measurable.
+
+    Parameters
+    ----------
+    relation
+        What they ask for, one of :data:`RELATIONS`.
+    start, end
+        Where they are in the text.
+    """
+
+    relation: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What a plan does for the clause that mentions something.
+
+    Parameters
+    ----------
+    action
+        The action.
+    before, after
+        The world.
+    way
+        The robot's x, y, yaw, shape (n, 3).
+    marks
+        What the plan takes the landmark for, where it is before; none without one.
+    """
+
+    action: Action
+    before: State
+    after: State
+    way: FloatArray
+    marks: tuple[Grounding, ...]
+
+    @property
+    def outline(self) -> FloatArray:
+        """The landmark's footprint, shape (k, 2)."""
+        return footprint_of(self.marks)
+
+    @property
+    def gaps(self) -> FloatArray:
+        """How far the robot is from the landmark, shape (n,)."""
+        found: FloatArray = point_gap(self.way[None, :, :2], self.outline[None])[0]
+        return found
+
+    @property
+    def bearing(self) -> float:
+        """Where the middle of the landmark is in the end, seen from the robot; 0 is ahead."""
+        x, y = self.outline.mean(axis=0) - self.way[-1, :2]
+        return float(abs(wrap(np.arctan2(y, x) - self.way[-1, 2])))
+
+    @property
+    def stays(self) -> bool:
+        """Whether the robot stays where it is, and handles nothing."""
+        far = np.linalg.norm(self.way[:, :2] - self.way[0, :2], axis=1).max()
+        turned = np.ptp(np.unwrap(self.way[:, 2]))
+        return not self.action.kind.handles and bool(far <= STILL_M and turned <= STILL_RAD)
+
+
+def _away(done: Done) -> bool:
+    """The robot ends farther from it; a load that is moved does."""
+    if not done.action.kind.handles:
+        return bool(done.gaps[-1] - done.gaps[0] >= FARTHER_M)
+    load = done.action.object_id
+    ends = np.array([centre(s.thing(load).prism) for s in (done.before, done.after)])
+    first, last = point_gap(ends[None], done.outline[None])[0]
+    return bool(last - first >= FARTHER_M)
+
+
+def _past(done: Done) -> bool:
+    """The robot comes by beside it, and ends beyond it."""
+    nearest = int(np.argmin(done.gaps))
+    step = np.gradient(done.way[:, :2], axis=0)[nearest]
+    ahead = step / max(float(np.linalg.norm(step)), 1e-9)
+    beyond = (done.way[-1, :2] - done.outline.mean(axis=0)) @ ahead
+    onward = (done.way[-1, :2] - done.way[0, :2]) @ ahead
+    return bool(0 < done.gaps[nearest] <= BY_M and beyond >= FARTHER_M and onward >= FARTHER_M)
+
+
+def _lined_up(done: Done) -> bool:
+    """The robot is parallel to one of its sides, with it straight ahead or straight beside."""
+    thing = done.marks[0]
+    if done.action.kind.handles or not isinstance(thing, PhysicalObject):
+        return False
+    turned = float(done.way[-1, 2] - thing.trajectory.yaw[0])
+    skew = abs((turned + np.pi / 4) % (np.pi / 2) - np.pi / 4)
+    x, y = done.outline.mean(axis=0) - done.way[-1, :2]
+    yaw = float(done.way[-1, 2])
+    ahead, left = x * np.cos(yaw) + y * np.sin(yaw), y * np.cos(yaw) - x * np.sin(yaw)
+    aligned = (ahead > 0 and abs(left) <= ASIDE_M) or abs(ahead) <= ASIDE_M
+    return bool(skew <= STRAIGHT_RAD and aligned)
+
+
+def _waits(done: Done) -> bool:
+    """The robot stays; at a landmark, it comes to stand there."""
+    if not done.marks:
+        return done.stays
+    return not done.action.kind.handles and bool(done.gaps[-1] <= AT_M)
+
+
+def _lowers(done: Done) -> bool:
+    """The forks are down in the end, and what was on them is, too; the robot does nothing else."""
+    puts = done.before.held is not None and done.action.kind.leaves
+    return (puts or done.stays) and forks_of(done.after) < RAISED_M
+
+
+def forks_of(state: State) -> float:
+    """How high the forks are."""
+    return state.forks_m
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """Something that words ask for.
+
+    Parameters
+    ----------
+    words
+        How it is said.
+    holds
+        Whether it is done.
+    has_landmark
+        Whether there is something that it is done to.
+    """
+
+    words: re.Pattern[str]
+    holds: Callable[[Done], bool]
+    has_landmark: bool = True
+
+
+def _said(words: str) -> re.Pattern[str]:
+    return re.compile(words, re.IGNORECASE)
+
+
+RELATIONS = {
+    "turn away": Relation(
+        _said(r"\bturn\w*(?: \w+)? away from\b"), lambda d: d.bearing >= np.pi / 2
+    ),
+    "away": Relation(
+        _said(
+            r"(?<!\bfeet )(?<!metres )(?<!meters )(?<!distance )(?<!turn )(?<!facing )\baway from\b"
+        ),
+        _away,
+    ),
+    "past": Relation(_said(r"\bpast\b|\bpass(?:ed)?(?= (?:the|a|it|him)\b)"), _past),
+    "raise forks": Relation(
+        _said(rf"\b(?:raise|lift|elevate)\b{_OWN}{_FORKS}"),
+        lambda d: d.stays and forks_of(d.after) - forks_of(d.before) >= RAISED_M,
+        has_landmark=False,
+    ),
+    "lower forks": Relation(
+        _said(rf"\b(?:lower|drop)(?:ing)?\b{_OWN}{_FORKS}"), _lowers, has_landmark=False
+    ),
+    "face": Relation(
+        _said(
+            r"(?<!-)\b(?:face|faces|facing)\b"
+            r"|\bturn(?:ing)?(?: the \w+)?(?: around)? (?:to|towards?)"
+            r"(?= (?:the|a|an) (?!left|right))"
+        ),
+        lambda d: not d.action.kind.handles and d.bearing <= FACING_RAD,
+    ),
+    "line up": Relation(
+        _said(r"\baligned? (?:\w+ )?with\b|\bline up\b|\bin line with\b"),
+        _lined_up,
+    ),
+    "park": Relation(
+        _said(r"\bpark\b"), lambda d: not d.action.kind.handles and d.gaps[-1] <= AT_M
+    ),
+    "wait": Relation(
+        _said(r"(?<!the )(?<!a )\b(?:wait|stop|stopping|stay|halt|pause)\b"),
+        _waits,
+        has_landmark=False,
+    ),
+}
+"""What is measured. A mention of the first that fits is no mention of the others."""
+
+
+def mentions(text: str) -> Iterator[Mention]:
+    """What a command asks for that can be measured."""
+    taken: list[Mention] = []
+    for name, relation in RELATIONS.items():
+        for found in relation.words.finditer(text):
+            if not any(m.start < found.end() and found.start() < m.end for m in taken):
+                taken.append(Mention(name, *found.span()))
+    yield from sorted(taken, key=lambda m: m.start)
+
+
+def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
+    """Whether a plan does what a mention asks for."""
+    acts = [sdc for sdc in sdcs if sdc.type in ("EVENT", "PATH")]
+    state = start_state(context)
+    for sdc, action in zip(acts, plan.actions, strict=True):
+        motion = move(state, [action])
+        after = result(state, action, motion, 0)
+        if _has(sdc, mention):
+            way = np.column_stack((motion.xyz[0, :, :2], motion.yaw[0]))
+            marks = _landmark(mention, sdc, plan, state)
+            relation = RELATIONS[mention.relation]
+            needs = relation.has_landmark
+            return bool(
+                (marks or not needs) and relation.holds(Done(action, state, after, way, marks))
+            )
+        state = after
+    return False
+
+
+def _has(sdc: SDC, mention: Mention) -> bool:
+    return any(mention.start <= word.start < mention.end for word in all_words(sdc))
+
+
+def _landmark(mention: Mention, sdc: SDC, plan: Plan, state: State) -> tuple[Grounding, ...]:
+    """What the plan takes the first noun of the clause after the mention for."""
+    own = {word.start for word in all_words(sdc)}
+    after = []
+    for found in plan.groundings:
+        words: tuple[Span, ...] = tuple(all_words(found.sdc))
+        if found.sdc.type not in ("OBJECT", "PLACE") or not words or not found.group:
+            continue
+        first = min(word.start for word in words)
+        is_noun = not any(names(found.sdc) for names in (is_measure, names_robot, names_lift))
+        if first >= mention.end and first in own and is_noun:
+            after.append((first, -len(words), found.group))
+    group = min(after, key=lambda a: a[:2])[2] if after else ()
+    return tuple(
+        state.thing(g.id) if isinstance(g, PhysicalObject) else g
+        for g in group
+        if not isinstance(g, Path)
+    )

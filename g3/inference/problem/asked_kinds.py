@@ -1,0 +1,212 @@
+"""Which kinds of actions a clause asks for, by its verb and by what leads its landmark.
+
+Corpora have few clauses of these kinds, and logs show them in the middle of others. So their
+words are read by hand, and only where they say one thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from g3.actions.action_kinds import ActionKind
+from g3.actions.forklift_actions import (
+    BACK_UP,
+    CARRY,
+    DRIVE_AWAY,
+    DRIVE_PAST,
+    FACE,
+    LINE_UP,
+    LOWER_FORKS,
+    PARK,
+    PICK_UP,
+    PUT_DOWN,
+    RAISE_FORKS,
+    TURN_AWAY,
+    WAIT,
+)
+from g3.inference.problem.clause_roles import (
+    goal_paths,
+    goal_places,
+    goal_within,
+    names_own_forks,
+    objects,
+    subjects,
+)
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.phrases import names_forks, names_lift, names_robot
+from g3.language.discourse.negation import negated
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words, figure_words
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import (
+    ALIGNING,
+    FACING,
+    LINING,
+    LOWERING,
+    PARKING,
+    PASSING,
+    RAISING,
+    SIDES,
+    VERBS,
+)
+from g3.sdc.clauses import SDC, Field
+
+Kinds = frozenset[ActionKind]
+_ARGUMENTS: tuple[Field, ...] = ("l", "l2")
+
+
+def asked_kinds(tree: Tree, root: int) -> Kinds:
+    """The kinds of actions that a top-level clause asks for; none where it leaves that open."""
+    if negated(tree.nodes[root]):
+        return frozenset()
+    readings = (kinds for reads in _READINGS if (kinds := reads(tree, root)))
+    return next(readings, frozenset())
+
+
+def asks_to_wait(tree: Tree) -> bool:
+    """Whether a command asks for nothing but waiting."""
+    return all(asked_kinds(tree, root) == {WAIT} for root in range(len(tree.sdcs)))
+
+
+def _said(sdc: SDC) -> set[str]:
+    return {bare(word.text) for word in sdc.relation}
+
+
+def _verbs(tree: Tree, root: int) -> set[str]:
+    """The classes of all verbs of a clause."""
+    of_words = (word_class(word).split("+") for word in _said(tree.nodes[root]))
+    return {name for names in of_words for name in names} & VERBS
+
+
+def _is_robot(sdc: SDC) -> bool:
+    """Whether an OBJECT is the robot or a part of it: "the forklift", "your forks"."""
+    return names_robot(sdc) or names_forks(sdc) or names_lift(sdc)
+
+
+def _things(tree: Tree, root: int) -> list[int]:
+    """OBJECTs of a clause but for the robot itself."""
+    if tree.nodes[root].type == "PATH":
+        return []
+    return [n for n in objects(tree, root) if not _is_robot(tree.nodes[n])]
+
+
+def _ways(tree: Tree, root: int) -> list[int]:
+    """PATHs and PLACEs of a clause that have a landmark.
+
+    What is said of the robot itself is its way: "move [the forklift away from the truck]".
+    """
+    if tree.nodes[root].type == "PATH":
+        return [root]
+    told = tree.below(root, _ARGUMENTS, "PATH", "PLACE")
+    told += [n for n in tree.below(root, _ARGUMENTS, "OBJECT") if _is_robot(tree.nodes[n])]
+    return [n for n in told if tree.nodes[n].relation and tree.nodes[n].landmark1]
+
+
+def _leads(tree: Tree, root: int) -> bool:
+    """Whether a clause says where it ends."""
+    paths = [p for p in goal_paths(tree, root) if tree.nodes[p].landmark1]
+    return bool(paths or goal_places(tree, root)) or goal_within(tree, root) is not None
+
+
+def _lining_up(tree: Tree, root: int) -> Kinds:
+    """Line up with the pallet; align the forks with it."""
+    said, things = _said(tree.nodes[root]), _things(tree, root)
+    lines = bool(said & ALIGNING) or (bool(said & LINING) and "up" in said)
+    with_it = any("with" in _said(tree.nodes[n]) for n in _ways(tree, root))
+    asks = lines and (with_it or "with" in said) and len(things) <= ("with" in said)
+    return frozenset({LINE_UP}) if asks else frozenset()
+
+
+def _forks(tree: Tree, root: int) -> Kinds:
+    """Raise or lower the forks; to lower them with a load may be to put it down."""
+    if not names_own_forks(tree, root) or _things(tree, root):
+        return frozenset()
+    said = _said(tree.nodes[root])
+    if said & RAISING and not said & LOWERING:
+        return frozenset({RAISE_FORKS})
+    if said & LOWERING and not said & RAISING:
+        return frozenset({LOWER_FORKS, PUT_DOWN})
+    return frozenset()
+
+
+def _away(tree: Tree, root: int) -> Kinds:
+    """Drive, back or turn away from the truck."""
+    leaves = [n for n in _ways(tree, root) if _is_away(tree, root, n)]
+    verbs, root_is_path = _verbs(tree, root), tree.nodes[root].type == "PATH"
+    if not leaves or _things(tree, root) or verbs & {"staying", "placing"}:
+        return frozenset()
+    if not root_is_path and _leads(tree, root):
+        return frozenset()
+    if "back" in concepts(field_words(tree.nodes[root].relation)):
+        return frozenset({BACK_UP})
+    return frozenset({TURN_AWAY if verbs == {"turning"} else DRIVE_AWAY})
+
+
+def _is_away(tree: Tree, root: int, way: int) -> bool:
+    said = _said(tree.nodes[way])
+    return "from" in said and "away" in said | _said(tree.nodes[root])
+
+
+def _past(tree: Tree, root: int) -> Kinds:
+    """Drive past the pallet; pass it; a load that is carried past it may be lifted before."""
+    if tree.nodes[root].type == "PATH":
+        asks = bool(_said(tree.nodes[root]) & PASSING)
+        return frozenset({DRIVE_PAST}) if asks else frozenset()
+    if _verbs(tree, root) & {"placing", "taking"} or goal_places(tree, root):
+        return frozenset()
+    things, paths = _things(tree, root), _ways(tree, root)
+    if _said(tree.nodes[root]) & PASSING:
+        return frozenset({DRIVE_PAST}) if things and not paths else frozenset()
+    past = [n for n in paths if _said(tree.nodes[n]) & PASSING]
+    only = bool(past) and past == paths and goal_within(tree, root) is None
+    if only and things:
+        return frozenset({DRIVE_PAST, PICK_UP, CARRY, PUT_DOWN})
+    return frozenset({DRIVE_PAST}) if only else frozenset()
+
+
+def _facing(tree: Tree, root: int) -> Kinds:
+    """Face the truck; turn towards it."""
+    things, said = _things(tree, root), _said(tree.nodes[root])
+    ways = _ways(tree, root)
+    if said & FACING and (things or ways):
+        return frozenset({FACE})
+    if _verbs(tree, root) != {"turning"} or things:
+        return frozenset()
+    toward = [n for n in ways if _is_toward(tree, n)]
+    return frozenset({FACE}) if toward and toward == ways else frozenset()
+
+
+def _is_toward(tree: Tree, way: int) -> bool:
+    """Whether a PATH leads towards a thing, not to a side: "to your left"."""
+    if "to" not in concepts(field_words(tree.nodes[way].relation)):
+        return False
+    marks = tree.below(way, _ARGUMENTS, "OBJECT", "PLACE")
+    named = [concepts(figure_words(tree.nodes[n])) for n in marks]
+    return bool(named) and not any(own & SIDES for own in named)
+
+
+def _parking(tree: Tree, root: int) -> Kinds:
+    """Park by the truck, or in a place; but "park it there" puts something down."""
+    asks = _said(tree.nodes[root]) & PARKING and _leads(tree, root)
+    return frozenset({PARK}) if asks and not _things(tree, root) else frozenset()
+
+
+def _waiting(tree: Tree, root: int) -> Kinds:
+    """Wait; stop; but "stop at the truck" goes there."""
+    verbs = _verbs(tree, root)
+    if verbs != {"staying"} or _leads(tree, root) or _ways(tree, root):
+        return frozenset()
+    still = "keep" not in _said(tree.nodes[root]) and not subjects(tree, root)
+    return frozenset({WAIT}) if still else frozenset()
+
+
+_READINGS: tuple[Callable[[Tree, int], Kinds], ...] = (
+    _lining_up,
+    _forks,
+    _away,
+    _past,
+    _facing,
+    _parking,
+    _waiting,
+)
+"""What a clause may ask for. The first that it does counts."""
