@@ -204,6 +204,8 @@ def _show(result: Result, options: dict[str, Any]) -> bool:
             say(f"{lead}{_sentence(plan)}  (probability {plan.probability:.2f})")
             if options["explain"]:
                 say(*(f"  {line}" for line in explained(plan, result.sdcs)))
+        if result.note:
+            note(f"ct: {result.note}")
         if result.question is not None:
             say(f"? {result.question.text}")
     return result.plan is not None
