@@ -259,15 +259,20 @@ def _guessed(*, theme: bool, leads: bool) -> frozenset[str]:
 
 
 def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
-    """Whether a clause leads onto the robot, which has some labels: "onto your forklift"."""
+    """Whether a clause leads onto the robot, which has some labels: "onto your forklift".
+
+    But not where it leads elsewhere, too: "put the pallet on your forks on the truck".
+    """
     robot = {normalise(label) for label in labels}
-    for node in (*own.places, *own.paths):
+
+    def is_aboard(node: int) -> bool:
         words = set(_relation(tree, node))
         marks = [tree.nodes[n] for n in tree.below(node, _ARGUMENTS, "OBJECT")]
         named = any(names_forks(m) or robot.intersection(figure_words(m)) for m in marks)
-        if named and words <= ABOARD and words != {"to"}:
-            return True
-    return False
+        return named and words <= ABOARD and words != {"to"}
+
+    goals = (*own.places, *own.paths)
+    return bool(goals) and all(map(is_aboard, goals))
 
 
 def spares(tree: Tree, node: int, held: str | None) -> bool:

@@ -119,8 +119,9 @@ def extend(
     chosen: dict[int, tuple[FloatArray, IntArray]] = {}
     for path, bodies in marks.items():
         of_path = PathCase(tree, path, state, actions, found.paths[path], problem)
-        own = PathFactor(tree, path, stage, cost)
-        chosen[path] = own.best(bodies, of_path.marks, added(of_path))
+        chosen[path] = PathFactor(tree, path, stage, cost).best(
+            bodies, of_path.marks, added(of_path)
+        )
         total = total + chosen[path][0][rows.action]
     order = np.argsort(-total, kind="stable")
     besides = {name: scores[rows.action] for name, scores in ruled.items()}
