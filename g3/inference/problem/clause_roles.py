@@ -5,6 +5,7 @@ from __future__ import annotations
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import (
     is_measure,
+    is_pronoun,
     names_forks,
     names_robot,
 )
@@ -60,9 +61,14 @@ def landmark_nodes(tree: Tree, node: int) -> list[int]:
 
 
 def subjects(tree: Tree, root: int) -> list[int]:
-    """What is somewhere or goes somewhere, if not the robot; not who does something to a thing."""
-    objects_too = tree.below(root, _ARGUMENTS, "OBJECT")
-    if any(not is_measure(tree.nodes[n]) for n in objects_too):
+    """What is somewhere or goes somewhere, if not the robot; not who does something to a thing.
+
+    In "the boxes, lift them" they are one.
+    """
+    verb = tree.verbs[root]
+    others = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
+    acts = bool(verb.classes) or verb.is_open
+    if acts and not all(is_measure(other) or is_pronoun(other) for other in others):
         return []
     return [n for n in tree.below(root, ("f",), "OBJECT") if not names_robot(tree.nodes[n])]
 
