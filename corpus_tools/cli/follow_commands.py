@@ -251,6 +251,8 @@ def _show(result: Result, shown: Shown) -> bool:
             say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
             if shown.search["explain"] or _is_asked(shown):
                 say(*(f"  {line}" for line in explained(plan, result.sdcs)))
+        if result.note:
+            note(f"ct: {result.note}")
         if result.question is not None:
             say(f"? {result.question.text}")
     return result.plan is not None

@@ -10,12 +10,10 @@ from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
 from g3.actions.robot_state import start_state
 from g3.annotation import Annotation, Command
 from g3.groundings import Context, PhysicalObject
-from g3.inference.problem.clause_roles import objects
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.loads_of_state import loads_of
-from g3.inference.problem.phrases import verb_class
 from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.word_sets import HANDLING_VERBS
 from g3.learning.load_choice import LoadChoice
 
 
@@ -66,10 +64,10 @@ def _choice(command: Command, context: Context, known: set[str], corpus: Corpus)
 def _handled(annotation: Annotation) -> Iterator[str]:
     """Id of what the first clause that handles something is about, if it is one thing."""
     tree = Tree(annotation.sdcs)
-    for root, sdc in enumerate(tree.sdcs):
-        if sdc.type != "EVENT" or not HANDLING_VERBS & set(verb_class(sdc).split("+")):
+    for own in (frame(tree, node) for node in asked(tree)):
+        if not own.handles:
             continue
-        for node in objects(tree, root)[:1]:
+        for node in own.objects[:1]:
             things = [g for g in annotation.groundings[node] if isinstance(g, PhysicalObject)]
             if len(things) == 1 and annotation.correct[node] is not False:
                 yield things[0].id

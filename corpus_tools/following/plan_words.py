@@ -9,6 +9,8 @@ import numpy as np
 from g3.actions.action_kinds import Action
 from g3.groundings import Grounding, Path, Place
 from g3.inference.grounder import Plan, Result, object_ids
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import asked
 from g3.inference.reasons.aspects import aspects
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import to_json
@@ -27,11 +29,12 @@ def described(action: Action) -> str:
 
 def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
     """What each clause of a command is grounded in, and why, in lines for people."""
-    doing = (sdc for sdc in sdcs if sdc.type in ("EVENT", "PATH"))
-    actions = {id(sdc): action for sdc, action in zip(doing, plan.actions, strict=True)}
+    tree = Tree(tuple(sdcs))
+    doing = (n for n in asked(tree) if tree.nodes[n].type in ("EVENT", "PATH"))
+    actions = dict(zip(doing, plan.actions, strict=True))
     lines = []
     for found in plan.groundings:
-        action = actions.get(id(found.sdc))
+        action = actions.get(found.node)
         what = described(action) if action else _grounded(found.group)
         other = found.rival
         rival = f", rather than {_called(other)}" if other is not None else ""

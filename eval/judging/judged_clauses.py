@@ -8,24 +8,12 @@ from dataclasses import dataclass
 from eval.judging.allowed_things import allowed
 from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import is_surface
-from g3.inference.problem.clause_roles import (
-    goal_paths,
-    goal_places,
-    goal_within,
-    is_goal,
-    is_source,
-    names_own_forks,
-    objects,
-    spares,
-    subjects,
-    tells_place,
-    ways,
-)
-from g3.inference.problem.phrases import is_pronoun, is_there, verb_class
-from g3.language.discourse.negation import negated
+from g3.inference.problem.clause_roles import is_goal, is_source, tells_place, ways
+from g3.inference.problem.frames import Frame, asked, frame, spares
+from g3.inference.problem.phrases import is_pronoun, is_there
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import COPULAS, HANDLING_VERBS
+from g3.language.lexicon.word_sets import COPULAS
 from g3.sdc.clauses import SDC
 
 
@@ -63,20 +51,19 @@ def judged_clauses(words: Worded) -> list[JudgedClause]:
     tree = words.tree
     found: list[JudgedClause] = []
     spoken: tuple[Things, ...] = ()
-    for root in range(len(tree.sdcs)):
-        sdc = tree.nodes[root]
-        if sdc.type != "EVENT" or negated(sdc) or spares(tree, root, words.state.held):
+    for root in asked(tree):
+        sdc, own = tree.nodes[root], frame(tree, root)
+        if sdc.type != "EVENT" or own.negated or spares(tree, root, words.state.held):
             continue
         if "there" in (said := {bare(w.text) for w in sdc.relation}) and said & COPULAS:
             # "There are two crates" asks for nothing.
             continue
-        verbs = frozenset(verb_class(sdc).split("+"))
-        named = [n for n in objects(tree, root) if words.robot not in words.things[n]]
-        robot = len(named) < len(objects(tree, root))
+        verbs = own.classes
+        named = [n for n in own.objects if words.robot not in words.things[n]]
+        robot = len(named) < len(own.objects)
         loads = [n for n in named if words.annotated[n] and not _is_carrier(words, n)]
-        forks = names_own_forks(tree, root)
-        handles = forks or (_handles(words, root, verbs, loads) and bool(loads or not robot))
-        if not forks and not named and not spoken:
+        handles = own.forks or (_handles(words, own, loads) and bool(loads or not robot))
+        if not own.forks and not named and not spoken:
             # Without anything on the forks "move forward" and "park" speak of the robot.
             handles &= words.state.held is not None and not verbs & {"carrying", "staying"}
         themes: tuple[Things, ...] = ()
@@ -84,7 +71,7 @@ def judged_clauses(words: Worded) -> list[JudgedClause]:
             # What a clause doesn't name is what was spoken of before: "deposit there".
             themes = tuple(words.annotated[n] for n in loads[:1]) if named else spoken
             spoken = themes or spoken
-        goals, passed = _where(words, root, drives=not handles)
+        goals, passed = _where(words, own, drives=not handles)
         found.append(JudgedClause(root, verbs, handles, themes, goals, passed))
     return found
 
@@ -111,14 +98,12 @@ def _now(words: Worded, theme: Things) -> Things:
     return next(t for a, t in zip(words.annotated, words.things, strict=True) if a == theme)
 
 
-def _handles(words: Worded, root: int, verbs: frozenset[str], loads: Sequence[int]) -> bool:
-    if verbs & HANDLING_VERBS:
+def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
+    if own.handles and not own.guessed:
         return True
-    # "The pallet goes on the truck", "back up with the pallet".
-    is_done_to = set(loads) & set(subjects(words.tree, root))
-    return bool(loads) and (
-        "other" in verbs or bool(is_done_to) or _has_with(words.tree.nodes[root])
-    )
+    # "Back up with the pallet".
+    unknown = own.guessed or not own.classes
+    return bool(loads) and (unknown or _has_with(words.tree.nodes[own.node]))
 
 
 def _has_with(sdc: SDC) -> bool:
@@ -130,15 +115,14 @@ def _is_carrier(words: Worded, node: int) -> bool:
     return bool(things) and all(map(is_surface, things))
 
 
-def _where(words: Worded, root: int, *, drives: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _where(words: Worded, own: Frame, *, drives: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Where a clause leads, and what the robot comes by: "between the cones to the truck"."""
-    tree = words.tree
-    paths, places = goal_paths(tree, root), goal_places(tree, root)
-    within = [n for n in (goal_within(tree, root),) if n is not None]
+    tree, paths, places = words.tree, own.paths, own.places
+    within = [n for n in (own.end,) if n is not None]
     to = [n for n in paths if is_goal(tree.nodes[n])]
     if drives:
-        named = [n for n in objects(tree, root) if words.robot not in words.things[n]]
-        comes = "to" in concepts(field_words(tree.nodes[root].relation))
+        named = [n for n in own.objects if words.robot not in words.things[n]]
+        comes = "to" in concepts(field_words(tree.nodes[own.node].relation))
         # "Until you have passed the barrel" needn't end there.
         ends = [*to, *(n for n in within if tree.nodes[n].type == "PLACE")] or places
         ends = ends or (named if comes else [])

@@ -21,6 +21,7 @@ from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
+from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import Group, scene_of
 from g3.inference.problem.scoring import Reason
@@ -31,6 +32,8 @@ from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
 
+GUESSED_RIGHT = 0.8
+"""How probably an unknown verb asks for what its arguments allow: assumed, for corpora have few."""
 LIKELY_NOTHING = 0.02
 """A plan less probable than this is no answer."""
 
@@ -109,7 +112,8 @@ class Result:
     plans
         The best plans, the best first; none if there is nothing to do.
     note
-        Why there is no plan; empty if there is one.
+        Why there is no plan; of a plan, which verbs aren't known, so that it is a guess; else
+        empty.
     question
         What to ask back where it isn't clear which thing is meant; None if it is.
     missing
@@ -250,7 +254,8 @@ class Grounder:
         if plans[0].probability < least:
             note = "no plan is at all likely to be what was meant"
             return Result(sdcs, (), note)
-        return Result(sdcs, plans, question=question_about(tree, found[0], start), missing=missing)
+        question = question_about(tree, found[0], start)
+        return Result(sdcs, plans, _guesses(tree), question, missing)
 
     @property
     def _lexicon(self) -> Lexicon | None:
@@ -267,6 +272,17 @@ def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple
 
     trees = parse(command, n_best=count).trees if command.strip() else ()
     return [(tree.probability, tree.sdcs) for tree in trees] or [(1.0, ())]
+
+
+def _guessed(tree: Tree) -> list[str]:
+    """The verbs that aren't known."""
+    frames = (frame(tree, node) for node in asked(tree))
+    return [own.text for own in frames if own.guessed and not own.negated]
+
+
+def _guesses(tree: Tree) -> str:
+    verbs = " and ".join(map(repr, dict.fromkeys(_guessed(tree))))
+    return f"nobody has taught the robot what {verbs} means: this is a guess" if verbs else ""
 
 
 def _does(hypothesis: Hypothesis) -> bool:
@@ -292,7 +308,7 @@ def _plan(
     seen = evidence(hypothesis, rivals)
     return Plan(
         hypothesis.actions,
-        plan_probability(seen),
+        plan_probability(seen) * GUESSED_RIGHT ** len(_guessed(tree)),
         hypothesis.score,
         tuple(groundings),
         hypothesis.state,

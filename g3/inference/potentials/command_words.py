@@ -18,15 +18,13 @@ from g3.actions.robot_state import State
 from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, CandidateCase
 from g3.inference.potentials.potential_registry import Measured, potential
-from g3.inference.problem.clause_roles import objects, spares
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Scorer
+from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.loads_of_state import loads_of, words_of
-from g3.inference.problem.phrases import names_forks, names_robot, verb_class
-from g3.language.discourse.negation import negated
+from g3.inference.problem.phrases import names_forks, names_robot
 from g3.language.lexicon.field_words import figure_words, normalise
-from g3.language.lexicon.word_sets import HANDLING_VERBS
 from g3.learning.load_choice import LoadChoice
 
 WEIGHT = -3.0
@@ -54,7 +52,9 @@ def command_load(case: CandidateCase) -> Measured:
 def command_load_early(case: ActionCase) -> Measured:
     """What is lifted before any clause says so is the load that all words tell, as learned."""
     first = first_handling(case.tree, case.problem)
-    if (first is not None and case.root >= first) or _has_moved(case.state, case.problem.state):
+    order = asked(case.tree)
+    begun = first is not None and order.index(case.root) >= order.index(first)
+    if begun or _has_moved(case.state, case.problem.state):
         return False
     lifts = case.each(lambda action: bool(action.object_id) and case.state.held is None)
     if not lifts.any():
@@ -67,11 +67,11 @@ def command_load_early(case: ActionCase) -> Measured:
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
     """The first top-level clause that handles a thing; None if none does."""
     own = {normalise(label) for label in problem.state.context.agent.labels}
-    for root, sdc in enumerate(tree.sdcs):
-        verbs = HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
-        if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, None):
+    for root in asked(tree):
+        done = frame(tree, root)
+        if not done.handles or done.negated or spares(tree, root, None):
             continue
-        themes = [tree.nodes[node] for node in objects(tree, root)[:1]]
+        themes = [tree.nodes[node] for node in done.objects[:1]]
         if any(
             not (names_forks(t) or names_robot(t) or own.intersection(figure_words(t)))
             for t in themes

@@ -12,7 +12,7 @@ from g3.geometry.plane import BoolArray
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import group_key
-from g3.inference.problem.phrases import is_measure
+from g3.inference.problem.phrases import is_measure, names_robot
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import AROUND, WAYS
@@ -24,7 +24,7 @@ def way(case: ActionCase) -> Measured:
     """An action without a goal goes the way that words name: "back up"."""
     below = (case.tree.nodes[n] for n in case.tree.all_below(case.root))
     things = (sdc for sdc in below if sdc.type == "OBJECT" and not sdc.is_implicit)
-    if not all(map(is_measure, things)):
+    if not all(is_measure(sdc) or names_robot(sdc) for sdc in things):
         return False
     words = field_words(all_words(case.sdc))
     named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}

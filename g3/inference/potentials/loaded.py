@@ -9,13 +9,13 @@ from g3.actions.loads import is_load
 from g3.inference.potentials.cases import CandidateCase, CommandCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.asked_kinds import asked_kinds
-from g3.inference.problem.clause_roles import is_company, objects, spares
-from g3.inference.problem.costs import Scorer
+from g3.inference.problem.clause_roles import is_company
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost, Scorer
+from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import things_of
-from g3.inference.problem.phrases import is_bare, verb_class
-from g3.language.discourse.negation import negated
+from g3.inference.problem.phrases import is_bare
 from g3.language.lexicon.field_words import field_words, figure_words
-from g3.language.lexicon.word_sets import HANDLING_VERBS
 from g3.language.similarity.word_similarity import lemma
 
 
@@ -30,37 +30,40 @@ def load_in_the_way(case: CommandCase) -> str:
     if state.held is None:
         return ""
     held = state.thing(state.held)
-    for root, sdc in enumerate(tree.sdcs):
-        verbs = HANDLING_VERBS.intersection(verb_class(sdc).split("+"))
-        if sdc.type != "EVENT" or not verbs or negated(sdc) or spares(tree, root, state.held):
+    for own in (frame(tree, n) for n in asked(tree)):
+        if not own.handles or own.negated or spares(tree, own.node, state.held):
             continue
-        handled = objects(tree, root)
-        if handled:
-            words = figure_words(tree.nodes[handled[0]])
+        if own.theme is not None:
+            words = figure_words(tree.nodes[own.theme])
             others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
             most = max((_labels_in(words, o.labels) for o in others), default=0)
             in_the_way = most > _labels_in(words, held.labels)
             named = " ".join(held.labels)
             why = f"the {named} {held.id} is on the forks: have it put down first"
             return why if in_the_way else ""
-        if "placing" in verbs:
+        if own.places_load:
             return ""
     return ""
 
 
 @potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)
 def known_verb(case: CommandCase) -> str:
-    """The model knows at least one verb of the command, or its words say what is asked for."""
-    roots = range(len(case.tree.sdcs))
-    if not isinstance(case.problem.cost, Scorer) or any(asked_kinds(case.tree, r) for r in roots):
+    """A command has a verb that is known, or says what it is about, or where to."""
+    tree = case.tree
+    verbs = [n for n in asked(tree) if tree.nodes[n].relation]
+    if not verbs or any(_says_something(tree, n, case.problem.cost) for n in verbs):
         return ""
-    known = {word for word in case.problem.cost.model.space_.words if word.startswith("relation:")}
-    verbs = [sdc for sdc in case.tree.sdcs if field_words(sdc.relation)]
-    for sdc in verbs:
-        if any(f"relation:{word}" in known for word in field_words(sdc.relation)):
-            return ""
-    verb = " ".join(word.text for word in verbs[0].relation) if verbs else ""
-    return f"nobody has taught the robot what {verb!r} means" if verb else ""
+    return f"nobody has taught the robot what {frame(tree, verbs[0]).text!r} means"
+
+
+def _says_something(tree: Tree, node: int, cost: Cost) -> bool:
+    own, sdc = frame(tree, node), tree.nodes[node]
+    if sdc.type != "EVENT" or asked_kinds(tree, node) or (own.classes and not own.guessed):
+        return True
+    if own.objects or own.places or own.paths or own.directions or own.end is not None:
+        return True
+    known = cost.model.space_.words if isinstance(cost, Scorer) else ()
+    return any(f"relation:{word}" in known for word in field_words(sdc.relation))
 
 
 @potential("load-as-theme", kind="argument", types=("EVENT",), roles=("theme",), weight=log(0.1))

@@ -1,31 +1,35 @@
-"""What sort of action a clause's words ask for, by the class of its verb.
+"""What sort of action a clause asks for, by its frame (:mod:`g3.inference.problem.frames`).
 
 With a few hundred commands most verbs and prepositions occur too rarely to learn this of each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import log
 from typing import Literal
 
-from g3.actions.forklift_actions import CARRY, PUT_DOWN
+from g3.actions.forklift_actions import PUT_DOWN
 from g3.geometry.plane import BoolArray
+from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import Measured, potential
-from g3.inference.problem.clause_roles import (
-    is_goal,
+from g3.inference.problem.clause_roles import is_goal
+from g3.inference.problem.frames import (
+    Frame,
+    frame,
     is_itself_put_later,
     is_put_later,
-    names_own_forks,
+    leads_aboard,
     spares,
-    subjects,
 )
-from g3.inference.problem.phrases import verb_class
-from g3.language.lexicon.word_sets import VERBS
-from g3.sdc.clauses import SDC, SDCType
+from g3.inference.problem.grounding_problem import Candidate
+from g3.sdc.clauses import SDCType
 
 UNUSUAL = log(0.05)
+GUESSED = log(0.2)
+"""Of what an unknown verb asks for less is sure."""
 _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
 
 
@@ -37,7 +41,7 @@ def reaches_goal(case: ActionCase) -> Measured:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a clause asks for besides what its verb says.
+    """What a clause asks for besides what its frame says, in the state that it begins in.
 
     Parameters
     ----------
@@ -47,16 +51,14 @@ class Asked:
         Whether it names where to, and no later clause puts something down.
     at_place
         Whether where to is a PLACE, not a PATH.
+    onto_robot
+        Whether where to is the robot itself: "load it onto your forklift".
     held
         What is on the forks.
     taken
         Whether the command itself has had that picked up.
     put_later
         Whether a later clause puts down what this one is about.
-    subject
-        Whether what is moved is said to be, or to go, somewhere.
-    forks
-        Whether it names the forks.
     spared
         Whether it says what to leave alone.
     """
@@ -64,11 +66,10 @@ class Asked:
     theme: bool = False
     leads: bool = False
     at_place: bool = False
+    onto_robot: bool = False
     held: str | None = None
     taken: bool = False
     put_later: bool = False
-    subject: bool = False
-    forks: bool = False
     spared: bool = False
 
 
@@ -77,7 +78,7 @@ Sense = Literal[
     "lowering",
     "own-forks",
     "still",
-    "unknown",
+    "none",
     "before-putting",
     "putting",
     "placing",
@@ -87,18 +88,20 @@ Sense = Literal[
 ]
 
 
-def sense(event: SDC, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
-    """What a clause asks for by its verb's classes and what else it says; empty for anything."""
-    verb = {"carrying"} if asked.subject else set(verb_class(event).split("+")) & VERBS
+def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
+    """What a clause asks for by its frame and the state; empty for anything."""
+    verb = own.classes
+    if own.guessed and verb == {"taking", "placing"}:
+        verb = frozenset(("taking",) if asked.held is None else ("placing",))
     moving = {"carrying", "taking"} if asked.theme else {"carrying"}
     if asked.spared:
         return "spared"
-    if asked.forks:
+    if own.forks:
         return "lowering" if "placing" in verb and asked.held is not None else "own-forks"
-    if verb and verb <= {"going", "turning", "staying"}:
-        return "still"
     if not verb:
-        return "unknown"
+        return "none"
+    if verb <= {"going", "turning", "staying"}:
+        return "still"
     if verb == {"carrying"} and asked.put_later:
         return "before-putting"
     if verb == {"placing"} or (verb <= moving and asked.taken and asked.leads):
@@ -107,7 +110,8 @@ def sense(event: SDC, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
         return "placing"
     if verb == {"carrying"} and asked.leads and asked.theme:
         return "carrying"
-    return "taking" if verb == {"taking"} else ""
+    aboard = asked.onto_robot and asked.theme and asked.held is None
+    return "taking" if aboard or verb == {"taking"} else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +119,10 @@ class _Reading:
     """What a clause asks for, and of which kinds the actions are; each (n,)."""
 
     sense: Sense
+    guessed: bool
     asked: Asked
     picks: BoolArray
+    carries: BoolArray
     puts: BoolArray
     handles: BoolArray
     drives: BoolArray
@@ -124,33 +130,44 @@ class _Reading:
 
 def _read(case: ActionCase) -> _Reading:
     tree, root, found, held = case.tree, case.root, case.found, case.state.held
+    own = frame(tree, root)
+    onto_robot = leads_aboard(tree, own, case.state.context.agent.labels)
     asked = Asked(
-        theme=found.themes != (None,),
+        theme=found.themes != (None,) and not _is_robot(case, found.themes[0]),
         leads=found.goals != (None,) and not is_put_later(tree, root),
         at_place=found.goal_path < 0,
+        onto_robot=onto_robot,
         held=held,
         taken=held not in (None, case.problem.state.held),
         put_later=is_itself_put_later(tree, root),
-        subject=bool(subjects(tree, root)),
-        forks=names_own_forks(tree, root),
         spared=spares(tree, root, held),
     )
     return _Reading(
-        sense(case.sdc, asked),
+        sense(own, asked),
+        own.guessed,
         asked,
         case.each(lambda a: a.kind.takes and not a.kind.leaves),
+        case.each(lambda a: a.kind.takes and a.kind.leaves),
         case.each(lambda a: a.kind.leaves),
         case.each(lambda a: a.kind.handles),
         case.each(lambda a: a.kind.aims),
     )
 
 
+def _is_robot(case: ActionCase, candidate: Candidate | None) -> bool:
+    """Whether a candidate is the robot itself."""
+    if candidate is None or len(candidate.group) != 1:
+        return False
+    thing = candidate.group[0]
+    return isinstance(thing, PhysicalObject) and thing.id == case.state.context.agent_id
+
+
 def _reading(case: ActionCase, *senses: Sense) -> _Reading | None:
-    """The reading of a clause that asks for one of some things; None if it doesn't."""
+    """The reading of a clause whose verb asks for one of some things; None if it doesn't."""
     found = case.once(_read)
-    if case.found.asked and not found.asked.forks:
+    if case.found.asked and found.sense not in ("own-forks", "lowering"):
         return None  # what the words ask for is known in more detail
-    return found if found.sense in senses else None
+    return found if found.sense in senses and not found.guessed else None
 
 
 @potential("verb-still", kind="action", types=_CLAUSES, weight=2 * UNUSUAL)
@@ -167,11 +184,23 @@ def verb_leave(case: ActionCase) -> Measured:
     return found is not None and found.handles
 
 
-@potential("verb-unknown", kind="action", types=_CLAUSES, weight=UNUSUAL)
-def verb_unknown(case: ActionCase) -> Measured:
-    """A verb of no known class handles nothing, unless the clause says where to."""
-    found = _reading(case, "unknown")
+@potential("verb-none", kind="action", types=_CLAUSES, weight=UNUSUAL)
+def verb_none(case: ActionCase) -> Measured:
+    """A clause that asks for nothing handles nothing, unless it says where to."""
+    found = _reading(case, "none")
     return found is not None and not (found.asked.leads and found.asked.theme) and found.handles
+
+
+@potential("verb-unknown", kind="action", types=_CLAUSES, weight=GUESSED)
+def verb_unknown(case: ActionCase) -> Measured:
+    """An unknown verb asks for what its arguments allow: "blick it onto the truck" carries."""
+    found = case.once(_read)
+    if not found.guessed:
+        return False
+    against = _AGAINST.get(found.sense)
+    if against is not None:
+        return against(found)
+    return found.handles | ~found.drives if found.asked.leads else found.handles
 
 
 @potential("verb-forks", kind="action", types=_CLAUSES, weight=UNUSUAL)
@@ -209,19 +238,31 @@ def verb_place(case: ActionCase) -> Measured:
 def verb_carry(case: ActionCase) -> Measured:
     """Carrying to a place ends with putting down; along a path it may just be driving."""
     found = _reading(case, "carrying")
-    if found is None:
-        return False
-    may_drive = found.asked.held is not None and not found.asked.at_place
-    return ~(found.puts | (found.drives & may_drive))
+    return found is not None and _not_carrying(found)
 
 
 @potential("verb-take", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_take(case: ActionCase) -> Measured:
     """Taking picks up, and carries only where the clause leads."""
     found = _reading(case, "taking")
-    if found is None:
-        return False
+    return found is not None and _not_taking(found)
+
+
+def _not_carrying(found: _Reading) -> BoolArray:
+    may_drive = found.asked.held is not None and not found.asked.at_place
+    return ~(found.puts | (found.drives & may_drive))
+
+
+def _not_taking(found: _Reading) -> BoolArray:
     asked = found.asked
-    carries = case.each(lambda a: a.kind is CARRY) & (asked.leads and asked.theme)
-    taking: BoolArray = found.picks | carries
+    taking: BoolArray = found.picks | (found.carries & (asked.leads and asked.theme))
     return ~taking if asked.theme and asked.held is None else found.handles & ~taking
+
+
+_AGAINST: dict[Sense, Callable[[_Reading], BoolArray]] = {
+    "before-putting": lambda found: found.puts,
+    "putting": lambda found: ~found.puts,
+    "carrying": _not_carrying,
+    "taking": _not_taking,
+}
+"""What goes against what an unknown verb may ask for."""

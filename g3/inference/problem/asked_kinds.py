@@ -33,6 +33,7 @@ from g3.inference.problem.clause_roles import (
     subjects,
 )
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import asked
 from g3.inference.problem.phrases import names_forks, names_lift, names_robot
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
@@ -65,7 +66,7 @@ def asked_kinds(tree: Tree, root: int) -> Kinds:
 
 def asks_to_wait(tree: Tree) -> bool:
     """Whether a command asks for nothing but waiting."""
-    return all(asked_kinds(tree, root) == {WAIT} for root in range(len(tree.sdcs)))
+    return all(asked_kinds(tree, root) == {WAIT} for root in asked(tree))
 
 
 def _said(sdc: SDC) -> set[str]:

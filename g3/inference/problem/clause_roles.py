@@ -9,17 +9,16 @@ from g3.inference.problem.phrases import (
     names_forks,
     names_lift,
     names_robot,
-    verb_class,
 )
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.word_sets import (
+    AROUND,
     BESIDE,
     FILLING,
-    HANDLING_VERBS,
-    LEAVING,
     LOWERING,
     RAISING,
+    SIDES,
     UNTIL,
     YOU,
 )
@@ -72,7 +71,15 @@ def landmark_nodes(tree: Tree, node: int) -> list[int]:
 
 
 def subjects(tree: Tree, root: int) -> list[int]:
-    """Who or what does something or is somewhere, if not the robot."""
+    """What is somewhere or goes somewhere, if not the robot; not who does something to a thing.
+
+    In "the boxes, lift them" they are one.
+    """
+    verb = tree.verbs[root]
+    others = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
+    acts = bool(verb.classes) or verb.is_open
+    if acts and not all(is_measure(other) or is_pronoun(other) for other in others):
+        return []
     return [n for n in tree.below(root, ("f",), "OBJECT") if not names_robot(tree.nodes[n])]
 
 
@@ -111,24 +118,6 @@ def ways(tree: Tree, root: int) -> list[int]:
     return [*tree.below(root, _ARGUMENTS, "PATH"), *sources]
 
 
-def leaves_open(tree: Tree, root: int) -> bool:
-    """Whether a clause puts something down without saying where: where the robot was sent."""
-    places = "placing" in verb_class(tree.nodes[root])
-    return places and not tree.below(root, _ARGUMENTS, "PLACE", "PATH")
-
-
-def spares(tree: Tree, root: int, held: str | None) -> bool:
-    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks.
-
-    But not "leave it there", or on the truck.
-    """
-    words = {bare(word.text) for word in tree.nodes[root].relation}
-    if not words & LEAVING:
-        return False
-    places = tree.below(root, _ARGUMENTS, "PLACE")
-    return "alone" in words or (held is None and not places)
-
-
 def names_own_forks(tree: Tree, root: int) -> bool:
     """Whether a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
     named = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
@@ -137,47 +126,12 @@ def names_own_forks(tree: Tree, root: int) -> bool:
     return any(names_forks(sdc) or (lifts and names_lift(sdc)) for sdc in named)
 
 
-def is_put_later(tree: Tree, root: int) -> bool:
-    """Whether a later clause puts something down, whatever it is."""
-    return _later_putting(tree, root) is not None
-
-
-def is_itself_put_later(tree: Tree, root: int) -> bool:
-    """Whether a later clause puts down what is spoken of now: "set it down"."""
-    later = _later_putting(tree, root)
-    if later is None:
-        return False
-    themes = tree.below(later, _ARGUMENTS, "OBJECT")
-    return not themes or is_pronoun(tree.nodes[themes[0]])
-
-
-def _later_putting(tree: Tree, root: int) -> int | None:
-    later = range(root + 1, len(tree.sdcs))
-    return next((n for n in later if "placing" in verb_class(tree.nodes[n])), None)
-
-
-def told_side(tree: Tree, root: int) -> str:
-    """The side that the robot has been told to go to when a clause begins, or is in it.
-
-    "Swing left and proceed to the truck" speaks of a truck on the left. What something is picked
-    up from or put down at tells nothing of the next thing.
-    """
-    found = ""
-    for node in range(root + 1):
-        verb = set(verb_class(tree.nodes[node]).split("+"))
-        if node < root and verb & HANDLING_VERBS:
-            found = ""
-        if tree.nodes[node].type == "EVENT" and (node == root or verb & {"going", "turning"}):
-            named = _own_words(tree, node) & {"left", "right"}
-            found = named.pop() if len(named) == 1 else found
-    return found
-
-
-def _own_words(tree: Tree, root: int) -> set[str]:
-    """Concepts of an EVENT and of what in it has no landmark but who is spoken to."""
-    said: set[str] = set(concepts(field_words(tree.nodes[root].relation)))
-    for node in tree.below(root, ("l", "l2"), "PATH", "PLACE"):
+def told_ways(tree: Tree, root: int) -> frozenset[str]:
+    """Ways that a clause names, it or what in it has no landmark but who is spoken to."""
+    said = set(field_words(tree.nodes[root].relation))
+    for node in tree.below(root, _ARGUMENTS, "PATH", "PLACE"):
         marks = [w.text.lower() for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
         if not marks or YOU.intersection(marks):
-            said |= concepts(field_words(all_words(tree.nodes[node])))
-    return said
+            said.update(field_words(all_words(tree.nodes[node])))
+    around: frozenset[str] = frozenset(("around",) if AROUND.intersection(said) else ())
+    return (concepts(said) & SIDES) | around

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 from g3.inference.problem.phrases import (
     is_area,
@@ -18,9 +19,12 @@ from g3.inference.problem.phrases import (
 )
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.verb_chains import Verb, verb_of
 from g3.language.lexicon.word_sets import NOUNLESS
 from g3.learning.examples import factor_words
 from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,15 @@ class Tree:
     """
 
     sdcs: tuple[SDC, ...]
+    _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def once(self, compute: Callable[..., T], *of: Hashable) -> T:
+        """What a function gives for the command, or for something of it, computed once."""
+        key = (compute, of)
+        if key not in self._known:
+            self._known[key] = compute(self, *of)
+        result: T = self._known[key]
+        return result
 
     @cached_property
     def nodes(self) -> list[SDC]:
@@ -46,11 +59,20 @@ class Tree:
         return child_indices(self.sdcs)
 
     @cached_property
+    def verbs(self) -> list[Verb]:
+        """The verb of each clause that says what to do; of other clauses than EVENTs none."""
+        relations = (sdc.relation if sdc.type == "EVENT" else () for sdc in self.nodes)
+        return [verb_of(tuple(bare(word.text) for word in words)) for words in relations]
+
+    @cached_property
     def words(self) -> list[dict]:  # type: ignore[type-arg]
-        """Words of each clause's factor; those of an area say where it is, as a PLACE's do."""
+        """Words of each clause's factor; those of an area say where it is, as a PLACE's do.
+
+        Of an EVENT's, without verbs that only lead on to another one.
+        """
         spoken = [
-            {f: unstressed(w) for f, w in self._with_noun(sdc, factor_words(sdc)).items()}
-            for sdc in self.nodes
+            {f: unstressed(w) for f, w in self._with_noun(sdc, factor_words(own)).items()}
+            for sdc, own in zip(self.nodes, map(_without_lead, self.nodes, self.verbs), strict=True)
         ]
         return [
             {**words, "figure": (), "name": ()} if is_area(sdc) else words
@@ -114,3 +136,7 @@ class Tree:
             for child in self.children[node].get(name, ())
             if self.nodes[child].type in types and not self.nodes[child].is_implicit
         ]
+
+
+def _without_lead(sdc: SDC, verb: Verb) -> SDC:
+    return replace(sdc, relation=sdc.relation[verb.start :]) if verb.start else sdc

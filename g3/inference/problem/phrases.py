@@ -22,26 +22,11 @@ from g3.language.lexicon.word_sets import (
     STRESSED,
     TELLING,
     THESE,
-    VERBS,
 )
 from g3.sdc.clauses import SDC, SDCType, all_words
 
 ALIKE = 0.8
 """Words so alike are one, misspelt (:mod:`difflib`)."""
-
-
-def verb_class(sdc: SDC) -> str:
-    """The classes of an EVENT's verb, of its first word that has any; "other" if none has.
-
-    >>> from g3.sdc.clauses import Span
-    >>> verb_class(SDC("EVENT", relation=(Span(0, "pick"), Span(5, "up"))))
-    'taking'
-    """
-    for span in sdc.relation:
-        found = word_class(bare(span.text))
-        if set(found.split("+")) & VERBS:
-            return found
-    return "other"
 
 
 def is_complement(sdc: SDC) -> bool:

@@ -26,9 +26,9 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
-from g3.inference.problem.clause_roles import leaves_open, told_side
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
+from g3.inference.problem.frames import asked, frame, told_side
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
@@ -39,7 +39,6 @@ from g3.inference.search.leaves import leaf_scores
 from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.search.thing_search import ground_thing
 from g3.language.discourse.anaphora import anaphors
-from g3.language.discourse.negation import negated
 from g3.sdc.clauses import SDC_TYPES
 
 Reasons = tuple[Action, tuple[Reason, ...]]
@@ -105,14 +104,14 @@ def extend(
 ) -> Iterator[Hypothesis]:
     """Hypotheses that go on from one with the next top-level clause, the best first."""
     state, cost = before.state, problem.cost
-    forbidden = negated(tree.nodes[root])
+    forbidden = frame(tree, root).negated
     actions = [Action(WAIT)] if forbidden else possible_actions(state, focus_of(state, found))
     rows = combine(state, actions, found)
     scene = problem.scene.things() if state is problem.state else None
     batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
-    kind = tree.nodes[root].type
+    is_event = tree.nodes[root].type == "EVENT"
     event = np.zeros(len(batch))
-    if kind == "EVENT":
+    if is_event:
         learned = cost.log_probability(batch, true=not forbidden)
         event = np.where(_is_untaught(actions)[rows.action], UNTAUGHT, learned)
     theme_score, goal_score = (
@@ -120,8 +119,8 @@ def extend(
         for some in (found.themes, found.goals)
     )
     total = before.score + event + theme_score[rows.theme] + goal_score[rows.goal]
-    asked = ActionCase(tree, root, state, found, actions, problem)
-    ruled = {} if forbidden else added_by(asked)
+    asked_for = ActionCase(tree, root, state, found, actions, problem)
+    ruled = {} if forbidden else added_by(asked_for)
     total = total + sum(ruled.values(), np.zeros(len(actions)))[rows.action]
     goal_path = np.zeros(len(batch))
     if found.goal_path >= 0:
@@ -129,8 +128,10 @@ def extend(
         total = total + goal_path
     chosen: dict[int, tuple[FloatArray, IntArray]] = {}
     for path, bodies in marks.items():
-        case = PathCase(tree, path, state, actions, found.paths[path], problem)
-        chosen[path] = PathFactor(tree, path, stage, cost).best(bodies, case.marks, added(case))
+        of_path = PathCase(tree, path, state, actions, found.paths[path], problem)
+        chosen[path] = PathFactor(tree, path, stage, cost).best(
+            bodies, of_path.marks, added(of_path)
+        )
         total = total + chosen[path][0][rows.action]
     order = np.argsort(-total, kind="stable")
     besides = {name: scores[rows.action] for name, scores in ruled.items()}
@@ -151,7 +152,7 @@ def extend(
             nodes |= part.nodes if part else {}
         after = result(state, actions[a], stage.motions, a)
         agent = agent_of(state, stage.motions, a)
-        nodes[root] = ((agent,) if kind == "EVENT" else (Path(agent.trajectory),), float(event[i]))
+        nodes[root] = ((agent,) if is_event else (Path(agent.trajectory),), float(event[i]))
         if found.goal_path >= 0:
             nodes[found.goal_path] = ((Path(agent.trajectory),), float(goal_path[i]))
         for path, (own, which) in chosen.items():
@@ -284,13 +285,13 @@ def search(
     beam = [Hypothesis(0.0, start)]
     problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
     known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
-    for root, sdc in enumerate(tree.sdcs):
-        if sdc.type in ("OBJECT", "PLACE"):
+    for root in asked(tree):
+        if tree.nodes[root].type in ("OBJECT", "PLACE"):
             beam = _mentioned(tree, root, beam, problem)[:width]
             continue
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
-        there = leaves_open(tree, root) or any(is_there(tree.nodes[n]) for n in below)
+        there = frame(tree, root).leaves_open or any(is_there(tree.nodes[n]) for n in below)
         named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []

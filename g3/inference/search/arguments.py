@@ -13,18 +13,9 @@ from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.problem.asked_kinds import asked_kinds
-from g3.inference.problem.clause_roles import (
-    goal_paths,
-    goal_places,
-    goal_within,
-    is_goal,
-    is_source,
-    leaves_open,
-    objects,
-    tells_place,
-    ways,
-)
+from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import Frame, frame, leads_aboard
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import Group
 from g3.inference.search.thing_search import (
@@ -61,48 +52,46 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     if tree.nodes[root].type == "PATH":
         marks = _marks(tree, root, problem, GOALS)
         return Arguments((None,), marks, root, {}, problem, problem, asked)
+    own = frame(tree, root)
     free = replace(problem, load=None, told_side="")
-    themes, left = _themes(tree, root, free)
+    themes, left = _themes(tree, own, free)
     toward = replace(problem, load=problem.load or _load(themes, problem.state))
-    goals, goal_path = _goals(tree, root, toward, to_be_put=bool(themes[0]))
+    if leads_aboard(tree, own, problem.state.context.agent.labels):
+        return Arguments(themes, (None,), -1, {}, free, toward, asked)
+    goals, goal_path = _goals(tree, own, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
-    if goals == (None,) and leaves_open(tree, root):
+    if goals == (None,) and own.leaves_open:
         goals = tuple(likely(reached(tree, root, toward), GOALS)) or (None,)
-    others = {
-        way: _marks(tree, way, free, PATH_LANDMARKS) for way in ways(tree, root) if way != goal_path
-    }
+    others = {way: _marks(tree, way, free, PATH_LANDMARKS) for way in own.ways if way != goal_path}
     return Arguments(themes, goals, goal_path, others, free, toward, asked)
 
 
 def _themes(
-    tree: Tree, root: int, problem: GroundingProblem
+    tree: Tree, own: Frame, problem: GroundingProblem
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
     """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
-    named = objects(tree, root)
-    if not named:
+    if not own.objects:
         return (None,), ()
-    theme, *left = named
+    theme, *left = own.objects
     beam = ground_thing(tree, theme, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), problem))
-    beam = as_argument(beam, tree, theme, problem, role="theme", within=root)
+    beam = as_argument(beam, tree, theme, problem, role="theme", within=own.node)
     return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
 
 
 def _goals(
-    tree: Tree, root: int, problem: GroundingProblem, *, to_be_put: bool
+    tree: Tree, own: Frame, problem: GroundingProblem, *, to_be_put: bool
 ) -> tuple[tuple[Candidate | None, ...], int]:
     """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
     goals: tuple[Candidate | None, ...] = (None,)
     path = -1
-    if places := goal_places(tree, root):
-        return tuple(likely(ground_places(tree, places, problem), GOALS)), -1
-    paths = goal_paths(tree, root)
-    end = goal_within(tree, root)
-    if end is not None and not any(is_goal(tree.nodes[p]) for p in paths):
-        return tuple(likely(ground_thing(tree, end, problem), GOALS)), -1
-    for path in paths:
+    if own.places:
+        return tuple(likely(ground_places(tree, own.places, problem), GOALS)), -1
+    if own.end is not None and not any(is_goal(tree.nodes[p]) for p in own.paths):
+        return tuple(likely(ground_thing(tree, own.end, problem), GOALS)), -1
+    for path in own.paths:
         if to_be_put and tells_place(tree.nodes[path]):
             return tuple(likely(ground_place(tree, path, problem), GOALS)), -1
         goals = _marks(tree, path, problem, GOALS)

@@ -35,6 +35,7 @@ from g3.geometry.plane import point_gap
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import asked
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.inference.problem.packed_scene import Group
 from g3.inference.search.arguments import combine
@@ -94,7 +95,7 @@ def action_examples(annotation: Annotation, rng: np.random.Generator) -> Iterato
     tree = Tree(annotation.sdcs)
     state = start_state(annotation.context)
     log = log_of(state, annotation)
-    roots = [i for i, sdc in enumerate(annotation.sdcs) if sdc.type in ("EVENT", "PATH")]
+    roots = [n for n in asked(tree) if tree.nodes[n].type in ("EVENT", "PATH")]
     for root, action in _shared_out(tree, roots, annotation, state, log):
         found = _annotated(tree, root, annotation)
         focus = _focus(state, found, rng)

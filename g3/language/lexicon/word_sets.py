@@ -196,6 +196,37 @@ LINING = words("line lines lining lined")
 PARKING = words("park parking")
 PASSING = words("past pass passing beyond")
 """By something and on."""
+LEADING = stems(
+    "be am is are was re have has had do does did will would shall should can could may might must "
+    "need want wish like love prefer try attempt begin start continue proceed keep resume go come "
+    "get prepare make ensure remember help let use ask tell want expect manage plan decide"
+)
+"""Verbs that lead on to the verb that says what to do: auxiliaries, and verbs of beginning, trying,
+wanting and helping. "Go" and "get" say what to do where no other verb follows."""
+LINKING = words("to and by ready sure going able about supposed on in order")
+"""Words between such a verb and the one that it leads on to: "get ready to lift"."""
+REGARDING = stems(
+    "see look watch notice spot find observe check mind avoid miss touch hit bump beware know "
+    "remember wish hope think hear listen say tell"
+)
+"""Verbs of seeing, avoiding and saying, which handle nothing."""
+PHRASAL_VERBS = {
+    (normalise(verb), particle): classes
+    for phrase, classes in (
+        ("let down", "placing"),
+        ("let go", "placing"),
+        ("load up", "taking+carrying"),
+        ("pull up", "taking+going"),
+        ("pull over", "going"),
+        ("line up", "placing+going"),
+    )
+    for verb, particle in (phrase.split(),)
+}
+"""Verbs with a particle that are of other classes than the verb alone."""
+ABOARD = words("on onto upon in into up to")
+"""Words that lead onto the robot, before a word for it: "load it onto your forklift"."""
+PURPOSES = words("so to order")
+"""Words that begin what something is done for: "so that you face the truck"."""
 
 # Clauses
 

@@ -62,8 +62,8 @@ def it(verb):
         ("leave", {"pick up"}),
         # Who moves a load may drive it somewhere, pick it up or put it down.
         ("Move", set()),
-        # Nobody picks something up because of a word that isn't known.
-        ("Flurb", {"pick up", "carry", "put down"}),
+        # What is no verb of doing handles nothing.
+        ("avoid", {"pick up", "carry", "put down"}),
     ],
 )
 def test_a_verb_is_of_a_sort_of_action(verb, unusual):

@@ -5,8 +5,8 @@ import pytest
 
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, PUT_DOWN, TURN, WAIT
-from g3.inference.problem.clause_roles import told_side
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import told_side
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.ruled import WEIGHT, of_actions
 

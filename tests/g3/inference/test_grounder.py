@@ -76,11 +76,22 @@ def test_a_negated_clause_does_nothing(grounder, dock):
     assert "nothing" in found.note
 
 
-@pytest.mark.parametrize("notation", ["EVENT(r = fly)", "EVENT(r = yodel, l = OBJ(f = the truck))"])
-def test_unknown_verbs_are_refused(notation, grounder, dock):
+@pytest.mark.parametrize("notation", ["EVENT(r = fly)", "EVENT(r = please yodel)"])
+def test_unknown_verbs_without_arguments_are_refused(notation, grounder, dock):
     found = grounder.follow(parse_brackets(notation), dock)
     assert found.plan is None
     assert "means" in found.note
+
+
+def test_plans_for_unknown_verbs_are_told_to_be_guesses(grounder, dock):
+    known, unknown = (
+        grounder.follow(parse_brackets(f"EVENT(r = {verb}, l = OBJ(f = the boxes))"), dock, least=0)
+        for verb in ("Lift", "Blick")
+    )
+    assert did_objects(known.plan) == did_objects(unknown.plan)
+    assert known.plan.probability > unknown.plan.probability
+    assert not known.note
+    assert "'blick'" in unknown.note
 
 
 def test_no_clause_is_no_plan(grounder, dock):

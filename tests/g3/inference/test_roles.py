@@ -6,16 +6,13 @@ from g3.inference.problem.clause_roles import (
     goal_paths,
     goal_places,
     goal_within,
-    is_itself_put_later,
-    is_put_later,
-    leaves_open,
     objects,
-    spares,
     subjects,
     tells_place,
     ways,
 )
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import frame, is_itself_put_later, is_put_later, spares
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import parse_brackets
 
@@ -114,9 +111,10 @@ def test_another_clause_may_tell_where_to():
 
 
 def test_what_is_put_down_without_a_place_is_left_open():
-    assert leaves_open(tree("EVENT(r = set down, l = OBJ(f = it))"), 0)
-    assert not leaves_open(tree("EVENT(r = set, l = OBJ(f = it), l2 = PLACE(r = there))"), 0)
-    assert not leaves_open(tree("EVENT(r = lift, l = OBJ(f = it))"), 0)
+    assert frame(tree("EVENT(r = set down, l = OBJ(f = it))"), 0).leaves_open
+    there = tree("EVENT(r = set, l = OBJ(f = it), l2 = PLACE(r = there))")
+    assert not frame(there, 0).leaves_open
+    assert not frame(tree("EVENT(r = lift, l = OBJ(f = it))"), 0).leaves_open
 
 
 def test_what_is_left_is_spared_unless_it_is_left_there():

@@ -1,0 +1,330 @@
+"""The frame of a clause that asks for something: what is to be done, and its arguments.
+
+A frame is read from a clause's tree, once (:func:`frame`). Its verb is the one that says what to
+do, wherever that stands: "get ready to lift the crate" and "use the forks to lift the crate" have
+the frame of "lift the crate". A verb that isn't known asks for what its arguments allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+from g3.inference.problem.clause_roles import (
+    goal_paths,
+    goal_places,
+    goal_within,
+    is_company,
+    names_own_forks,
+    objects,
+    subjects,
+    told_ways,
+    ways,
+)
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.phrases import is_measure, is_pronoun, names_forks, names_robot
+from g3.language.discourse.negation import negated
+from g3.language.lexicon.field_words import bare, figure_words, normalise
+from g3.language.lexicon.word_sets import ABOARD, HANDLING_VERBS, LEAVING, PURPOSES, UNTIL
+from g3.sdc.clauses import Field, all_words
+
+_ARGUMENTS: tuple[Field, ...] = ("l", "l2")
+_JOINED = len(" and ")
+"""A clause that begins no further behind another one is joined to it by "and" at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a clause asks for.
+
+    Parameters
+    ----------
+    node
+        The clause that has the verb and its arguments.
+    verb
+        The verb that says what to do, with what stands behind it: "pick", "up".
+    classes
+        What the verb asks for: :data:`g3.language.lexicon.word_sets.VERBS`. Of an unknown verb
+        what its arguments allow; none where nothing is asked for.
+    guessed
+        Whether the verb isn't known, so that the classes follow from its arguments.
+    negated
+        Whether it says what must not be done.
+    subjects
+        What is said to do something or to be somewhere, if not the robot.
+    objects
+        What is handled, first, and what else is come to; nodes of OBJECTs.
+    places, paths, end
+        Where it leads: PLACEs; PATHs, those with "to" first; what another clause says is reached.
+    ways
+        PATHs, and PLACEs from which something is taken.
+    until
+        The clause that says when it ends, if there is one.
+    instruments
+        What it is done with.
+    extents
+        How far: "three metres".
+    directions
+        Ways that it names without a landmark: "back", "left".
+    forks
+        Whether the robot's forks are what is handled.
+    """
+
+    node: int
+    verb: tuple[str, ...]
+    classes: frozenset[str]
+    guessed: bool
+    negated: bool
+    subjects: tuple[int, ...]
+    objects: tuple[int, ...]
+    places: tuple[int, ...]
+    paths: tuple[int, ...]
+    end: int | None
+    ways: tuple[int, ...]
+    until: int | None
+    instruments: tuple[int, ...]
+    extents: tuple[int, ...]
+    directions: frozenset[str]
+    forks: bool
+
+    @property
+    def text(self) -> str:
+        """The verb as it is said."""
+        return " ".join(self.verb)
+
+    @property
+    def theme(self) -> int | None:
+        """The OBJECT that is handled, or come to."""
+        return self.objects[0] if self.objects else None
+
+    @property
+    def handles(self) -> bool:
+        """Whether it asks for something to be done to a load."""
+        return bool(self.classes & HANDLING_VERBS)
+
+    @property
+    def places_load(self) -> bool:
+        """Whether it may ask for something to be put down."""
+        return "placing" in self.classes
+
+    @property
+    def leaves_open(self) -> bool:
+        """Whether it puts something down without saying where: where the robot was sent."""
+        return self.places_load and not (self.places or self.ways)
+
+
+def frame(tree: Tree, node: int) -> Frame:
+    """The frame of a clause that asks for something, one of those of :func:`asked`."""
+    return tree.once(_frame, node)
+
+
+def asked(tree: Tree) -> tuple[int, ...]:
+    """The clauses of a command that ask for something or name something, in their order.
+
+    They are the top-level clauses, but for those that only lead on. Of "I want you to lift the
+    crate" it is the clause inside, and of "go and lift the crate" the second one. What is done
+    for a purpose comes after what leads to it: "drive to the crate to lift it".
+    """
+    return tuple(tree.once(_leads))
+
+
+def _leads(tree: Tree) -> dict[int, tuple[int, ...]]:
+    """The clauses that ask for something, each with those that lead on to it."""
+    found: dict[int, tuple[int, ...]] = {}
+    for root in range(len(tree.sdcs)):
+        if not _passes_on(tree, root):
+            found.update(_inside(tree, root, ()))
+    return found
+
+
+def _inside(tree: Tree, node: int, outer: tuple[int, ...]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """The clause, or the clauses inside that it leads on to."""
+    inner = _purposes(tree, node)
+    verb = tree.verbs[node]
+    alone = not verb.classes and (verb.leads_on or not verb.is_open)
+    only_leads = alone or names_own_forks(tree, node) or not _has_arguments(tree, node)
+    if not (inner and only_leads):
+        yield node, outer
+    if only_leads or any(tree.verbs[n].classes & HANDLING_VERBS for n in inner):
+        for n in inner:
+            yield from _inside(tree, n, (*outer, node))
+
+
+def _purposes(tree: Tree, node: int) -> list[int]:
+    """EVENTs inside a clause that say what it is for: "use the forks to lift it"."""
+    verb = tree.verbs[node]
+    connects = tree.nodes[node].type == "EVENT" and not verb.classes and not verb.is_open
+    found = []
+    for n in tree.below(node, _ARGUMENTS, "EVENT"):
+        words = [bare(word.text) for word in tree.nodes[n].relation]
+        begins = bool(words) and words[0] in PURPOSES
+        ends = not UNTIL.isdisjoint(words) or not UNTIL.isdisjoint(_relation(tree, node))
+        if (begins or connects or verb.leads_on) and not ends:
+            found.append(n)
+    return found
+
+
+def _relation(tree: Tree, node: int) -> list[str]:
+    return [bare(word.text) for word in tree.nodes[node].relation]
+
+
+def _has_arguments(tree: Tree, node: int) -> bool:
+    """Whether a clause says more than that something is done."""
+    named = tree.below(node, _ARGUMENTS, "OBJECT", "PLACE", "PATH")
+    return bool(named) or bool(told_ways(tree, node))
+
+
+def _passes_on(tree: Tree, root: int) -> bool:
+    """Whether a top-level clause only leads on to the next one: "go and", "let's".
+
+    Trees don't have the words between clauses, so that the room between them tells.
+    """
+    after = root + 1
+    if after >= len(tree.sdcs) or tree.nodes[root].type != "EVENT":
+        return False
+    if tree.nodes[after].type != "EVENT" or _purposes(tree, root):
+        return False
+    words = _relation(tree, root)
+    bare_turn = tree.verbs[root].classes <= {"turning", "going"} and _is_purpose(tree, after)
+    if not (tree.verbs[root].leads_on or bare_turn):
+        return False
+    own, following = all_words(tree.nodes[root]), all_words(tree.nodes[after])
+    if not own or not following or not 0 <= following[0].start - own[-1].end <= _JOINED:
+        return False
+    named = tree.below(root, _ARGUMENTS, "OBJECT", "PLACE", "PATH")
+    if not all(_is_robot(tree, n) for n in named):
+        return False
+    return words[-2:] == ["go", "ahead"] or not told_ways(tree, root)
+
+
+def _is_purpose(tree: Tree, node: int) -> bool:
+    return _relation(tree, node)[:1] in ([word] for word in PURPOSES)
+
+
+def _is_robot(tree: Tree, node: int) -> bool:
+    return names_robot(tree.nodes[node]) or bool(
+        {bare(w.text) for w in tree.nodes[node].words} & {"s", "us", "robot"}
+    )
+
+
+def _frame(tree: Tree, node: int) -> Frame:
+    verb = tree.verbs[node]
+    outer = tree.once(_leads).get(node, ())
+    named = tuple(objects(tree, node))
+    if verb.start:
+        named = tuple(n for n in named if not names_robot(tree.nodes[n]))  # "help me lift it"
+    tools = [n for n in tree.below(node, _ARGUMENTS, "PATH") if is_company(tree.nodes[n])]
+    used = [n for own in tools for n in tree.below(own, _ARGUMENTS, "OBJECT")]
+    used = [n for n in used if names_forks(tree.nodes[n])]
+    used += [n for own in outer for n in tree.below(own, _ARGUMENTS, "OBJECT")]
+    measures = tree.below(node, _ARGUMENTS, "OBJECT")
+    places, paths = tuple(goal_places(tree, node)), tuple(goal_paths(tree, node))
+    if verb.classes == {"turning"}:
+        places = tuple(n for n in places if tree.nodes[n].landmark1)  # not "turn to the right"
+    end = goal_within(tree, node)
+    leads = bool(places or paths) or end is not None
+    classes = frozenset(("carrying",)) if subjects(tree, node) else verb.classes
+    guessed = verb.is_open and not classes
+    if guessed:
+        classes = _guessed(theme=bool(named), leads=leads)
+    return Frame(
+        node,
+        tuple(_relation(tree, node)[verb.start :]),
+        classes,
+        guessed,
+        any(negated(tree.nodes[n]) for n in (*outer, node)),
+        tuple(subjects(tree, node)),
+        named,
+        places,
+        paths,
+        end,
+        tuple(ways(tree, node)),
+        next((n for n in tree.below(node, _ARGUMENTS, "EVENT") if _is_end(tree, n)), None),
+        tuple(n for n in used if not names_robot(tree.nodes[n])),
+        tuple(n for n in measures if is_measure(tree.nodes[n])),
+        told_ways(tree, node),
+        names_own_forks(tree, node),
+    )
+
+
+def _is_end(tree: Tree, node: int) -> bool:
+    return bool(UNTIL.intersection(bare(word.text) for word in all_words(tree.nodes[node])))
+
+
+def _guessed(*, theme: bool, leads: bool) -> frozenset[str]:
+    """What a verb asks for by its arguments alone; what is on the forks tells the rest."""
+    if theme:
+        return frozenset(("carrying",) if leads else ("taking", "placing"))
+    return frozenset(("going",))
+
+
+def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
+    """Whether a clause leads onto the robot, which has some labels: "onto your forklift".
+
+    But not where it leads elsewhere, too: "put the pallet on your forks on the truck".
+    """
+    robot = {normalise(label) for label in labels}
+
+    def is_aboard(node: int) -> bool:
+        words = set(_relation(tree, node))
+        marks = [tree.nodes[n] for n in tree.below(node, _ARGUMENTS, "OBJECT")]
+        named = any(names_forks(m) or robot.intersection(figure_words(m)) for m in marks)
+        return named and words <= ABOARD and words != {"to"}
+
+    goals = (*own.places, *own.paths)
+    return bool(goals) and all(map(is_aboard, goals))
+
+
+def spares(tree: Tree, node: int, held: str | None) -> bool:
+    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks.
+
+    But not "leave it there", or on the truck.
+    """
+    words = set(_relation(tree, node))
+    if not words & LEAVING:
+        return False
+    return "alone" in words or (held is None and not frame(tree, node).places)
+
+
+def later(tree: Tree, node: int) -> Iterator[Frame]:
+    """The frames of the clauses after one."""
+    order = asked(tree)
+    after = order[order.index(node) + 1 :] if node in order else ()
+    return (frame(tree, n) for n in after if tree.nodes[n].type == "EVENT")
+
+
+def is_put_later(tree: Tree, node: int) -> bool:
+    """Whether a later clause puts something down, whatever it is."""
+    return any(_puts(own) for own in later(tree, node))
+
+
+def is_itself_put_later(tree: Tree, node: int) -> bool:
+    """Whether a later clause puts down what is spoken of now: "set it down"."""
+    own = next(filter(_puts, later(tree, node)), None)
+    if own is None:
+        return False
+    return own.theme is None or is_pronoun(tree.nodes[own.theme])
+
+
+def _puts(own: Frame) -> bool:
+    return own.places_load and not own.guessed
+
+
+def told_side(tree: Tree, node: int) -> str:
+    """The side that the robot has been told to go to when a clause begins, or is in it.
+
+    "Swing left and proceed to the truck" speaks of a truck on the left. What something is picked
+    up from or put down at tells nothing of the next thing.
+    """
+    found = ""
+    order = asked(tree)
+    for n in order[: order.index(node) + 1]:
+        if tree.nodes[n].type != "EVENT":
+            continue
+        own = frame(tree, n)
+        if n != node and own.handles:
+            found = ""
+        if n == node or own.classes & {"going", "turning"}:
+            named = own.directions & {"left", "right"}
+            found = min(named) if len(named) == 1 else found
+    return found

@@ -1,0 +1,171 @@
+"""Which verb of a clause says what to do: "lift" of "get ready to lift".
+
+Verbs that say whether, when or that something is done are closed classes: they lead on to another
+verb. What that other verb asks for is told by its class
+(:data:`g3.language.lexicon.word_sets.WORD_CLASSES`), or isn't known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    CARDINALS,
+    LEADING,
+    LINKING,
+    NOT_IMPERATIVE,
+    PHRASAL_VERBS,
+    REGARDING,
+    VERBS,
+    stems,
+)
+
+_NO_VERBS = frozenset(("way", "side", "measure"))
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """The verb of a clause that says what to do.
+
+    Parameters
+    ----------
+    start
+        Where it stands among the words of the clause's relation; what is before leads on to it.
+    classes
+        Its classes, of :data:`g3.language.lexicon.word_sets.VERBS`, and those of verbs beside it:
+        "pick up and place". None if it is of no known class.
+    leads_on
+        Whether it says nothing by itself: "go", "use", "want".
+    is_open
+        Whether it is a verb whose class isn't known: it may ask for anything.
+    """
+
+    start: int
+    classes: frozenset[str]
+    leads_on: bool
+    is_open: bool
+
+
+@lru_cache(maxsize=65536)
+def verb_of(words: tuple[str, ...]) -> Verb:
+    """Find the verb that says what to do.
+
+    Parameters
+    ----------
+    words
+        The words of an EVENT's relation, bare.
+
+    Examples
+    --------
+    >>> verb = verb_of(("get", "ready", "to", "place"))
+    >>> verb.start, sorted(verb.classes)
+    (3, ['placing'])
+    >>> verb_of(("blick",)).is_open
+    True
+    """
+    start = _first(words)
+    while (after := _led_to(words, start)) is not None:
+        start = after
+    own = words[start:]
+    classes = _phrasal(own) or _classes(own)
+    head = own[0] if own else ""
+    leads_on = _leads_on(head) and not _phrasal(own)
+    is_open = not classes and _is_open(head)
+    return Verb(start, classes, leads_on, is_open)
+
+
+_ASKING = stems("need want")
+"""These ask for what they have as their object: "we need the crate on the truck"."""
+
+
+def _is_open(head: str) -> bool:
+    """Whether a word of no class of verbs may be a verb all the same."""
+    stem = normalise(head)
+    closed = (stem in LEADING and stem not in _ASKING) or stem in REGARDING
+    other = word_class(head) or head in NOT_IMPERATIVE or head in LINKING or _is_aside(head)
+    return head.replace("-", "").isalpha() and not (closed or other)
+
+
+def _first(words: Sequence[str]) -> int:
+    """The first word that could be a verb: not "please", "now", "carefully", "to"."""
+    for i, word in enumerate(words):
+        leads = word in LINKING or word in NOT_IMPERATIVE
+        followed = i + 1 < len(words) and _may_be_verb(words[i + 1])
+        if not (_is_aside(word) or (leads and followed and not _leads_on(word))):
+            return i
+    return 0
+
+
+def _is_aside(word: str) -> bool:
+    """Whether a word only accompanies verbs."""
+    polite = {"polite", "negating", "exactly"} & set(word_class(word).split("+"))
+    contracted = word.endswith(("n't", "n’t")) or word in ("dont", "also", "again", "just", "you")
+    return bool(polite) or contracted or _is_manner(word)
+
+
+def _is_manner(word: str) -> bool:
+    return word.endswith("ly") and not _verb_classes(word)
+
+
+def _led_to(words: Sequence[str], start: int) -> int | None:
+    """Where the verb stands that another one leads on to; None if it leads to none."""
+    if start >= len(words):
+        return None
+    linked, light = "", _leads_on(words[start])
+    for i in range(start + 1, len(words)):
+        word = words[i]
+        if linked in ("to", "by", "and") and light and _may_be_verb(word):
+            return i
+        if _is_plain_verb(word) and (light or linked == "to"):
+            return i
+        if light and word.endswith("ing") and len(word) > 5:
+            return i
+        if word in LINKING:
+            linked = word
+        elif not (_is_aside(word) or word in ARTICLES):
+            linked = ""
+    return None
+
+
+def _leads_on(word: str) -> bool:
+    return normalise(word) in LEADING
+
+
+def _may_be_verb(word: str) -> bool:
+    """Whether a word after "to" may be a verb that isn't known."""
+    if _is_aside(word) or word in LINKING or word in CARDINALS or word[0:1].isdigit():
+        return False
+    return _leads_on(word) or bool(_verb_classes(word)) or _is_open(word)
+
+
+def _is_plain_verb(word: str) -> bool:
+    """Whether a word behind another verb is a verb itself, not a way: "go back"."""
+    return bool(_verb_classes(word)) and _NO_VERBS.isdisjoint(word_class(word).split("+"))
+
+
+def _verb_classes(word: str) -> frozenset[str]:
+    return VERBS.intersection((word_class(word) or word_class(normalise(word))).split("+"))
+
+
+def _classes(words: Sequence[str]) -> frozenset[str]:
+    """Classes of the verb that words begin with, and of verbs that are joined to it by "and"."""
+    found = _verb_classes(words[0]) if words else frozenset()
+    joined = [b for a, b in pairwise(words) if a in ("and", "then", "&")]
+    return found.union(*map(_verb_classes, joined))
+
+
+def _phrasal(words: Sequence[str]) -> frozenset[str]:
+    """Classes of a verb with a particle that changes what it says: "let down"."""
+    if not words:
+        return frozenset()
+    head = normalise(words[0])
+    for particle in words[1:]:
+        if (head, particle) in PHRASAL_VERBS:
+            return frozenset(PHRASAL_VERBS[head, particle].split("+"))
+    return frozenset()
