@@ -58,7 +58,9 @@ def _choice(command: Command, context: Context, known: set[str], corpus: Corpus)
     loads = loads_of(state) if state.held is None else {}
     words = tuple(word for part in command.text.split() if (word := bare(part)))
     right = tuple(own in known for own in loads)
-    return LoadChoice(words, tuple(loads.values()), right, corpus.name, command.scenario)
+    return LoadChoice(
+        words, tuple(loads.values()), right, corpus.name, command.scenario, command.subject
+    )
 
 
 def _handled(annotation: Annotation) -> Iterator[str]:

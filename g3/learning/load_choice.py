@@ -1,40 +1,35 @@
 """Which load a command is about, by all of its words: evidence that survives a wrong parse.
 
 A clause's factor sees the words of that clause. Here a conditional logit over all loads of a world
-sees the whole command by a few generic features: a learned lexicon, likeness of words and labels,
-sides and distances among loads alike. It learns from what was done, so that no clauses are needed.
+sees the whole command by a few generic features: a learned lexicon, labels, sides and distances
+among loads alike. It learns from what was done, so that no clauses are needed.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
+from scipy.special import softmax
 
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import CONCEPT_WORDS
-from g3.language.similarity.learned_lexicon import (
-    LEAST_ALIKE,
-    Lexicon,
-    Naming,
-    likeness,
-    terms,
-)
+from g3.language.lexicon.word_sets import ARTICLES, CONCEPT_WORDS, PLACE_PREPOSITIONS
+from g3.language.similarity.learned_lexicon import Lexicon, Naming, Term, terms
+from g3.learning import choice_fitting
+from g3.learning.choice_fitting import ROLES, THINGS, Evidence, Seen, unknown_person
 
-FADES = 0.05
-"""A word counts less by this share with each word before it: what is handled is named early."""
 DEFAULT_L2 = 1.0
-FEATURES = ("words", "telling word", "likeness", "first label", "distance", "side", "nearness")
-"""Of a load, in the order of the weights."""
-_SCALE = np.array([0.3, 1.0, 3.0, 1.0, 1.0, 1.0, 1.0])
-"""Brings features to about the same size, so that one prior suits all weights."""
+PARAMETERS = (*ROLES, *THINGS)
+"""What is learned, in the order of the weights."""
+ROUNDS = 3
+"""So often lexicon and parameters are learned. Between that it is found who is reliable."""
 _LEFT, _RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
 
 
@@ -70,6 +65,8 @@ class LoadChoice:
         Which it was; none where that isn't known.
     corpus, scenario
         Where it is from.
+    person
+        Who wrote it; empty if unknown.
     """
 
     words: tuple[str, ...]
@@ -77,6 +74,7 @@ class LoadChoice:
     right: tuple[bool, ...] = ()
     corpus: str = ""
     scenario: str = ""
+    person: str = ""
 
     @property
     def kinds(self) -> list[str]:
@@ -105,18 +103,21 @@ class LoadChooser:
     lexicon
         Words and labels.
     weights
-        Of `FEATURES`, shape (7,).
+        Of `PARAMETERS`, shape (8,).
+    unrelated
+        How probably a command of somebody unknown has nothing to do with what was done.
     """
 
     lexicon: Lexicon
     weights: FloatArray
+    unrelated: float = 0.0
 
     @classmethod
     def fit(cls, choices: Sequence[LoadChoice], *, l2: float = DEFAULT_L2) -> LoadChooser:
-        """Learn a lexicon and the weights of features.
+        """Learn a lexicon, parameters, and whose commands had to do with what was done.
 
-        Each scenario's features are computed with a lexicon that hasn't seen it, as they will be
-        for new worlds.
+        Each scenario's evidence is computed with a lexicon that hasn't seen it, as it will be for
+        new worlds. Commands that probably were unrelated to what was done teach less.
 
         Parameters
         ----------
@@ -125,50 +126,80 @@ class LoadChooser:
         l2
             Strength of the regularisation.
         """
-        scenarios = dict.fromkeys(c.scenario for c in choices if _tells(c))
-        designs, right = [], []
-        for scenario in scenarios:
-            lexicon = lexicon_of(c for c in choices if c.scenario != scenario)
-            own = [c for c in choices if c.scenario == scenario and _tells(c)]
-            designs += [features(c, lexicon) for c in own]
-            right += [np.array(c.right) for c in own]
-        return cls(lexicon_of(choices), _conditional_logit(designs, right, l2))
+        telling = [c for c in choices if any(c.right) and not all(c.right)]
+        right = [np.array(c.right) for c in telling]
+        people = [f"{c.corpus}/{c.person}" for c in telling]
+        counted: dict[LoadChoice, float] = {}
+        shares: dict[str, float] = {}
+        for once_more in reversed(range(ROUNDS)):
+            known = _evidence_elsewhere(telling, choices, counted)
+            count = np.array([counted.get(c, 1.0) for c in telling])
+            weights = choice_fitting.fit(known, right, count, l2)
+            if once_more and known:
+                probable = np.array(
+                    [softmax(e.score(weights))[r].sum() for e, r in zip(known, right, strict=True)]
+                )
+                seen = Seen(people, probable, np.array([own.mean() for own in right]))
+                shares = seen.unrelated(shares)
+                counted = dict(zip(telling, seen.related(shares).tolist(), strict=True))
+        return cls(lexicon_of(choices, counted), weights, unknown_person(shares))
 
     def log_probability(self, choice: LoadChoice) -> FloatArray:
         """The logarithm of the probability that each load is meant, shape (loads,)."""
-        score = features(choice, self.lexicon) @ self.weights
-        result: FloatArray = score - np.logaddexp.reduce(score)
+        share = softmax(evidence(choice, self.lexicon).score(self.weights))
+        result: FloatArray = np.log((1 - self.unrelated) * share + self.unrelated / len(share))
         return result
 
 
-def lexicon_of(choices: Iterable[LoadChoice]) -> Lexicon:
-    """A lexicon learned from what commands were about."""
+def lexicon_of(
+    choices: Iterable[LoadChoice], counted: Mapping[LoadChoice, float] = MappingProxyType({})
+) -> Lexicon:
+    """A lexicon learned from what commands were about, of which some may count less."""
     return Lexicon.learn(
-        Naming(choice.words, kind, choice.corpus, 1.0 / sum(choice.right))
+        Naming(choice.words, kind, choice.corpus, counted.get(choice, 1.0) / sum(choice.right))
         for choice in choices
         for kind, right in zip(choice.kinds, choice.right, strict=False)
         if right
     )
 
 
-def features(choice: LoadChoice, lexicon: Lexicon) -> FloatArray:
-    """`FEATURES` of each load, shape (loads, 7)."""
-    text = terms(choice.words)
-    early = np.exp(-FADES * np.array([term.place for term in text]))[:, None]
-    known = [*lexicon.table(text, choice.kinds) * early, np.zeros(len(choice.loads))]
-    names = [" ".join(labels) for labels in choice.telling]
-    alike = np.array([[likeness(t.written, name) for name in names] for t in text])
-    alike = np.maximum(alike.reshape(len(text), len(names)) - LEAST_ALIKE, 0.0) * early
-    columns = (
-        np.sum(known, axis=0),
-        np.max(known, axis=0),
-        alike.max(axis=0, initial=0.0),
+def evidence(choice: LoadChoice, lexicon: Lexicon) -> Evidence:
+    """What a command's words say of each load, with a lexicon."""
+    text = [term for term in terms(choice.words) if " " not in term.form]
+    roles = np.array([(1.0, i, _is_placed(term, choice.words)) for i, term in enumerate(text)])
+    things = (
         _first_label(choice),
         -np.log([max(load.distance, 1.0) for load in choice.loads]),
         *_among_alike(choice),
     )
-    result: FloatArray = np.column_stack(columns) * _SCALE
-    return result
+    return Evidence(
+        np.exp(lexicon.table(text, choice.kinds)),
+        roles.reshape(len(text), len(ROLES)),
+        np.column_stack(things),
+    )
+
+
+def _evidence_elsewhere(
+    telling: Sequence[LoadChoice],
+    choices: Sequence[LoadChoice],
+    counted: Mapping[LoadChoice, float],
+) -> list[Evidence]:
+    """The evidence of each command, with a lexicon that hasn't seen its scenario."""
+    lexicons = {
+        scenario: lexicon_of((c for c in choices if c.scenario != scenario), counted)
+        for scenario in dict.fromkeys(c.scenario for c in telling)
+    }
+    return [evidence(c, lexicons[c.scenario]) for c in telling]
+
+
+def _is_placed(term: Term, words: Sequence[str]) -> bool:
+    """Whether a word stands in a phrase that a preposition of place begins."""
+    for word in reversed(words[: term.place]):
+        if word in PLACE_PREPOSITIONS:
+            return True
+        if word not in ARTICLES and not terms([word]):
+            return False
+    return False
 
 
 def _first_label(choice: LoadChoice) -> FloatArray:
@@ -201,35 +232,3 @@ def _rank(order: FloatArray, alike: npt.NDArray[np.bool_]) -> FloatArray:
     beats = np.sign(order[:, None] - order[None, :]) * alike
     result: FloatArray = beats.sum(axis=1) / np.maximum(alike.sum(axis=1) - 1, 1)
     return result
-
-
-def _tells(choice: LoadChoice) -> bool:
-    return any(choice.right) and not all(choice.right)
-
-
-def _conditional_logit(
-    designs: Sequence[FloatArray], right: Sequence[npt.NDArray[np.bool_]], l2: float
-) -> FloatArray:
-    """Weights under which what was meant is most probable."""
-    if not designs:
-        return np.zeros(len(FEATURES))
-    rows = np.vstack(designs)
-    starts = np.cumsum([0, *(len(design) for design in designs[:-1])])
-    of_row = np.repeat(np.arange(len(designs)), [len(design) for design in designs])
-    is_right = np.concatenate(right)
-
-    def shares(score: FloatArray) -> tuple[FloatArray, FloatArray]:
-        top = np.maximum.reduceat(score, starts)
-        mass = np.exp(score - top[of_row])
-        total = np.add.reduceat(mass, starts)
-        return mass / total[of_row], top + np.log(total)
-
-    def objective(weights: FloatArray) -> tuple[float, FloatArray]:
-        score = rows @ weights
-        all_of, log_all = shares(score)
-        own, log_own = shares(np.where(is_right, score, -np.inf))
-        value = float((log_all - log_own).sum() + 0.5 * l2 * weights @ weights)
-        return value, rows.T @ (all_of - own) + l2 * weights
-
-    found: FloatArray = minimize(objective, np.zeros(rows.shape[1]), jac=True, method="L-BFGS-B").x
-    return found

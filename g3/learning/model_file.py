@@ -24,7 +24,7 @@ from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
 from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts, likeness_identity
-from g3.learning.load_choice import FEATURES, LoadChooser
+from g3.learning.load_choice import PARAMETERS, LoadChooser
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 from g3.storage.only_writer import only_writer
@@ -52,17 +52,20 @@ class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Parameters
     ----------
     features, weights
-        Names of features (:mod:`g3.learning.load_choice`), and the weight of each.
+        Names of parameters (:mod:`g3.learning.load_choice`), and the value of each.
     lexicon
         What was counted of words and labels, by corpus.
     likeness
         What measured how alike words and labels are.
+    unrelated
+        How probably a command of somebody unknown has nothing to do with what was done.
     """
 
     features: tuple[str, ...]
     weights: tuple[float, ...]
     lexicon: dict[str, NamingCounts]
     likeness: str
+    unrelated: float
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -188,17 +191,19 @@ def chooser_of(card: ModelCard) -> LoadChooser | None:
     """What a model's file knows of the loads that commands are about."""
     if isinstance(card.loads, msgspec.UnsetType):
         return None
-    return LoadChooser(Lexicon(card.loads.lexicon), np.array(card.loads.weights))
+    known = card.loads
+    return LoadChooser(Lexicon(known.lexicon), np.array(known.weights), known.unrelated)
 
 
 def _load_card(chooser: LoadChooser) -> LoadCard:
     weights = tuple(chooser.weights.tolist())
-    return LoadCard(FEATURES, weights, dict(chooser.lexicon.corpora), likeness_identity())
+    corpora = dict(chooser.lexicon.corpora)
+    return LoadCard(PARAMETERS, weights, corpora, likeness_identity(), chooser.unrelated)
 
 
 def _check_loads(loads: LoadCard, where: str) -> None:
     """Refuse what was learned of loads with other features or measures than there are here."""
-    if (loads.features, len(loads.weights)) != (FEATURES, len(FEATURES)):
+    if (loads.features, len(loads.weights)) != (PARAMETERS, len(PARAMETERS)):
         needed = ", ".join(loads.features)
         raise ModelError(f"it needs other features of loads: {needed}", where=where, fix=RETRAIN)
     if loads.likeness != likeness_identity():

@@ -92,6 +92,12 @@ FARTHEST = stems(FARTHEST_WORDS)
 STRESSED = stems("in next beside by behind near there")
 """After "right" these are stressed by it, and it names no side: "right in front of you"."""
 
+PLACE_PREPOSITIONS = words(
+    "to toward towards into onto until on upon atop in at by near next beside besides behind "
+    "before between from off front under over alongside against past around"
+)
+"""Words before a place, whose noun is rarely what is handled."""
+
 # Order and number
 
 ORDINALS = {

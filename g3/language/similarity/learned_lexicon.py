@@ -40,11 +40,11 @@ from g3.language.similarity.word_similarity import MEASURES
 from g3.storage.atomic_file import write_bytes
 
 SCHEMA_VERSION = 1
-PSEUDO_COUNT = 0.2
+PSEUDO_COUNT = 0.3
 """So often each word is taken to have been seen with each label besides."""
 LEAST_ALIKE = 0.3
 """Cosine from which a word may be like a label."""
-BACK_OFF = 4.0
+BACK_OFF = 2.0
 """How many nats likeness 1 above `LEAST_ALIKE` is worth to a word that was never seen."""
 SHORTEST = 3
 """Shorter words aren't counted."""
@@ -110,6 +110,11 @@ def terms(words: Sequence[str]) -> list[Term]:
     >>> [term.form for term in terms(["lift", "the", "red", "chairs"])]
     ['red', 'chair', 'red chair']
     """
+    return list(_terms(tuple(words)))
+
+
+@lru_cache(maxsize=4096)
+def _terms(words: tuple[str, ...]) -> tuple[Term, ...]:
     known = [
         Term(i, form, word)
         for i, word in enumerate(words)
@@ -117,7 +122,7 @@ def terms(words: Sequence[str]) -> list[Term]:
     ]
     pairs = [(a, b) for a, b in pairwise(known) if b.place == a.place + 1]
     joined = [Term(a.place, f"{a.form} {b.form}", f"{a.written} {b.written}") for a, b in pairs]
-    return [*known, *joined]
+    return (*known, *joined)
 
 
 def term_of(words: str) -> Term:
