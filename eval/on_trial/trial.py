@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
+from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Executor, Workers
 from corpus_tools.runtime.progress import OnProgress
@@ -213,7 +214,8 @@ def _lessons(trial: Trial, without: str, file: Path) -> _Lessons:
         if file.is_file()
         else data_of(known, sets=select(without={without} - {NOTHING}), seed=trial.seed)
     )
-    return _Lessons(costs_without(data, l2=trial.l2), extractor_without(known))
+    choices = load_choices_of(known)
+    return _Lessons(costs_without(data, choices, l2=trial.l2), extractor_without(known))
 
 
 @functools.lru_cache(maxsize=1)
