@@ -146,9 +146,11 @@ def _potential_record(potential: Potential) -> dict[str, object]:
 
 def _potential_text(record: dict[str, object]) -> str:
     weight = "hard constraint" if record["hard"] else f"{record['weight']:.2f}"
+    optional = record["optional_types"]
+    extra = f" ({_joined(optional)}: --with adds it)" if optional else ""
     lines = [
         f"{record['description']}",
-        f"SDCs:     {_joined(record['types'])}",
+        f"SDCs:     {_joined(record['types'])}{extra}",
         f"of:       {_joined(record['roles']) or 'the command'}",
         f"weight:   {weight}",
     ]
@@ -178,6 +180,7 @@ def _feature_record(feature: FeatureSet) -> dict[str, object]:
         "default": feature.default,
         "description": feature.description,
         "types": list(feature.types),
+        "optional_types": list(feature.optional),
         "roles": list(feature.roles),
         "words": list(feature.words),
         "alone": feature.alone,

@@ -13,11 +13,15 @@ from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.features.feature_registry import Columns, FeatureSet, scale_of, values
 from g3.groundings import FloatArray
-from g3.sdc.clauses import SDC_TYPES
+from g3.sdc.clauses import SDC_TYPES, SDCType
 
 EDGE_TOLERANCE = 1e-6
 """A value this close below the edge of a bin, in bins, is on it: the last digits of a sum
 depend on the order of its terms, and no feature should."""
+
+BIASED: tuple[SDCType, ...] = ("OBJECT", "PLACE")
+"""Types whose words say by themselves how often a phrase is right: many things are "the pallet".
+Each EVENT and PATH comes with a right and with a wrong trajectory."""
 
 ALONE = ""
 """Stands for no word: the base feature by itself."""
@@ -204,8 +208,8 @@ def _cells(
 def _type_cells(
     batch: FactorBatch, bases: dict[str, int], words: dict[str, int], *, grow: bool
 ) -> _Cells:
-    """The bias of each type, alone and with each word: how often a phrase is right at all."""
-    ids = np.array([_lookup(f"{t}/bias", bases, grow=grow) for t in SDC_TYPES])
+    """The bias of a type, alone and with each word: how often a phrase is right at all."""
+    ids = np.array([_lookup(f"{t}/bias", bases, grow=grow and t in BIASED) for t in SDC_TYPES])
     base = ids[batch.type]
     known = np.flatnonzero(base >= 0)
     table = _word_table(batch.words, ("figure", "relation", "goal"), True, words, grow=grow)
