@@ -146,11 +146,9 @@ def _potential_record(potential: Potential) -> dict[str, object]:
 
 def _potential_text(record: dict[str, object]) -> str:
     weight = "hard constraint" if record["hard"] else f"{record['weight']:.2f}"
-    optional = record["optional_types"]
-    extra = f" ({_joined(optional)}: --with adds it)" if optional else ""
     lines = [
         f"{record['description']}",
-        f"SDCs:     {_joined(record['types'])}{extra}",
+        f"SDCs:     {_joined(record['types'])}",
         f"of:       {_joined(record['roles']) or 'the command'}",
         f"weight:   {weight}",
     ]
@@ -197,9 +195,11 @@ def _feature_text(record: dict[str, object]) -> str:
     words = _joined(record["words"])
     times = f"the words of {words}" if words else "no words"
     off = "" if record["default"] else "  (off: --with adds it)"
+    optional = record["optional_types"]
+    extra = f" ({_joined(optional)}: --with adds it)" if optional else ""
     lines = [
         f"{record['description']}",
-        f"SDCs:     {_joined(record['types'])}",
+        f"SDCs:     {_joined(record['types'])}{extra}",
         f"of:       {_joined(record['roles'])}",
         f"times:    {times}{', and alone' if words and record['alone'] else ''}",
         f"features: {names}",

@@ -28,8 +28,8 @@ from g3.inference.search.thing_search import ground_others
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
 
-LIKELY_NOTHING = 0.02
-"""A plan less probable than this is no answer."""
+LIKELY_NOTHING = 0.3
+"""A plan less probable than this is no answer. What fits nothing at all has 0.27."""
 
 
 @dataclass(frozen=True, slots=True)
