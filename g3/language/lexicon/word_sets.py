@@ -156,6 +156,8 @@ NO_ANTECEDENTS = words(
 
 # What things are like
 
+EMPTY = words("empty unloaded vacant bare")
+LADEN = words("loaded full laden occupied nonempty non-empty")
 ALONE = stems("alone lone lonely single solitary isolated")
 FORMER = words("old original previous former initial starting")
 """Where something was at first: "its old position"."""
@@ -165,7 +167,6 @@ FORKS = stems("fork forks")
 FLOOR = stems("ground floor pavement")
 AREAS = FLOOR | stems("area space spot place gap slot location position region zone bay aisle")
 """Nouns for places."""
-"""Nouns for parts of things: "the empty side of the truck" is no empty truck."""
 
 # Verbs
 
