@@ -179,6 +179,7 @@ def _feature_record(feature: FeatureSet) -> dict[str, object]:
         "default": feature.default,
         "description": feature.description,
         "types": list(feature.types),
+        "optional_types": list(feature.optional),
         "roles": list(feature.roles),
         "words": list(feature.words),
         "alone": feature.alone,
@@ -195,9 +196,11 @@ def _feature_text(record: dict[str, object]) -> str:
     words = _joined(record["words"])
     times = f"the words of {words}" if words else "no words"
     off = "" if record["default"] else "  (off: --with adds it)"
+    optional = record["optional_types"]
+    extra = f" ({_joined(optional)}: --with adds it)" if optional else ""
     lines = [
         f"{record['description']}",
-        f"SDCs:     {_joined(record['types'])}",
+        f"SDCs:     {_joined(record['types'])}{extra}",
         f"of:       {_joined(record['roles'])}",
         f"times:    {times}{', and alone' if words and record['alone'] else ''}",
         f"features: {names}",

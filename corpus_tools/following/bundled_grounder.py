@@ -26,10 +26,10 @@ from g3.actions.forklift_actions import FACE, TURN_AWAY
 from g3.actions.grounding_candidates import GROUND_M, ground, square
 from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import ModelError
-from g3.features.feature_registry import CATALOGUE_VERSION, select
+from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place, Prism
-from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.model_file import TrainingCard
@@ -55,7 +55,7 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     try:
         return GroundingModel.load(path, corpus_hash=corpus.hash)
     except ModelError:
-        data = training_data(corpus.annotations, select(), on_progress=on_progress)
+        data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
         card: TrainingCard = {
             "corpus_hash": corpus.hash,
             "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
+from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Executor, Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -22,10 +23,10 @@ from eval.table_3.judged_commands import JudgedCommand, judged_commands
 from eval.table_3.outcomes import Outcome
 from eval.table_3.search_examples import data_of, read, written
 from g3.errors import CorpusError, ModelError
-from g3.features.feature_registry import select
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import check_potentials, heard, potentials
 from g3.inference.problem.costs import Scorer
+from g3.inference.training.search_training import search_sets
 from g3.language.parsing.extractor import SDCExtractor
 from g3.sdc.clauses import SDC
 
@@ -80,7 +81,7 @@ def on_trial(
     ModelError
         If there is no potential of a name, or models use no feature set of it.
     """
-    used = [own.name for own in select()]
+    used = [own.name for own in search_sets()]
     strange = next((name for name in set_names if name not in used), None)
     if strange is not None:
         raise ModelError(
@@ -181,7 +182,7 @@ def _followed(
     if not parts:
         return
     known = [open_corpus(name) for name in trial.train]
-    sets = select(without={without} - {NOTHING})
+    sets = search_sets({without} - {NOTHING})
     with Executor(workers) as executor:
         data = data_of(
             known, sets=sets, seed=trial.seed, executor=executor, on_progress=on_progress
@@ -210,9 +211,10 @@ def _lessons(trial: Trial, without: str, file: Path) -> _Lessons:
     data = (
         read(file)
         if file.is_file()
-        else data_of(known, sets=select(without={without} - {NOTHING}), seed=trial.seed)
+        else data_of(known, sets=search_sets({without} - {NOTHING}), seed=trial.seed)
     )
-    return _Lessons(costs_without(data, l2=trial.l2), extractor_without(known))
+    choices = load_choices_of(known)
+    return _Lessons(costs_without(data, choices, l2=trial.l2), extractor_without(known))
 
 
 @functools.lru_cache(maxsize=1)

@@ -32,10 +32,11 @@ from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_rows import MODELS
 from eval.table_3.search_examples import data_of, read, written
 from g3.errors import CorpusError
-from g3.features.feature_registry import FeatureSet, select
+from g3.features.feature_registry import FeatureSet
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation, ablation
 from g3.inference.problem.costs import RandomCost, Scorer
+from g3.inference.training.search_training import search_sets
 from g3.language.parsing.extractor import SDCExtractor
 from g3.sdc.clauses import SDC
 
@@ -184,7 +185,7 @@ class _Asked:
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
         """The feature sets that costs have."""
-        return select(without=self.without.sets)
+        return search_sets(self.without.sets)
 
 
 def _followed(

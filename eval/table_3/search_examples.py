@@ -16,9 +16,9 @@ from corpus_tools.importers.authored.bundled import cache_folder, forget_old
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
-from g3.features.feature_registry import FeatureSet, select
+from g3.features.feature_registry import FeatureSet
 from g3.features.matrix import FeatureSpace
-from g3.inference.training.search_training import training_data
+from g3.inference.training.search_training import search_sets, training_data
 from g3.learning.factor_matrix import FactorMatrix
 from g3.storage.array_file import Field, read_arrays, write_arrays
 
@@ -61,7 +61,7 @@ def data_of(
         If processes of the executor die of it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
-    chosen = select() if sets is None else sets
+    chosen = search_sets() if sets is None else sets
     if executor is None:
         return training_data(annotations, chosen, seed=seed, on_progress=on_progress)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterable
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -81,6 +81,9 @@ class FeatureSet:
     data
         For a set that reads data which may be absent or differ, what tells these data
         from others; raises a ModelError where there are none.
+    optional
+        Those of its types that models use it for only if it is added by its name: what helps
+        one type of clause may hurt another (docs/table-1.md).
     """
 
     name: str
@@ -95,6 +98,11 @@ class FeatureSet:
     scale: float = 1.0
     wordless: bool = False
     data: Callable[[], str] | None = None
+    optional: tuple[SDCType, ...] = ()
+
+    def for_types(self, wanted: Container[SDCType]) -> FeatureSet:
+        """The set for some of its types alone."""
+        return replace(self, types=tuple(kind for kind in self.types if kind in wanted))
 
     def columns_for(self, batch: FactorBatch) -> Columns:
         """The features' descriptions for this batch."""
@@ -116,6 +124,7 @@ def feature_set(
     scale: float = 1.0,
     wordless: bool = False,
     data: Callable[[], str] | None = None,
+    optional: Iterable[SDCType] = (),
 ) -> Callable[[Compute], Compute]:
     """Register a function as a feature set; the parameters are those of `FeatureSet`."""
 
@@ -136,6 +145,7 @@ def feature_set(
             scale,
             wordless,
             data,
+            tuple(optional),
         )
         return compute
 
@@ -150,7 +160,8 @@ def catalogue() -> tuple[FeatureSet, ...]:
 def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
     """The default feature sets, some left out and others added.
 
-    A default set whose data are absent is left out, with a note in the log.
+    A default set whose data are absent is left out, with a note in the log. A set that is added is
+    used for all of its types, other sets for those alone that aren't optional.
 
     Raises
     ------
@@ -168,7 +179,13 @@ def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[Fe
     for feature in wanted:
         if feature.data is not None and feature.name in plus:
             feature.data()
-    return tuple(s for s in wanted if s.data is None or _has_data(s))
+    used = (s for s in wanted if s.data is None or _has_data(s))
+    return tuple(s if s.name in plus else _by_default(s) for s in used)
+
+
+def _by_default(feature: FeatureSet) -> FeatureSet:
+    used = set(feature.types) - set(feature.optional)
+    return feature.for_types(used) if feature.optional else feature
 
 
 def _has_data(feature: FeatureSet) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +13,15 @@ from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.features.feature_registry import Columns, FeatureSet, scale_of, values
 from g3.groundings import FloatArray
-from g3.sdc.clauses import SDC_TYPES
+from g3.sdc.clauses import SDC_TYPES, SDCType
 
 EDGE_TOLERANCE = 1e-6
 """A value this close below the edge of a bin, in bins, is on it: the last digits of a sum
 depend on the order of its terms, and no feature should."""
+
+BIASED: tuple[SDCType, ...] = ("OBJECT", "PLACE")
+"""Types whose words say by themselves how often a phrase is right: many things are "the pallet".
+In a corpus each EVENT and PATH comes with a right and with a wrong trajectory."""
 
 ALONE = ""
 """Stands for no word: the base feature by itself."""
@@ -64,7 +68,11 @@ class _Cells:
 
 
 def fit_space(
-    batch: FactorBatch, sets: Sequence[FeatureSet], *, min_count: int = 1
+    batch: FactorBatch,
+    sets: Sequence[FeatureSet],
+    *,
+    min_count: int = 1,
+    biased: Collection[SDCType] = BIASED,
 ) -> tuple[FeatureSpace, sparse.csr_array]:
     """Collect the features that occur in a batch.
 
@@ -76,6 +84,8 @@ def fit_space(
         The feature sets to use.
     min_count
         Features active in fewer rows are left out.
+    biased
+        Types of which each word counts by itself, whatever is measured.
 
     Returns
     -------
@@ -84,7 +94,7 @@ def fit_space(
     """
     bases: dict[str, int] = {}
     words: dict[str, int] = {ALONE: 0}
-    cells = _cells(batch, sets, bases, words, grow=True)
+    cells = _cells(batch, sets, bases, words, grow=True, biased=biased)
     keys = cells.base.astype(np.int64) * len(words) + cells.word
     unique, counts = np.unique(keys, return_counts=True)
     space = FeatureSpace(
@@ -187,8 +197,9 @@ def _cells(
     words: dict[str, int],
     *,
     grow: bool,
+    biased: Collection[SDCType] = BIASED,
 ) -> _Cells:
-    parts = [_type_cells(batch, bases, words, grow=grow)]
+    parts = [_type_cells(batch, bases, words, grow=grow, biased=biased)]
     tables: dict[tuple[tuple[str, ...], bool], tuple[IntArray, IntArray]] = {}
     for feature in sets:
         key = (feature.words, feature.alone)
@@ -202,10 +213,15 @@ def _cells(
 
 
 def _type_cells(
-    batch: FactorBatch, bases: dict[str, int], words: dict[str, int], *, grow: bool
+    batch: FactorBatch,
+    bases: dict[str, int],
+    words: dict[str, int],
+    *,
+    grow: bool,
+    biased: Collection[SDCType],
 ) -> _Cells:
-    """The bias of each type, alone and with each word: how often a phrase is right at all."""
-    ids = np.array([_lookup(f"{t}/bias", bases, grow=grow) for t in SDC_TYPES])
+    """The bias of a type, alone and with each word: how often a phrase is right at all."""
+    ids = np.array([_lookup(f"{t}/bias", bases, grow=grow and t in biased) for t in SDC_TYPES])
     base = ids[batch.type]
     known = np.flatnonzero(base >= 0)
     table = _word_table(batch.words, ("figure", "relation", "goal"), True, words, grow=grow)

@@ -34,8 +34,8 @@ from g3.sdc.clauses import SDC, all_words
 
 GUESSED_RIGHT = 0.8
 """How probably an unknown verb asks for what its arguments allow: assumed, for corpora have few."""
-LIKELY_NOTHING = 0.02
-"""A plan less probable than this is no answer."""
+LIKELY_NOTHING = 0.3
+"""A plan less probable than this is no answer. What fits nothing at all has 0.27."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +251,7 @@ class Grounder:
             )
             for h in found[:top]
         )
-        if plans[0].probability < least:
+        if plans[0].probability < least * GUESSED_RIGHT ** len(_guessed(tree)):
             note = "no plan is at all likely to be what was meant"
             return Result(sdcs, (), note)
         question = question_about(tree, found[0], start)

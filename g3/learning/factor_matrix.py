@@ -16,6 +16,7 @@ from g3.features.factor_batch import FactorBatch
 from g3.features.feature_registry import FeatureSet
 from g3.features.matrix import FeatureSpace, fit_space, joint_space
 from g3.learning.examples import Example, labels, to_batch
+from g3.sdc.clauses import SDC_TYPES
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +76,9 @@ def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> 
 
 
 def matrix_of_labelled(known: Labelled, sets: Sequence[FeatureSet]) -> FactorMatrix:
-    """Compute the features of labelled factors."""
+    """Compute the features of labelled factors, of which some types have more wrong ones."""
     scenario = np.repeat(np.array([known.annotation.command.scenario]), len(known.correct))
-    return FactorMatrix(*fit_space(known.batch, sets), known.correct, scenario)
+    return FactorMatrix(*fit_space(known.batch, sets, biased=SDC_TYPES), known.correct, scenario)
 
 
 def joined(parts: Sequence[FactorMatrix], sets: Sequence[FeatureSet]) -> FactorMatrix:

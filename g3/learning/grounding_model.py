@@ -29,11 +29,16 @@ DEFAULT_L2 = 1.0
 
 
 def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]:
-    """Feature sets by themselves or by name, as the catalogue orders them."""
+    """Feature sets by themselves, or by name as models use them, as the catalogue orders them."""
     if features is None:
         return select()
-    names = {one if isinstance(one, str) else one.name for one in features}
-    return tuple(one for one in select(plus=names) if one.name in names)
+    asked = {one if isinstance(one, str) else one.name: one for one in features}
+    usual = {one.name: one for one in select()}
+    return tuple(
+        usual.get(one.name, one) if isinstance(chosen := asked[one.name], str) else chosen
+        for one in select(plus=asked)
+        if one.name in asked
+    )
 
 
 @dataclass(eq=False)
@@ -77,8 +82,15 @@ class GroundingModel(Estimator):
 
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
-        """The feature sets that it has learned with."""
-        return _sets(self.space_.sets)
+        """The feature sets that it has learned with, each for its optional types if it did so."""
+        learned = {tuple(base.split("/")[:2]) for base in self.space_.bases}
+        return tuple(
+            own.for_types(
+                {t for t in own.types if t not in own.optional or (t, own.name) in learned}
+            )
+            for own in select(plus=self.space_.sets)
+            if own.name in self.space_.sets
+        )
 
     def fit(
         self,

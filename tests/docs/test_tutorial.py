@@ -21,8 +21,7 @@ from annotation_app.store.models import Item
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from g3.features.feature_registry import select
-from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
@@ -171,6 +170,6 @@ def small_model() -> Path:
         for a in open_corpus("warehouse").annotations
         if a.command.scenario == "hall_pick_up_boxes"
     ]
-    data = training_data(known, select())
+    data = training_data(known, search_sets())
     GroundingModel(tolerance=TOLERANCE).fit(data).save(Path("small.npz"))
     return Path("small.npz")

@@ -109,6 +109,7 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     columns=BEARING_COLUMNS,
     scale=0.3,
     wordless=True,
+    optional=("PLACE",),
 )
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""

@@ -83,6 +83,7 @@ def avs_start(batch: FactorBatch) -> FloatArray:
     columns=frame_columns("speaker"),
     scale=0.3,
     wordless=True,
+    optional=("PLACE",),
 )
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
@@ -97,6 +98,7 @@ def avs_speaker(batch: FactorBatch) -> FloatArray:
     columns=frame_columns("intrinsic"),
     scale=0.3,
     wordless=True,
+    optional=("PLACE",),
 )
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""

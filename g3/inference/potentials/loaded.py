@@ -9,7 +9,6 @@ from g3.actions.loads import is_load
 from g3.inference.potentials.cases import CandidateCase, CommandCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.asked_kinds import asked_kinds
-from g3.inference.problem.clause_roles import is_company
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, spares
@@ -69,18 +68,10 @@ def _says_something(tree: Tree, node: int, cost: Cost) -> bool:
 @potential("load-as-theme", kind="argument", types=("EVENT",), roles=("theme",), weight=log(0.1))
 def load_as_theme(case: CandidateCase) -> Measured:
     """A plain noun means the load on the forks: "put the pallet down"."""
-    return is_bare(case.sdc) and _is_not_held(case)
-
-
-@potential("load-as-company", kind="argument", types=("PATH",), roles=("goal",), weight=log(0.1))
-def load_as_company(case: CandidateCase) -> Measured:
-    """In "go with the pallet" the pallet is on the forks."""
-    return is_company(case.clause) and _is_not_held(case)
-
-
-def _is_not_held(case: CandidateCase) -> Measured:
     held = case.problem.held
-    return held is not None and case.each(lambda g: [t.id for t in things_of(g)] != [held])
+    if held is None or not is_bare(case.sdc):
+        return False
+    return case.each(lambda g: [t.id for t in things_of(g)] != [held])
 
 
 def _labels_in(words: Sequence[str], labels: Sequence[str]) -> int:

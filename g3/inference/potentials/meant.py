@@ -13,11 +13,11 @@ from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
-from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
+from g3.inference.problem.phrases import names_robot, names_same, names_thing
 from g3.language.discourse.groups import group as group_of
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import EMPTY, LADEN, PARTS, ROWS, SIDES
+from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.word_sets import ROWS, SIDES
 
 UNLIKELY = log(0.01)
 
@@ -65,46 +65,11 @@ def spoken_of(case: CandidateCase) -> Measured:
     return _says(case, lambda g: not _ids(g) <= same)
 
 
-@potential("other-one", kind="noun", types=("OBJECT",), weight=UNLIKELY)
-def other_one(case: CandidateCase) -> Measured:
-    """Another one wasn't spoken of, nor does the load stand on it: "the other truck"."""
-    if not names_other(case.sdc):
-        return False
-    load = case.problem.load
-    meant = case.problem.spoken | ({case.problem.carriers.get(load)} if load else set())
-    return _says(case, lambda g: bool(_ids(g) & meant))
-
-
 @potential("you", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def you(case: CandidateCase) -> Measured:
     """A word for who is spoken to names the robot: "you"."""
     robot = {case.problem.state.context.agent_id}
     return names_robot(case.sdc) and _says(case, lambda g: _ids(g) != robot)
-
-
-def _attributes(case: CandidateCase) -> set[str]:
-    """Words of a noun that are said of all of the thing, not of a part of it."""
-    said = {bare(word.text) for word in case.sdc.words}
-    return set() if said & PARTS else said
-
-
-@potential("empty", kind="noun", types=("OBJECT",), weight=UNLIKELY)
-def empty(case: CandidateCase) -> Measured:
-    """Nothing stands on what is empty: "the empty truck"."""
-    if not _attributes(case) & EMPTY:
-        return False
-    laden = set(case.problem.carriers.values())
-    return _says(case, lambda g: bool(_ids(g) & laden))
-
-
-@potential("laden", kind="noun", types=("OBJECT",), weight=UNLIKELY)
-def laden(case: CandidateCase) -> Measured:
-    """Something stands on what is loaded: "the loaded truck"."""
-    said = _attributes(case)
-    if said & EMPTY or not said & LADEN:
-        return False
-    bare_ones = case.problem.surfaces - set(case.problem.carriers.values())
-    return _says(case, lambda g: bool(_ids(g) & bare_ones))
 
 
 @potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))

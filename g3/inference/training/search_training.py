@@ -17,7 +17,7 @@ import numpy as np
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import start_state
 from g3.annotation import Annotation
-from g3.features.feature_registry import FeatureSet
+from g3.features.feature_registry import FeatureSet, select
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.training.action_examples import action_examples
 from g3.inference.training.thing_examples import thing_examples
@@ -32,6 +32,9 @@ from g3.learning.factor_matrix import (
 
 TOLERANCE = 0.1
 """Of a `GroundingModel` that learns from `training_data`; ranking needs no more."""
+
+WHERE = ("avs-intrinsic", "bearing")
+"""Sets that places of one scene are chosen by. Of places of all scenes they learn the map."""
 
 OnProgress = Callable[[str, int, int], object]
 
@@ -51,6 +54,11 @@ class Each(Protocol):
         self, function: Callable[[_Task], FactorMatrix], tasks: Sequence[_Task], /
     ) -> Iterable[FactorMatrix]:
         """What the function gives for each task, in their order."""
+
+
+def search_sets(without: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
+    """The feature sets of models that search, some left out."""
+    return select(without=without, plus=WHERE)
 
 
 def training_data(

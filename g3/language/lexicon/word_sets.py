@@ -181,7 +181,7 @@ GENERIC = stems(
 )
 """Nouns that may stand for whatever there is."""
 PARTS = words("end side part half corner space spot area slot")
-"""Nouns for parts of things: "the empty side of the truck" is no empty truck."""
+"""Nouns for parts of things."""
 
 # Verbs
 

@@ -17,9 +17,8 @@ from g3.actions.forklift_actions import CARRY, DRIVE_TO, TURN
 from g3.actions.grounding_candidates import are_free, spots_about, square
 from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
-from g3.features.feature_registry import select
 from g3.geometry.footprints import centre, covers
-from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 
 SCENARIO = ["--scenario", "dock_pick_up_tires"]
@@ -29,7 +28,7 @@ SCENARIO = ["--scenario", "dock_pick_up_tires"]
 def model(tmp_path_factory):
     corpus = open_corpus("warehouse")
     known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
-    data = training_data(known, select())
+    data = training_data(known, search_sets())
     path = tmp_path_factory.mktemp("model") / "small.npz"
     GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
     return ["--model", str(path)]

@@ -137,10 +137,13 @@ def test_values_in_the_lowest_bin_and_those_that_do_not_apply_are_no_features() 
     assert names(space, matrix.toarray()) == [{BIAS}, {BIAS}]
 
 
-def test_every_type_has_a_bias() -> None:
-    rows = [row(WORLD, t, THING) for t in ("OBJECT", "EVENT", "OBJECT")]  # type: ignore[arg-type]
+def test_words_alone_say_how_often_a_thing_or_place_is_right_and_nothing_of_actions() -> None:
+    types = ("OBJECT", "EVENT", "PLACE", "PATH")
+    rows = [row(WORLD, t, THING, relation="near") for t in types]  # type: ignore[arg-type]
     space, matrix = fit_space(to_batch(rows), [])
-    assert names(space, matrix.toarray()) == [{BIAS}, {"EVENT/bias"}, {BIAS}]
+    place = {"PLACE/bias", "PLACE/bias & relation:near"}
+    thing = {BIAS, f"{BIAS} & relation:near"}
+    assert names(space, matrix.toarray()) == [thing, set(), place, set()]
 
 
 def test_rare_features_are_left_out() -> None:

@@ -82,8 +82,20 @@ def test_select_leaves_out_and_adds() -> None:
     assert default == [s.name for s in catalogue() if s.default]
     assert [s.name for s in select(without=["labels"])] == [n for n in default if n != "labels"]
     assert [s.name for s in select(plus=["start-pose"])] == sorted([*default, "start-pose"])
-    assert select(plus=["labels"]) == select()
+    assert select(plus=["labels"]) == select()  # it has no optional types
     assert "shape" not in [s.name for s in select(without=["shape"], plus=["shape"])]
+
+
+def test_a_set_is_used_for_its_optional_types_only_if_it_is_added() -> None:
+    def types_of(name: str, plus: tuple[str, ...] = ()) -> tuple[str, ...]:
+        return next(s.types for s in select(plus=plus) if s.name == name)
+
+    whole = next(s for s in catalogue() if s.name == "bearing")
+    assert whole.types == ("OBJECT", "PLACE")
+    assert types_of("bearing") == ("OBJECT",)
+    assert types_of("bearing", plus=("bearing",)) == ("OBJECT", "PLACE")
+    assert types_of("bearing", plus=("start-pose",)) == ("OBJECT",)
+    assert whole.for_types({"PLACE", "PATH"}).types == ("PLACE",)
 
 
 @pytest.mark.parametrize("argument", ["without", "plus"])

@@ -3,9 +3,8 @@
 import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from g3.features.feature_registry import select
 from g3.inference.grounder import Grounder
-from g3.inference.training.search_training import TOLERANCE, training_data
+from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 
 KNOWN = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
@@ -21,7 +20,7 @@ def warehouse():
 def model(warehouse):
     known = [a for a in warehouse.annotations if a.command.scenario in KNOWN]
     few = {c: i for i, c in enumerate(dict.fromkeys(a.command.id for a in known)) if i % 2 == 0}
-    data = training_data([a for a in known if a.command.id in few], select())
+    data = training_data([a for a in known if a.command.id in few], search_sets())
     return GroundingModel(tolerance=TOLERANCE).fit(data)
 
 

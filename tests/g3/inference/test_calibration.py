@@ -76,13 +76,28 @@ def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
         best.score, best.state, best.actions, {0: ((), np.log(0.5)), 2: ((), np.log(0.125))}
     )
     seen = evidence(best, [best, alike, another])
-    assert seen.tolist() == pytest.approx([1.0, np.log(0.25), np.log(0.75)])
+    assert seen.tolist() == pytest.approx([1.0, 0.75 * np.sqrt(0.25)])
 
 
-def test_probability_falls_with_both():
-    sure = np.array([1.0, -0.1, -0.1])
-    for less in ([0, -1, 0], [0, 0, -1]):
-        assert plan_probability(sure + less) < plan_probability(sure)
+def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhere():
+    def plan(fit, elsewhere):
+        best, other = put("tires", 5, 5), put("boxes", 5, 5, score=np.log(elsewhere))
+        told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(fit))})
+        return plan_probability(evidence(told, [told, other]))
+
+    assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
+    assert plan(0.9, 0.01) > plan(0.9, 0.5)
+    # What fits nothing is improbable however little else there is.
+    assert plan(1e-6, 1e-6) < 0.5
+
+
+def test_a_curve_weighs_plans_as_often_as_they_count():
+    seen = np.column_stack((np.ones(4), [0.2, 0.8, 0.2, 0.8]))
+    correct = np.array([False, True, True, False])
+    thrice = np.array([0, 1, 0, 1, 0, 1, 2, 3])
+    counted = fit_curve(seen, correct, np.array([3.0, 3.0, 1.0, 1.0]))
+    assert counted == pytest.approx(fit_curve(seen[thrice], correct[thrice]), abs=1e-4)
+    assert counted[1] > 0.1 > abs(fit_curve(seen, correct)[1])
 
 
 def test_a_curve_finds_the_odds_that_plans_were_made_with():

@@ -91,14 +91,6 @@ def test_you_are_the_robot():
     assert possible("you", TRUCK, STATE.context.agent) == {"robot"}
 
 
-def test_the_empty_truck_carries_nothing_and_the_loaded_one_does():
-    assert possible("the empty truck", TRUCK, OTHER) == {"other"}
-    assert possible("the loaded truck", TRUCK, OTHER) == {"truck"}
-    assert possible("the loaded pallet", BOXES, TIRES) == {"boxes", "tires"}
-    # A truck that isn't empty has an empty end.
-    assert possible("the empty end", TRUCK, OTHER) == {"truck", "other"}
-
-
 @pytest.mark.parametrize(
     ("relation", "costs"), [("on", [0, UNLIKELY]), ("on the left of", [0, 0]), ("near", [0, 0])]
 )

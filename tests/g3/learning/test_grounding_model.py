@@ -151,3 +151,15 @@ def test_an_ablated_model_lacks_the_features(items, model, named):
 def test_an_unknown_feature_set_is_refused(items):
     with pytest.raises(ModelError, match=r"there is no feature set 'lables'"):
         GroundingModel(features=["lables"]).fit(items)
+
+
+def test_a_model_knows_for_which_types_it_has_learned_a_set(items, tmp_path):
+    def types_of(model):
+        return next(own.types for own in model.sets if own.name == "avs-speaker")
+
+    usual, more = GroundingModel().fit(items), GroundingModel(features=select(plus=["avs-speaker"]))
+    more.fit(items).save(tmp_path / "more")
+    assert types_of(usual) == ("OBJECT",)
+    assert types_of(more) == types_of(GroundingModel.load(tmp_path / "more")) == ("OBJECT", "PLACE")
+    assert not any(base.startswith("PLACE/avs-speaker/") for base in usual.space_.bases)
+    assert (usual.predict_proba(items) != more.predict_proba(items)).any()
