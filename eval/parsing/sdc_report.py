@@ -10,7 +10,7 @@ from typing import Literal
 from rich.table import Table
 
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
-from eval.parsing.sdc_trials import Trial
+from eval.parsing.sdc_trials import AS_TYPED, Trial
 from eval.tables.formats import cell, document, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
@@ -73,7 +73,7 @@ def errors(trials: Sequence[Trial]) -> list[dict[str, object]]:
 
 
 def render(
-    trials: Sequence[Trial],
+    by_kind: Mapping[str, Sequence[Trial]],
     form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
@@ -84,8 +84,8 @@ def render(
 
     Parameters
     ----------
-    trials
-        The tested commands.
+    by_kind
+        The tested commands as typed, and by perturbation.
     form
         For people or for programs.
     metadata
@@ -95,13 +95,19 @@ def render(
     terminal
         Whether the table goes to a terminal.
     """
+    trials = by_kind[AS_TYPED]
     found = figures(trials)
     wrong = errors(trials)
+    perturbed = {kind: figures(own) for kind, own in by_kind.items() if kind != AS_TYPED}
     if form == "json":
         content = {**found, "confusion": confusion(trials), "errors": wrong}
+        content |= {"perturbed": perturbed} if perturbed else {}
         return document(content, metadata)
     tables = {
         "Extraction of SDCs from text": _figures_table(found),
+        **(
+            {"The same commands perturbed": _perturbed_table(found, perturbed)} if perturbed else {}
+        ),
         "Letters by annotated (rows) and extracted type and field": _confusion_table(trials),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
@@ -120,6 +126,19 @@ def _figures_table(found: Mapping[str, object]) -> Table:
     for type_, of_type in types.items():
         values = (of_type[figure] for figure in ("precision", "recall", "f"))
         table.add_row(type_, *(f"{value:.3f}" for value in values))
+    return table
+
+
+def _perturbed_table(
+    found: Mapping[str, object], perturbed: Mapping[str, Mapping[str, object]]
+) -> Table:
+    table = Table()
+    table.add_column("")
+    names = ("typed_f", "untyped_f", "segmentation_f", "exact")
+    for name in names:
+        table.add_column(name.removesuffix("_f").capitalize(), justify="right")
+    for kind, own in {"as typed": found, **perturbed}.items():
+        table.add_row(kind, *(f"{own[name]:.3f}" for name in names))
     return table
 
 
