@@ -66,6 +66,13 @@ if TYPE_CHECKING:
     "give several for the mean over them [default: as imported].",
 )
 @PERTURB
+@click.option(
+    "--parses",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many SDC trees of each text to sum over, where the best one is not sure.",
+)
 @ABLATE
 @L2
 @SEED
@@ -82,6 +89,7 @@ def table_3(
     most: int,
     headings: tuple[str, ...],
     perturb: tuple[str, ...],
+    parses: int,
     ablate: tuple[str, ...],
     l2: float | None,
     seed: int,
@@ -121,6 +129,7 @@ def table_3(
         "ablate": sorted(set(ablate)),
         "headings": list(headings),
         "perturb": list(perturb),
+        "parses": parses,
         "most": most,
         "missing": sorted(missing()),
     }
@@ -136,6 +145,7 @@ def table_3(
             ablate=ablate,
             headings=headings,
             perturb=perturb,
+            parses=parses,
             most=most,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,

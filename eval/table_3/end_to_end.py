@@ -38,8 +38,8 @@ from g3.features.feature_registry import FeatureSet, select
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation, ablation
 from g3.inference.problem.costs import RandomCost, Scorer
-from g3.language.parsing.extractor import SDCExtractor
-from g3.sdc.clauses import SDC
+from g3.language.parsing.extractor import Parse, SDCExtractor
+from g3.language.parsing.parser import parse_unsure
 
 PERTURBED = ("keywords", "embeddings", "gold", "auto")
 """Configurations in which perturbed commands are followed."""
@@ -81,6 +81,7 @@ def run(
     ablate: Iterable[str] = (),
     headings: Sequence[str] = (),
     perturb: Sequence[str] = (),
+    parses: int = 1,
     most: int = 0,
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,
@@ -110,6 +111,8 @@ def run(
         each.
     perturb
         How commands are perturbed that are followed besides, as far as `PERTURBED` says.
+    parses
+        How many trees of each text are tried at most.
     most
         How many commands of each scenario to follow; 0 for all.
     done
@@ -138,7 +141,8 @@ def run(
     chosen = tuple(
         name for name in configurations if name not in lacking and (is_annotated or name != "gold")
     )
-    asked = _Asked(train, test, chosen, l2, seed, left_out, tuple(headings), tuple(perturb), most)
+    ways = (tuple(headings), tuple(perturb), parses)
+    asked = _Asked(train, test, chosen, l2, seed, left_out, *ways, most)
     found = dict(done)
     left = [name for name in names if name not in found]
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -171,6 +175,7 @@ def run(
         "seed": seed,
         "ablated": sorted(left_out.sets | left_out.potentials),
         "headings": list(headings),
+        "parses": parses,
         "most": most,
     }
     if perturb:
@@ -200,6 +205,7 @@ class _Asked:
     without: Ablation
     headings: tuple[str, ...]
     perturb: tuple[str, ...]
+    parses: int
     most: int
 
     @property
@@ -273,7 +279,7 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
     model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
     guesser = Grounder(RandomCost(asked.seed), without=without)
     outcomes: dict[str, list[Outcome]] = defaultdict(list)
-    extracted: dict[str, Sequence[tuple[SDC, ...]]] = {}
+    extracted: dict[str, Sequence[Parse]] = {}
     for (kind, heading), everything in lessons.tested.items():
         own = [t for t in everything if t.command.scenario == scenario]
         if kind not in extracted:
@@ -292,11 +298,13 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
 
 def _extracted(
     own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: _Asked
-) -> Sequence[tuple[SDC, ...]]:
-    """The extracted clauses of a scenario's commands; none where nothing needs them."""
+) -> Sequence[Parse]:
+    """The extracted trees of a scenario's commands; none where nothing needs them."""
     needs_them = "auto" in asked.configurations or (
         "random" in asked.configurations and not all(t.annotation for t in own)
     )
     if not needs_them:
-        return [()] * len(own)
-    return extractor_of(own[0].command.scenario).predict(t.command.text for t in own)
+        return [Parse(t.command.text, ()) for t in own]
+    extractor = extractor_of(own[0].command.scenario)
+    texts = (t.command.text for t in own)
+    return [parse_unsure(text, n_best=asked.parses, extractor=extractor) for text in texts]

@@ -33,9 +33,13 @@ SAME_PLACE_M = 2.5
 def evidence(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> FloatArray:
     """What the curve sees of a plan, shape (3,)."""
     scores = np.array([score for _, score in hypothesis.nodes.values()] or [0.0])
+    return np.array([1.0, scores.mean(), np.log(share_alike(hypothesis, rivals))])
+
+
+def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
+    """The share of some plans that lead to the same as one; 0 if there are none."""
     alike = [r.score for r in rivals if same_end(hypothesis, r)]
-    share = logsumexp(alike) - logsumexp([r.score for r in rivals])
-    return np.array([1.0, scores.mean(), float(share)])
+    return float(np.exp(logsumexp(alike) - logsumexp([r.score for r in rivals]))) if alike else 0.0
 
 
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:

@@ -101,7 +101,7 @@ def perturb(text: str, kind: str, *, seed: int = 0, sdcs: Sequence[SDC] = ()) ->
         if len(fields) == 1
     }
     digest = hashlib.sha256(f"{seed} {kind} {text}".encode(errors="surrogatepass")).digest()
-    rng = np.random.default_rng(int.from_bytes(digest[:8]))
+    rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))
     return _applied(text, [e for e in PERTURBATIONS[kind](text, rng) if not _removes(e, lone)])
 
 
