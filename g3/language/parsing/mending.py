@@ -1,24 +1,11 @@
-"""Misspellings that the parser stumbles over.
-
-A word that nobody knows is most likely one of the words that commands are made of, misspelt. It is
-mended where exactly one of these is a single slip away.
-"""
+"""Misspellings that the parser stumbles over."""
 
 from __future__ import annotations
 
-from collections.abc import Set as AbstractSet
 from functools import lru_cache
 
 from rapidfuzz.distance import OSA
-from rapidfuzz.process import extract, extractOne
-
-from g3.language.lexicon.word_sets import (
-    CARDINALS,
-    CONCEPT_WORDS,
-    ORDINALS,
-    QUANTIFIERS,
-    WORD_CLASSES,
-)
+from rapidfuzz.process import extractOne
 
 ALIASES = {
     "tailor": "trailer",
@@ -45,22 +32,6 @@ VOCABULARY = tuple(_COMMON.split())
 
 SHORTEST = 6
 """Shorter words have too many neighbours."""
-SHORTEST_UNKNOWN = 4
-"""Nor are shorter words mended that nobody knows."""
-FREQUENT = tuple(
-    sorted(
-        word
-        for word in {
-            *VOCABULARY,
-            *" ".join((*CONCEPT_WORDS.values(), *WORD_CLASSES.values())).split(),
-            *ORDINALS,
-            *CARDINALS,
-            *QUANTIFIERS,
-        }
-        if len(word) >= SHORTEST_UNKNOWN and word.isalpha()
-    )
-)
-"""Words that commands are made of: those for what to do and where, and `VOCABULARY`."""
 
 
 @lru_cache(maxsize=65536)
@@ -76,26 +47,3 @@ def mend(word: str) -> str:
         return word
     nearest = extractOne(word, VOCABULARY, scorer=OSA.distance, score_cutoff=1)
     return word if nearest is None else str(nearest[0])
-
-
-def mend_unknown(word: str, known: AbstractSet[str]) -> str:
-    """The only one of `FREQUENT` that an unknown word is a slip away from; else the word.
-
-    Parameters
-    ----------
-    word
-        A word in lower case.
-    known
-        Words that are spelt rightly, in the singular or the plural.
-
-    >>> mend_unknown("bewteen", frozenset()), mend_unknown("canters", frozenset({"canter"}))
-    ('between', 'canters')
-    """
-    if len(word) < SHORTEST_UNKNOWN or not word.isalpha() or word in FREQUENT:
-        return word
-    if not known.isdisjoint((word, f"{word}s", word.removesuffix("s"))):
-        return word
-    near = extract(word, FREQUENT, scorer=OSA.distance, score_cutoff=1, limit=2)
-    # The first letter is hardly ever the one that is wrong.
-    alike = [found for found, *_ in near if found[0] == word[0]]
-    return str(alike[0]) if len(near) == len(alike) == 1 else word

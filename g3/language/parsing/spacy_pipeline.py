@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from g3.errors import ModelError
 from g3.language.lexicon.word_sets import NOT_IMPERATIVE, SENTENCE_ENDS
-from g3.language.parsing.mending import mend, mend_unknown
+from g3.language.parsing.mending import mend
 from g3.language.parsing.spacy_import import import_spacy
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
@@ -203,23 +203,13 @@ def _tokens(text: str) -> Iterator[tuple[int, int, str]]:
 def _cut(chunk: str) -> tuple[tuple[int, int, str], ...]:
     """Cut what stands between white space into words, as spaCy does."""
     found: list[tuple[int, int]] = []
-    nlp, lower = language_model(), chunk.lower()
-    known = _known_words(nlp)  # before the tokenizer adds this word
-    # Few characters have more of them in lower case, and then places would be others.
-    for token in nlp.tokenizer(lower if len(lower) == len(chunk) else chunk):
+    for token in language_model().tokenizer(chunk):
         start, end = token.idx, token.idx + len(token.text)
         if end - start > 1 and chunk[end - 1] in SENTENCE_ENDS and chunk[start].isalnum():
             found += [(start, end - 1), (end - 1, end)]  # "truck A." is no abbreviation
         else:
             found.append((start, end))
-    plain = [(start, end, mend(_plain(chunk[start:end]))) for start, end in found]
-    return tuple([(start, end, mend_unknown(word, known)) for start, end, word in plain])
-
-
-@lru_cache(maxsize=1)
-def _known_words(nlp: Language) -> frozenset[str]:
-    """The words that an English model has seen; it counts those that it is given later as seen."""
-    return frozenset(nlp.vocab.strings)
+    return tuple([(start, end, mend(_plain(chunk[start:end]))) for start, end in found])
 
 
 def _plain(word: str) -> str:

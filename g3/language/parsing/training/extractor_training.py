@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from g3.annotation import Command
 from g3.errors import CorpusError
 from g3.language.lexicon.word_sets import WORD_CLASSES
 from g3.language.parsing.attachment import AttachmentModel
-from g3.language.parsing.mending import ALIASES, FREQUENT, VOCABULARY
-from g3.language.parsing.perturbation import perturb
+from g3.language.parsing.mending import ALIASES, VOCABULARY
 from g3.language.parsing.role_model import RoleModel
 from g3.language.parsing.spacy_pipeline import Analysis, analyse
 from g3.language.parsing.training.attachment_training import train_attachments
@@ -27,9 +25,7 @@ from g3.language.parsing.word_roles import Reading, read_roles
 from g3.sdc.clauses import SDC
 
 LEAST = 2
-"""How often a feature must occur, copies included, to have a weight."""
-COPIES = (("articles", "typos"), ("run-on", "typos"))
-"""Every command is learned from so often besides, each time perturbed so."""
+"""How often a feature must occur to have a weight."""
 TreeOf = tuple[str | Command, tuple[SDC, ...]]
 """A command and its top-level clauses, as annotated."""
 _SCALES = {1: 1.4, 2: 1.0}
@@ -52,48 +48,24 @@ class Lesson:
         What they say of the command's words.
     features
         Those of the command's words.
-    copies
-        The same command as other people may type it, to be learned from besides.
     """
 
     command: Analysis
     sdcs: tuple[SDC, ...]
     reading: Reading
     features: Features
-    copies: tuple[Lesson, ...] = ()
 
 
 def prepare(commands: Sequence[TreeOf | Lesson]) -> list[Lesson]:
     """Analyse commands that have annotated trees; what is analysed already stays as it is."""
     known = [one for one in commands if isinstance(one, Lesson)]
     trees = [one for one in commands if not isinstance(one, Lesson)]
-    texts = [(c.text if isinstance(c, Command) else c, sdcs) for c, sdcs in trees]
-    copies = [_perturbed(text, sdcs) for text, sdcs in texts]
-    analysed = _lessons([*texts, *(copy for own in copies for copy in own)])
-    rest = iter(analysed[len(texts) :])
-    taught = zip(analysed, copies, strict=False)
-    return [*known, *(replace(lesson, copies=tuple(islice(rest, len(c)))) for lesson, c in taught)]
-
-
-def _perturbed(text: str, sdcs: tuple[SDC, ...]) -> list[tuple[str, tuple[SDC, ...]]]:
-    """The copies of a command that differ from it."""
-    found = {}
-    for kinds in COPIES:
-        copy, trees = text, sdcs
-        for kind in kinds:
-            typed = perturb(copy, kind, sdcs=trees)
-            copy, trees = typed.text, typed.carry(trees)
-        found[copy] = trees
-    return [(copy, trees) for copy, trees in found.items() if copy != text]
-
-
-def _lessons(trees: Sequence[tuple[str, tuple[SDC, ...]]]) -> list[Lesson]:
-    found = []
-    for (_, sdcs), command in zip(trees, analyse(text for text, _ in trees), strict=True):
+    texts = (c.text if isinstance(c, Command) else c for c, _ in trees)
+    for (_, sdcs), command in zip(trees, analyse(texts), strict=True):
         starts = [span.start for span in command.spans]
         reading = read_roles(sdcs, starts, [span.end for span in command.spans])
-        found.append(Lesson(command, sdcs, reading, features([command])))
-    return found
+        known.append(Lesson(command, sdcs, reading, features([command])))
+    return known
 
 
 def recipe() -> str:
@@ -101,8 +73,8 @@ def recipe() -> str:
 
     A trained extractor has it in its card, so that one can tell whether it is out of date.
     """
-    parts = [written_text(), WORD_CLASSES, ALIASES, VOCABULARY, FREQUENT, TEMPLATES, MOVE_TEMPLATES]
-    content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST, COPIES])
+    parts = [written_text(), WORD_CLASSES, ALIASES, VOCABULARY, TEMPLATES, MOVE_TEMPLATES]
+    content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST])
     return f"sha256:{hashlib.sha256(content.encode()).hexdigest()}"
 
 
@@ -111,23 +83,19 @@ def _written() -> tuple[Lesson, ...]:
     return tuple(prepare(written_trees()))
 
 
-def _with_copies(lessons: Iterable[Lesson]) -> list[Lesson]:
-    return [one for lesson in lessons for one in (lesson, *lesson.copies)]
-
-
 def learned(
     lessons: Sequence[Lesson], others: Sequence[Lesson], *, l2: float
 ) -> tuple[RoleModel, AttachmentModel]:
     """Train as :meth:`g3.language.parsing.extractor.SDCExtractor.fit` says."""
     own, besides = (
-        _with_copies(lesson for lesson in part if lesson.command.lower and lesson.sdcs)
+        [lesson for lesson in part if lesson.command.lower and lesson.sdcs]
         for part in (lessons, others)
     )
     if not own:
         raise CorpusError(
             "there are no commands with annotated SDC trees", fix="take a corpus with annotations"
         )
-    taught = [*own, *_with_copies(_written()), *besides]
+    taught = [*own, *_written(), *besides]
     strange = np.arange(len(taught)) >= len(taught) - len(besides)
     found = Features(
         np.concatenate([lesson.features.roles for lesson in taught]),
