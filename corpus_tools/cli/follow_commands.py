@@ -99,7 +99,7 @@ class Shown:
     type=click.IntRange(1, 20),
     default=1,
     show_default=True,
-    help="How many SDC trees of the command to try.",
+    help="How many SDC trees of the command to sum over, where the best one is not sure.",
 )
 @click.option(
     "--ablate",

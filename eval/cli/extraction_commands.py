@@ -11,7 +11,7 @@ from corpus_tools.options.format_option import FORMAT
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import OUT, is_terminal, write
+from eval.cli.mode_options import OUT, PERTURB, SEED, is_terminal, write
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 
@@ -22,7 +22,8 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     "  ct eval --sdc --corpus aaai11 --cv scenario\n"
     "  ct eval --sdc --corpus aaai11 --cv scenario --train warehouse\n"
     "  ct eval --sdc --test warehouse --train aaai11 --json\n"
-    "  ct eval --sdc --test aaai11 --model sdc.npz",
+    "  ct eval --sdc --test aaai11 --model sdc.npz\n"
+    "  ct eval --sdc --test warehouse --train aaai11 --perturb articles --perturb typos",
 )
 @takes_one_of(
     OptionSet(("--corpus", "--cv"), ("--l2",)),
@@ -46,6 +47,8 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train sdc` on --test."
 )
 @L2
+@PERTURB
+@SEED
 @click.option(
     "--top",
     type=click.IntRange(min=1),
@@ -63,6 +66,8 @@ def sdc(
     test: str,
     model: Path | None,
     l2: float | None,
+    perturb: tuple[str, ...],
+    seed: int,
     top: int,
     form: Literal["text", "json"],
     out: Path | None,
@@ -70,12 +75,13 @@ def sdc(
     """Measure how well SDC trees are extracted from text (section 3.1).
 
     Give --corpus with --cv scenario (and --train for a corpus to learn from besides), --test with
-    --train or --model, or --test alone for the bundled extractor.
+    --train or --model, or --test alone for the bundled extractor. --perturb tests the same commands
+    besides as other people may type them.
     """
     from eval.parsing.sdc_report import render
     from eval.parsing.tested_commands import SDCChoices, run
 
-    choices = SDCChoices(corpus, train, test, model, l2)
+    choices = SDCChoices(corpus, train, test, model, l2, perturb, seed)
     with progress_bar("analysing commands") as on_progress:
         tested, metadata = run(choices, on_progress)
     if metadata.get("seen_scenarios"):

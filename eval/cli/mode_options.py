@@ -23,7 +23,7 @@ SEED = click.option(
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="What splits, hard negatives, resamples and orders are drawn with.",
+    help="What splits, hard negatives, resamples, orders and perturbations are drawn with.",
 )
 THRESHOLD = click.option(
     "--threshold",
@@ -41,6 +41,22 @@ HELD_OUT = click.option(
     type=click.Choice(["scenario"]),
     expose_value=False,
     help="Hold out each scenario in turn, which is always done here.",
+)
+
+
+def _each_once(
+    _ctx: click.Context, _option: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(value))
+
+
+PERTURB = click.option(
+    "--perturb",
+    type=click.Choice(["articles", "typos", "capitals", "run-on"]),
+    multiple=True,
+    callback=_each_once,
+    help="Test the commands besides without articles, with a misspelt word each, in capitals, or "
+    "without punctuation; give several for a row each.",
 )
 
 

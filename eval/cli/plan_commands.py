@@ -16,6 +16,7 @@ from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
     HELD_OUT,
     OUT,
+    PERTURB,
     SEED,
     draws_option,
     is_terminal,
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
     "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
     "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal\n"
     "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test automatic "
-    "--heading loads --heading loads+45 --heading loads-45",
+    "--heading loads --heading loads+45 --heading loads-45\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --perturb articles",
 )
 @train_and_test
 @click.option(
@@ -64,6 +66,14 @@ if TYPE_CHECKING:
     help="Which way robots face whose heading is assumed, such as loads, things or loads+30; "
     "give several for the mean over them [default: as imported].",
 )
+@PERTURB
+@click.option(
+    "--parses",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many SDC trees of each text to sum over, where the best one is not sure.",
+)
 @ABLATE
 @L2
 @SEED
@@ -78,6 +88,8 @@ def table_3(
     judge: Literal["automatic"],
     most: int,
     headings: tuple[str, ...],
+    perturb: tuple[str, ...],
+    parses: int,
     ablate: tuple[str, ...],
     l2: float | None,
     seed: int,
@@ -114,6 +126,8 @@ def table_3(
         "seed": seed,
         "ablate": sorted(set(ablate)),
         "headings": list(headings),
+        "perturb": list(perturb),
+        "parses": parses,
         "most": most,
         "missing": sorted(missing()),
     }
@@ -128,6 +142,8 @@ def table_3(
             seed=seed,
             ablate=ablate,
             headings=headings,
+            perturb=perturb,
+            parses=parses,
             most=most,
             done=kept.scenarios if kept else {},
             on_scenario=kept.keep if kept else None,

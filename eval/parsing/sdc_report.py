@@ -10,7 +10,7 @@ from typing import Literal
 from rich.table import Table
 
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
-from eval.parsing.tested_commands import TestedCommand
+from eval.parsing.tested_commands import AS_TYPED, TestedCommand
 from eval.tables.formats import cell, document, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
@@ -73,7 +73,7 @@ def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
 
 
 def render(
-    tested: Sequence[TestedCommand],
+    by_kind: Mapping[str, Sequence[TestedCommand]],
     form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
@@ -84,8 +84,8 @@ def render(
 
     Parameters
     ----------
-    tested
-        The tested commands.
+    by_kind
+        The tested commands as typed, and by perturbation.
     form
         For people or for programs.
     metadata
@@ -95,14 +95,20 @@ def render(
     terminal
         Whether the table goes to a terminal.
     """
-    found = figures(tested)
-    wrong = errors(tested)
+    trials = by_kind[AS_TYPED]
+    found = figures(trials)
+    wrong = errors(trials)
+    perturbed = {kind: figures(own) for kind, own in by_kind.items() if kind != AS_TYPED}
     if form == "json":
-        content = {**found, "confusion": confusion(tested), "errors": wrong}
+        content = {**found, "confusion": confusion(trials), "errors": wrong}
+        content |= {"perturbed": perturbed} if perturbed else {}
         return document(content, metadata)
     tables = {
         "Extraction of SDCs from text": _figures_table(found),
-        "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
+        **(
+            {"The same commands perturbed": _perturbed_table(found, perturbed)} if perturbed else {}
+        ),
+        "Letters by annotated (rows) and extracted type and field": _confusion_table(trials),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
     notes = (f"exact trees: {found['exact']:.3f} of {found['commands']} commands",)
@@ -123,8 +129,21 @@ def _figures_table(found: Mapping[str, object]) -> Table:
     return table
 
 
-def _confusion_table(tested: Sequence[TestedCommand]) -> Table:
-    rows = confusion(tested)
+def _perturbed_table(
+    found: Mapping[str, object], perturbed: Mapping[str, Mapping[str, object]]
+) -> Table:
+    table = Table()
+    table.add_column("")
+    names = ("typed_f", "untyped_f", "segmentation_f", "exact")
+    for name in names:
+        table.add_column(name.removesuffix("_f").capitalize(), justify="right")
+    for kind, own in {"as typed": found, **perturbed}.items():
+        table.add_row(kind, *(f"{own[name]:.3f}" for name in names))
+    return table
+
+
+def _confusion_table(trials: Sequence[TestedCommand]) -> Table:
+    rows = confusion(trials)
     columns = [name for name in (*FIELDS, NOWHERE) if any(name in row for row in rows.values())]
     table = Table()
     table.add_column("")

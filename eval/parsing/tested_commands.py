@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.parsing.reference_scores import reference_scores
@@ -16,6 +17,9 @@ from eval.splits import leave_one_out
 from g3.errors import CorpusError
 from g3.language.parsing.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
 from g3.language.parsing.training.extractor_training import Lesson, prepare
+
+AS_TYPED = ""
+"""The name of commands that aren't perturbed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,10 @@ class SDCChoices:
         a trained model; where there is neither, the bundled one.
     l2
         Strength of the regularisation; None for the default.
+    perturb
+        How commands are perturbed that are tested besides those as typed.
+    seed
+        What perturbations are drawn with.
     """
 
     corpus: str = ""
@@ -41,6 +49,8 @@ class SDCChoices:
     test: str = ""
     model: Path | None = None
     l2: float | None = None
+    perturb: tuple[str, ...] = ()
+    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,32 +62,44 @@ class TestedCommand:
     comparison: Comparison
 
 
+@dataclass(frozen=True, slots=True)
+class _Tested:
+    """Commands with their trees, and ready to be parsed or learned from."""
+
+    items: Sequence[Annotated]
+    lessons: Sequence[Lesson]
+
+
 def run(
     choices: SDCChoices, on_progress: OnProgress = no_progress
-) -> tuple[list[TestedCommand], dict[str, object]]:
+) -> tuple[dict[str, list[TestedCommand]], dict[str, object]]:
     """Extract the trees of all tested commands and compare them with the annotated ones.
 
     Returns
     -------
-    list of TestedCommand
-        In the order of the corpus.
+    dict of str to list of TestedCommand
+        By perturbation, the commands as typed first; each in the order of the corpus.
     dict
         What to record with the figures.
     """
     l2 = DEFAULT_L2 if choices.l2 is None else choices.l2
     corpus = open_corpus(choices.corpus or choices.test)
-    items = annotated_trees(corpus)
-    lessons = prepare(items)
+    tested = {AS_TYPED: _prepared(corpus)}
+    for kind in choices.perturb:
+        tested[kind] = _prepared(with_perturbed_commands(corpus, kind, seed=choices.seed))
+    items = tested[AS_TYPED].items
     metadata: dict[str, object] = {"test": corpus.name, "test_hash": corpus.hash}
     metadata |= asdict(reference_scores(corpus.annotations))
+    if choices.perturb:
+        metadata |= {"perturb": list(choices.perturb), "seed": choices.seed}
     taught: list[Lesson] = []
     if choices.train:
         training = open_corpus(choices.train)
         taught = _taught(training, items)
         metadata |= {"train": training.name, "train_hash": training.hash}
     if choices.corpus:
-        tested = _cross_validated(items, lessons, taught, l2, on_progress)
-        return tested, {**metadata, "cv": "scenario", "l2": l2}
+        trials = _cross_validated(tested, taught, l2, on_progress)
+        return trials, {**metadata, "cv": "scenario", "l2": l2}
     if choices.train:
         extractor = SDCExtractor(l2=l2).fit(taught)
         metadata |= {"l2": l2}
@@ -86,7 +108,12 @@ def run(
         extractor = SDCExtractor.load(model) if model else default_extractor()
         metadata |= {"model": str(model or "bundled")}
         metadata |= {"seen_scenarios": seen_scenarios(extractor, items)}
-    return _tested(extractor, items, lessons), metadata
+    return {kind: _parsed(extractor, own) for kind, own in tested.items()}, metadata
+
+
+def _prepared(corpus: Corpus) -> _Tested:
+    items = annotated_trees(corpus)
+    return _Tested(items, prepare(items))
 
 
 def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
@@ -110,28 +137,27 @@ def seen_scenarios(extractor: SDCExtractor, items: Iterable[Annotated]) -> list[
 
 
 def _cross_validated(
-    items: Sequence[Annotated],
-    lessons: Sequence[Lesson],
+    tested: Mapping[str, _Tested],
     others: Sequence[Lesson],
     l2: float,
     on_progress: OnProgress,
-) -> list[TestedCommand]:
+) -> dict[str, list[TestedCommand]]:
+    items, lessons = tested[AS_TYPED].items, tested[AS_TYPED].lessons
     splits = leave_one_out([item.command.scenario for item in items])
-    tested: dict[int, TestedCommand] = {}
+    trials: dict[str, dict[int, TestedCommand]] = {kind: {} for kind in tested}
     for number, split in enumerate(splits):
         on_progress(f"without {split.name}", number, len(splits))
         taught = [lessons[i] for i in split.train]
         extractor = SDCExtractor(l2=l2).fit(taught, others=others)
-        own = _tested(extractor, [items[i] for i in split.test], [lessons[i] for i in split.test])
-        tested |= zip(split.test.tolist(), own, strict=True)
-    return [tested[i] for i in range(len(items))]
+        for kind, own in tested.items():
+            part = _Tested(*([one[i] for i in split.test] for one in (own.items, own.lessons)))
+            trials[kind] |= zip(split.test.tolist(), _parsed(extractor, part), strict=True)
+    return {kind: [own[i] for i in range(len(items))] for kind, own in trials.items()}
 
 
-def _tested(
-    extractor: SDCExtractor, items: Sequence[Annotated], lessons: Sequence[Lesson]
-) -> list[TestedCommand]:
-    parses = extractor.predict_proba([lesson.command for lesson in lessons])
+def _parsed(extractor: SDCExtractor, tested: _Tested) -> list[TestedCommand]:
+    parses = extractor.predict_proba([lesson.command for lesson in tested.lessons])
     return [
         TestedCommand(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
-        for item, parse in zip(items, parses, strict=True)
+        for item, parse in zip(tested.items, parses, strict=True)
     ]

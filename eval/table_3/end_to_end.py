@@ -7,6 +7,7 @@ and every row says so.
 from __future__ import annotations
 
 import functools
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ from types import MappingProxyType
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
+from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Executor, Workers
 from corpus_tools.runtime.progress import OnProgress
@@ -37,8 +39,11 @@ from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation, ablation
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.training.search_training import search_sets
-from g3.language.parsing.extractor import SDCExtractor
-from g3.sdc.clauses import SDC
+from g3.language.parsing.extractor import Parse, SDCExtractor
+from g3.language.parsing.parser import parse_unsure
+
+PERTURBED = ("keywords", "embeddings", "gold", "auto")
+"""Configurations in which perturbed commands are followed."""
 
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
@@ -56,12 +61,15 @@ class EndToEnd:
         What is known of each command.
     missing
         Baselines that couldn't be run, and why.
+    perturbed
+        The outcomes of perturbed commands by perturbation and configuration.
     """
 
     outcomes: Mapping[str, Sequence[Outcome]]
     metadata: Mapping[str, object]
     facts: Mapping[str, Facts] = field(default_factory=dict)
     missing: Mapping[str, str] = field(default_factory=dict)
+    perturbed: Mapping[str, Mapping[str, Sequence[Outcome]]] = field(default_factory=dict)
 
 
 def run(
@@ -73,6 +81,8 @@ def run(
     seed: int = 0,
     ablate: Iterable[str] = (),
     headings: Sequence[str] = (),
+    perturb: Sequence[str] = (),
+    parses: int = 1,
     most: int = 0,
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,
@@ -100,6 +110,10 @@ def run(
         Which way robots face whose heading is assumed, each by a rule
         (:func:`corpus_tools.corpus.start_headings.parse_heading`). All commands are followed in
         each.
+    perturb
+        How commands are perturbed that are followed besides, as far as `PERTURBED` says.
+    parses
+        How many trees of each text are tried at most.
     most
         How many commands of each scenario to follow; 0 for all.
     done
@@ -128,7 +142,8 @@ def run(
     chosen = tuple(
         name for name in configurations if name not in lacking and (is_annotated or name != "gold")
     )
-    asked = _Asked(train, test, chosen, l2, seed, left_out, tuple(headings), most)
+    ways = (tuple(headings), tuple(perturb), parses)
+    asked = _Asked(train, test, chosen, l2, seed, left_out, *ways, most)
     found = dict(done)
     left = [name for name in names if name not in found]
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -161,12 +176,22 @@ def run(
         "seed": seed,
         "ablated": sorted(left_out.sets | left_out.potentials),
         "headings": list(headings),
+        "parses": parses,
         "most": most,
     }
-    together = {
-        which: calibrated([o for name in names for o in found[name][which]]) for which in chosen
-    }
-    return EndToEnd(together, metadata, {t.command.id: facts(t) for t in commands}, lacking)
+    if perturb:
+        metadata["perturb"] = list(perturb)
+
+    def together(kind: str) -> dict[str, list[Outcome]]:
+        return {
+            which: calibrated([o for name in names for o in found[name][_key(which, kind)]])
+            for which in chosen
+            if not kind or which in PERTURBED
+        }
+
+    known_facts = {t.command.id: facts(t) for t in commands}
+    perturbed = {kind: together(kind) for kind in perturb}
+    return EndToEnd(together(""), metadata, known_facts, lacking, perturbed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +205,8 @@ class _Asked:
     seed: int
     without: Ablation
     headings: tuple[str, ...]
+    perturb: tuple[str, ...]
+    parses: int
     most: int
 
     @property
@@ -214,11 +241,11 @@ def _followed(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lessons:
-    """What a process has made ready to learn from and to test on, by the name of the heading."""
+    """What a process has made ready to learn from, and to test on by perturbation and heading."""
 
     cost_of: Callable[[str], Scorer]
     extractor_of: Callable[[str], SDCExtractor]
-    tested: Mapping[str, Sequence[JudgedCommand]]
+    tested: Mapping[tuple[str, str], Sequence[JudgedCommand]]
 
 
 @functools.lru_cache(maxsize=1)
@@ -226,10 +253,23 @@ def _lessons(asked: _Asked, file: Path) -> _Lessons:
     known = [open_corpus(name) for name in asked.train.split(",")]
     # A cluster's worker may not see the file.
     data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
-    turned = in_headings(open_corpus(asked.test), asked.headings)
-    tested = {name: judged_commands(corpus, asked.most) for name, corpus in turned.items()}
+    corpus = open_corpus(asked.test)
+    tested = {
+        (kind, heading): judged_commands(turned, asked.most)
+        for kind in ("", *asked.perturb)
+        for heading, turned in in_headings(_perturbed(corpus, kind, asked), asked.headings).items()
+    }
     choices = load_choices_of(known)
     return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known), tested)
+
+
+def _perturbed(corpus: Corpus, kind: str, asked: _Asked) -> Corpus:
+    return with_perturbed_commands(corpus, kind, seed=asked.seed) if kind else corpus
+
+
+def _key(which: str, kind: str) -> str:
+    """What outcomes of a configuration are kept by."""
+    return f"{which}, {kind}" if kind else which
 
 
 def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
@@ -239,28 +279,33 @@ def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequenc
     needs_model = any(name in MODELS for name in asked.configurations)
     model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
     guesser = Grounder(RandomCost(asked.seed), without=without)
-    outcomes: dict[str, list[Outcome]] = {name: [] for name in asked.configurations}
-    extracted: Sequence[tuple[SDC, ...]] = ()
-    for heading, everything in lessons.tested.items():
+    outcomes: dict[str, list[Outcome]] = defaultdict(list)
+    extracted: dict[str, Sequence[Parse]] = {}
+    for (kind, heading), everything in lessons.tested.items():
         own = [t for t in everything if t.command.scenario == scenario]
-        extracted = extracted or _extracted(own, lessons.extractor_of, asked)
+        if kind not in extracted:
+            extracted[kind] = _extracted(own, lessons.extractor_of, asked)
         for which in asked.configurations:
+            if kind and which not in PERTURBED:
+                continue
             grounder = model if which in MODELS else guesser
-            outcomes[which] += [
+            outcomes[_key(which, kind)] += [
                 follow_command(which, tested, trees, grounder, heading)
-                for tested, trees in zip(own, extracted, strict=True)
+                for tested, trees in zip(own, extracted[kind], strict=True)
                 if which != "gold" or tested.annotation
             ]
-    return outcomes
+    return dict(outcomes)
 
 
 def _extracted(
     own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: _Asked
-) -> Sequence[tuple[SDC, ...]]:
-    """The extracted clauses of a scenario's commands; none where nothing needs them."""
+) -> Sequence[Parse]:
+    """The extracted trees of a scenario's commands; none where nothing needs them."""
     needs_them = "auto" in asked.configurations or (
         "random" in asked.configurations and not all(t.annotation for t in own)
     )
     if not needs_them:
-        return [()] * len(own)
-    return extractor_of(own[0].command.scenario).predict(t.command.text for t in own)
+        return [Parse(t.command.text, ()) for t in own]
+    extractor = extractor_of(own[0].command.scenario)
+    texts = (t.command.text for t in own)
+    return [parse_unsure(text, n_best=asked.parses, extractor=extractor) for text in texts]

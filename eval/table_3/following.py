@@ -18,6 +18,7 @@ from g3.annotation import Annotation
 from g3.groundings import PhysicalObject
 from g3.inference.grounder import Grounder, Result, object_ids
 from g3.inference.problem.command_tree import Tree
+from g3.language.parsing.extractor import Parse
 from g3.sdc.clauses import SDC
 
 CONFIGURATIONS = ("random", *BASELINES, "gold", "auto")
@@ -27,7 +28,7 @@ NOTHING_TO_LIFT = "there is no load to pick up"
 def follow_command(
     which: str,
     tested: JudgedCommand,
-    extracted: Sequence[SDC] = (),
+    extracted: Sequence[SDC] | Parse = (),
     grounder: Grounder | None = None,
     heading: str = "",
 ) -> Outcome:
@@ -38,8 +39,8 @@ def follow_command(
     which
         One of `CONFIGURATIONS`.
     extracted
-        The command's clauses as they are extracted from its text; ``auto`` takes these, and
-        ``random`` where nobody has annotated the command.
+        The command's clauses as they are extracted from its text, maybe several trees; ``auto``
+        takes these, and ``random`` where nobody has annotated the command.
     grounder
         With the costs of the configuration; baselines need none.
     heading

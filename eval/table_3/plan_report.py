@@ -22,6 +22,9 @@ from eval.table_3.plan_rows import (
     followed,
     rows,
 )
+from eval.table_3.plan_rows import (
+    COMPARED as COMPARED_VERDICTS,
+)
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
 from eval.tables.formats import Format, comments, delimited, document, interval
@@ -75,7 +78,11 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
             f"Table 3 has no rows of {', '.join(lacking)}, which a model is compared with",
             fix="run it with all configurations",
         )
-    return rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed)
+    found = rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed)
+    for kind, own in result.perturbed.items():
+        perturbed = rows(own, result.facts, {}, draws=draws, seed=seed)
+        found += [{**row, "perturbed": kind} for row in perturbed]
+    return found
 
 
 def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) -> str:
@@ -160,7 +167,7 @@ def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
     """Rows by part of the commands; a part of none, or of all, is told once."""
     total = max((_count(row) for row in found), default=0)
     for subset in SUBSETS:
-        own = [row for row in found if row["subset"] == subset]
+        own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
         most = max((_count(row) for row in own), default=0)
         if subset == "all" or 0 < most < total:
             yield subset, own
@@ -197,6 +204,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             )
             note = f"  {row['note']}" if row["note"] else ""
             yield f"{row['configuration']:12}{cells}{rest}".rstrip() + note
+        yield from _perturbed_lines(own, [row for row in found if row["subset"] == subset])
         yield ""
     headings = result.metadata.get("headings")
     if isinstance(headings, list) and len(headings) > 1:
@@ -206,6 +214,26 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             figures = ", ".join(f"{HEADINGS[v]} {_two(_number(record, v))}" for v in VERDICTS)
             yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
         yield ""
+
+
+def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
+    """A part's shares beside those of the same commands perturbed."""
+    by_kind = {(row["configuration"], row["perturbed"]): row for row in found}
+    kinds = dict.fromkeys(str(row["perturbed"]) for row in found if row["perturbed"])
+    if not kinds:
+        return
+    yield ""
+    yield f"{'the same, perturbed':24}{'':11}" + "".join(
+        f"{k or 'as typed':>10}" for k in ("", *kinds)
+    )
+    for name in (row["configuration"] for row in own):
+        if (name, next(iter(kinds))) not in by_kind:
+            continue
+        for verdict in COMPARED_VERDICTS:
+            shares = [_number(by_kind[name, kind], verdict) for kind in ("", *kinds)]
+            if not all(np.isnan(shares)):
+                cells = "".join(f"{_two(share):>10}" for share in shares)
+                yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
 
 
 def _verdict_cells(row: Row, verdict: str) -> str:

@@ -74,6 +74,7 @@ def columns(verdict: str) -> dict[str, str]:
 
 COLUMNS = (
     "configuration",
+    "perturbed",
     "subset",
     "judge",
     "n",
@@ -138,7 +139,7 @@ def rows(
             if top:
                 own = sorted(own, key=lambda f: (-f.probability, f.command))[:top]
             row = _row(own, facts, draws=draws, seed=seed)
-            about = {"configuration": name, "subset": subset, "judge": "automatic"}
+            about = {"configuration": name, "subset": subset, "judge": "automatic", "perturbed": ""}
             found.append({**about, **row, "note": missing.get(of, "")})
     return found
 

@@ -32,17 +32,21 @@ SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
 """What faces the same way, and has its forks as high, if that is asked for."""
 
 
-def evidence(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> FloatArray:
+def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
     """What the curve sees of a plan, shape (2,): a one, and a number from 0 to 1.
 
-    The number is the share, among the rivals, of those that lead to the same, times the square root
-    of the factors' mean probability (geometric). Logarithms would sort plans as well, but where
+    The number is the share of all plans that lead to the same, times the square root of the
+    factors' mean probability (geometric). Logarithms would sort plans as well, but where
     words are strange they fall without bound: by how much differs from corpus to corpus.
     """
     scores = np.array([score for _, score in hypothesis.nodes.values()] or [0.0])
+    return np.array([1.0, np.exp(scores.mean() / 2) * share])
+
+
+def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
+    """The share of some plans that lead to the same as one; 0 if there are none."""
     alike = [r.score for r in rivals if same_end(hypothesis, r)]
-    share = logsumexp(alike) - logsumexp([r.score for r in rivals])
-    return np.array([1.0, np.exp(scores.mean() / 2 + share)])
+    return float(np.exp(logsumexp(alike) - logsumexp([r.score for r in rivals]))) if alike else 0.0
 
 
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import WAIT
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
-from g3.groundings import Context, Grounding, PhysicalObject
+from g3.groundings import Context, FloatArray, Grounding, PhysicalObject
 from g3.inference.absence import absent_nouns, what_is_missing
-from g3.inference.calibration import evidence, plan_probability
+from g3.inference.calibration import plan_probability
 from g3.inference.clarification import Question, question_about
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
@@ -28,9 +28,13 @@ from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others
+from g3.inference.tree_choice import best_plans, does_something
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
+
+if TYPE_CHECKING:
+    from g3.language.parsing.extractor import Parse
 
 GUESSED_RIGHT = 0.8
 """How probably an unknown verb asks for what its arguments allow: assumed, for corpora have few."""
@@ -159,7 +163,7 @@ class Grounder:
 
     def follow(
         self,
-        command: str | Sequence[SDC],
+        command: str | Sequence[SDC] | Parse,
         context: Context | State,
         *,
         top: int = 1,
@@ -175,7 +179,7 @@ class Grounder:
         Parameters
         ----------
         command
-            Text, or the top-level clauses of a command.
+            Text, the top-level clauses of a command, or several trees with their probabilities.
         context
             The world, at the start of its log; or a state that an earlier plan led to.
         top
@@ -189,73 +193,69 @@ class Grounder:
         least
             A best plan that is less probable than this is no answer.
         parses
-            How many trees of a text are tried: the plan counts whose probability times that of
-            its tree is greatest. Answers are for the clauses of one tree; give that.
+            How many trees of a text are tried at most, where the best one is not sure. Plans of
+            all trees that lead to the same count together. Answers are for the clauses of one
+            tree; give that.
         insist
             Whether to plan with what there is where a noun names nothing that is there.
         """
-        follow = partial(
-            self._follow,
-            context=context,
-            top=top,
-            width=width,
+        start = context if isinstance(context, State) else start_state(context)
+        how = partial(
+            self._search,
+            start=start,
+            width=max(width, top),
             answers=answers,
             explain=explain,
-            least=least,
             insist=insist,
         )
-        results = [(probability, follow(sdcs)) for probability, sdcs in _parses(command, parses)]
-        return max(results, key=lambda r: r[0] * (r[1].plan.probability if r[1].plan else 0.0))[1]
+        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
+        if readings[0][1].missing and not insist:
+            return readings[0][1].refused()
+        found = [(chance, reading.found) for chance, reading in readings]
+        chosen = best_plans(found, top)
+        if not chosen:
+            return readings[0][1].refused()
+        reading = readings[chosen[0].tree][1]
+        plans = tuple(
+            _plan(reading, c.hypothesis, c.seen, self.cost if explain else None) for c in chosen
+        )
+        if plans[0].probability < least * GUESSED_RIGHT ** len(_guessed(reading.tree)):
+            return replace(reading, why="no plan is at all likely to be what was meant").refused()
+        question = question_about(reading.tree, chosen[0].hypothesis, start)
+        return Result(reading.tree.sdcs, plans, _guesses(reading.tree), question, reading.missing)
 
-    def _follow(
+    def _search(
         self,
         sdcs: tuple[SDC, ...],
         *,
-        context: Context | State,
-        top: int,
+        start: State,
         width: int,
         answers: Mapping[int, str] | None,
         explain: bool,
-        least: float,
         insist: bool,
-    ) -> Result:
-        if not sdcs:
-            return Result((), (), "there is no clause to follow in the text")
-        start = context if isinstance(context, State) else start_state(context)
-        tree = Tree(tuple(sdcs))
-        scene = scene_of(start.context, object_groups(start.context, start.held))
+    ) -> _Reading:
+        tree = Tree(sdcs)
         problem = GroundingProblem(
             start,
-            scene,
+            scene_of(start.context, object_groups(start.context, start.held)),
             self.cost,
             answers=dict(answers or {}),
             explain=explain,
             disabled=self.without,
         )
+        if not sdcs:
+            return _Reading(tree, problem, (), "there is no clause to follow in the text")
         why = refusal(CommandCase(tree, problem))
         if why:
-            return Result(sdcs, (), why)
+            return _Reading(tree, problem, (), why)
         missing = absent_nouns(tree, start.context, self._lexicon)
         if missing and not insist:
-            return Result(sdcs, (), what_is_missing(missing, start.context), missing=missing)
-        found = search(tree, start, problem, width=max(width, top))
-        if not found or not (_does(found[0]) or asks_to_wait(tree)):
-            return Result(sdcs, (), "there is nothing in it that the robot could do")
-        plans = tuple(
-            _plan(
-                tree,
-                h,
-                found,
-                replace(problem, referents=h.referents),
-                self.cost if explain else None,
-            )
-            for h in found[:top]
-        )
-        if plans[0].probability < least * GUESSED_RIGHT ** len(_guessed(tree)):
-            note = "no plan is at all likely to be what was meant"
-            return Result(sdcs, (), note)
-        question = question_about(tree, found[0], start)
-        return Result(sdcs, plans, _guesses(tree), question, missing)
+            return _Reading(tree, problem, (), what_is_missing(missing, start.context), missing)
+        found = search(tree, start, problem, width=width)
+        if not any(map(does_something, found[:1])) and not asks_to_wait(tree):
+            why = "there is nothing in it that the robot could do"
+            return _Reading(tree, problem, (), why)
+        return _Reading(tree, problem, found, missing=missing)
 
     @property
     def _lexicon(self) -> Lexicon | None:
@@ -264,14 +264,29 @@ class Grounder:
         return None if chooser is None else chooser.lexicon
 
 
-def _parses(command: str | Sequence[SDC], count: int) -> list[tuple[float, tuple[SDC, ...]]]:
-    """The trees of a command with their probabilities, the best first; an empty one if none."""
-    if not isinstance(command, str):
-        return [(1.0, tuple(command))]
-    from g3.language.parsing.parser import parse  # noqa: PLC0415 - brings the language pipeline
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """A tree, and the plans for it, the best first; where there are none, why."""
 
-    trees = parse(command, n_best=count).trees if command.strip() else ()
-    return [(tree.probability, tree.sdcs) for tree in trees] or [(1.0, ())]
+    tree: Tree
+    problem: GroundingProblem
+    found: Sequence[Hypothesis]
+    why: str = ""
+    missing: tuple[str, ...] = ()
+
+    def refused(self) -> Result:
+        return Result(self.tree.sdcs, (), self.why, missing=self.missing)
+
+
+def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float, tuple[SDC, ...]]]:
+    """The trees of a command with their probabilities, the best first; an empty one if none."""
+    if isinstance(command, Sequence) and not isinstance(command, str):
+        return [(1.0, tuple(command))]
+    if isinstance(command, str):
+        from g3.language.parsing.parser import parse_unsure  # noqa: PLC0415 - brings spaCy
+
+        command = parse_unsure(command, n_best=count)
+    return [(tree.probability, tree.sdcs) for tree in command.trees] or [(1.0, ())]
 
 
 def _guessed(tree: Tree) -> list[str]:
@@ -285,17 +300,8 @@ def _guesses(tree: Tree) -> str:
     return f"nobody has taught the robot what {verbs} means: this is a guess" if verbs else ""
 
 
-def _does(hypothesis: Hypothesis) -> bool:
-    return any(action.kind is not WAIT for action in hypothesis.actions)
-
-
-def _plan(
-    tree: Tree,
-    hypothesis: Hypothesis,
-    rivals: Sequence[Hypothesis],
-    problem: GroundingProblem,
-    cost: Cost | None,
-) -> Plan:
+def _plan(reading: _Reading, hypothesis: Hypothesis, seen: FloatArray, cost: Cost | None) -> Plan:
+    tree, problem = reading.tree, replace(reading.problem, referents=hypothesis.referents)
     why: dict[int, tuple[Action | Group | None, tuple[Reason, ...]]] = dict(hypothesis.reasons)
     if isinstance(cost, Scorer):
         why |= reasons_for_things(tree, hypothesis, problem, cost)
@@ -305,7 +311,6 @@ def _plan(
         rival, reasons = why.get(node, (None, ()))
         given = float(np.exp(score))
         groundings.append(GroundedClause(node, tree.nodes[node], group, given, reasons, rival))
-    seen = evidence(hypothesis, rivals)
     return Plan(
         hypothesis.actions,
         plan_probability(seen) * GUESSED_RIGHT ** len(_guessed(tree)),

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from g3.errors import CorpusError
 from g3.language.parsing.extractor import Parse, SDCExtractor, default_extractor
+from g3.language.parsing.spacy_pipeline import analyse
+
+SURE = 0.8
+"""A tree that is so probable is the only one that is looked at."""
+LEAST_LIKELY = 0.1
+"""Trees that are so much less probable than the best one are not looked at."""
 
 
 def parse(text: str, *, n_best: int = 1, extractor: SDCExtractor | None = None) -> Parse:
@@ -43,3 +50,26 @@ def parse_many(
     if n_best < 1:
         raise CorpusError(f"{n_best} trees were asked for", fix="ask for at least one")
     return (extractor or default_extractor()).predict_proba(texts, n_best=n_best)
+
+
+def parse_unsure(text: str, *, n_best: int, extractor: SDCExtractor | None = None) -> Parse:
+    """Extract the best SDC tree of a command, and others where it isn't sure.
+
+    Parameters
+    ----------
+    text
+        The command, as typed.
+    n_best
+        How many trees to give, at most. A tree that is `SURE` stays alone, and others are at
+        least `LEAST_LIKELY` times as probable as the best.
+    extractor
+        What to extract with; the bundled one if left out.
+    """
+    used = extractor or default_extractor()
+    (command,) = analyse([text])
+    (best,) = used.predict_proba([command])
+    if n_best == 1 or not best.trees or best.trees[0].probability >= SURE:
+        return best
+    (several,) = used.predict_proba([command], n_best=n_best)
+    least = LEAST_LIKELY * several.trees[0].probability
+    return replace(several, trees=tuple(t for t in several.trees if t.probability >= least))

@@ -7,7 +7,7 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
-from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end
+from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end, share_alike
 from g3.inference.search.action_search import Hypothesis
 from tests import worlds
 
@@ -75,7 +75,7 @@ def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
     best = Hypothesis(
         best.score, best.state, best.actions, {0: ((), np.log(0.5)), 2: ((), np.log(0.125))}
     )
-    seen = evidence(best, [best, alike, another])
+    seen = evidence(best, share_alike(best, [best, alike, another]))
     assert seen.tolist() == pytest.approx([1.0, 0.75 * np.sqrt(0.25)])
 
 
@@ -83,7 +83,7 @@ def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhe
     def plan(fit, elsewhere):
         best, other = put("tires", 5, 5), put("boxes", 5, 5, score=np.log(elsewhere))
         told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(fit))})
-        return plan_probability(evidence(told, [told, other]))
+        return plan_probability(evidence(told, share_alike(told, [told, other])))
 
     assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
     assert plan(0.9, 0.01) > plan(0.9, 0.5)

@@ -8,7 +8,8 @@ from g3.actions.robot_state import moved_to, start_state, with_moved
 from g3.geometry.plane import rotate
 from g3.inference.clarification import told_apart
 from g3.inference.grounder import Grounder, object_ids
-from g3.language.parsing.parser import parse
+from g3.language.parsing.extractor import Parse, Tree
+from g3.language.parsing.parser import parse_unsure
 from g3.sdc.sdc_notation import parse_brackets
 
 
@@ -118,17 +119,48 @@ def test_one_verb_that_nobody_taught_does_not_spoil_the_others(grounder, dock):
     assert "'yodel'" in found.note
 
 
-def test_several_parses_are_weighed_with_their_plans(grounder, dock):
+def lift(thing, verb="Lift"):
+    return parse_brackets(f"EVENT(r = {verb}, l = OBJ(f = the {thing}))")
+
+
+def several(*trees):
+    return Parse("", tuple(Tree(sdcs, chance) for chance, sdcs in trees))
+
+
+def test_one_tree_is_followed_as_its_clauses_are(grounder, dock):
+    alone = grounder.follow(lift("boxes"), dock, least=0.0)
+    for trees in ([(0.3, lift("boxes"))], [(0.2, lift("boxes")), (0.3, lift("boxes"))]):
+        found = grounder.follow(several(*trees), dock, least=0.0)
+        assert (found.sdcs, did(found)) == (alone.sdcs, did(alone))
+        assert found.plan.probability == pytest.approx(alone.plan.probability)
+
+
+def test_trees_that_lead_to_the_same_count_together(grounder, dock):
+    tires, boxes, again = lift("tires"), lift("boxes"), lift("boxes", "Lift up")
+    together = several((0.3, tires), (0.25, boxes), (0.25, again))
+    assert "boxes" in did(grounder.follow(together, dock, least=0.0))[0][1]
+    alone = grounder.follow(tires, dock, least=0.0)
+    found = grounder.follow(several((0.5, tires), (0.05, boxes)), dock, least=0.0)
+    assert did(found) == did(alone)
+    assert found.plan.probability < alone.plan.probability
+
+
+def test_a_tree_that_nothing_comes_of_takes_its_part(grounder, dock):
+    nothing = parse_brackets("EVENT(r = yodel)")
+    found = grounder.follow(several((0.5, nothing), (0.4, lift("boxes"))), dock, least=0.0)
+    alone = grounder.follow(lift("boxes"), dock, least=0.0)
+    assert did(found) == did(alone)
+    assert 0 < found.plan.probability < alone.plan.probability
+    refused = grounder.follow(several((0.5, nothing), (0.4, nothing)), dock)
+    assert "'yodel'" in refused.note
+
+
+def test_a_text_is_followed_as_its_trees_are(grounder, dock):
     text = "Put the boxes on the trailer next to the crate"
-    trees = parse(text, n_best=3).trees
-    assert len(trees) > 1
-    worth = [
-        tree.probability * (plan.probability if plan else 0.0)
-        for tree in trees
-        for plan in [grounder.follow(tree.sdcs, dock, least=0.0).plan]
-    ]
+    trees = parse_unsure(text, n_best=3)
     found = grounder.follow(text, dock, parses=3, least=0.0)
-    assert found.sdcs == trees[worth.index(max(worth))].sdcs
+    assert found.plan.probability == grounder.follow(trees, dock, least=0.0).plan.probability
+    assert found.sdcs in {tree.sdcs for tree in trees.trees}
 
 
 def test_a_pronoun_means_what_its_words_say_rather_than_what_came_last(grounder, dock):

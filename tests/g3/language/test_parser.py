@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import g3
 from g3.errors import CorpusError
-from g3.language.parsing.parser import parse, parse_many
+from g3.language.parsing.parser import LEAST_LIKELY, SURE, parse, parse_many, parse_unsure
 from g3.language.parsing.spacy_pipeline import LONGEST_CHUNK, MAX_WORDS, language_model
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import check_sdc, format_brackets, parse_brackets
@@ -247,3 +247,15 @@ def test_many_commands_give_what_each_gives_alone():
 def test_no_trees_can_not_be_asked_for():
     with pytest.raises(CorpusError, match="at least one"):
         parse("lift it", n_best=0)
+
+
+def test_more_trees_are_given_only_where_the_best_one_is_not_sure():
+    for text in GOLDEN:
+        several = parse_unsure(text, n_best=4).trees
+        best = several[0]
+        assert (best.sdcs, len(parse_unsure(text, n_best=1).trees)) == (parse(text).sdcs, 1)
+        if parse(text).trees[0].probability >= SURE:
+            assert len(several) == 1
+        assert all(tree.probability >= LEAST_LIKELY * best.probability for tree in several)
+    assert parse_unsure("", n_best=3).trees == ()
+    assert max(len(parse_unsure(text, n_best=4).trees) for text in GOLDEN) > 1

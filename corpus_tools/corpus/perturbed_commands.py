@@ -1,0 +1,52 @@
+"""A corpus whose commands are typed in another way (:mod:`g3.language.parsing.perturbation`)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.encoding import make_corpus
+from g3.language.parsing.perturbation import perturb
+from g3.sdc.clauses import SDC
+
+
+def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corpus:
+    """Type all commands of a corpus in another way; annotations keep their groundings.
+
+    Parameters
+    ----------
+    kind
+        A name of :data:`g3.language.parsing.perturbation.PERTURBATIONS`.
+    seed
+        What is drawn with.
+
+    Returns
+    -------
+    Corpus
+        With a hash of its own.
+    """
+    trees: dict[str, list[SDC]] = defaultdict(list)
+    for annotation in corpus.annotations:
+        trees[annotation.command.id] += annotation.sdcs
+    typed = {
+        command.id: perturb(command.text, kind, seed=seed, sdcs=trees[command.id])
+        for command in corpus.commands.values()
+    }
+    commands = {
+        command.id: replace(command, text=typed[command.id].text)
+        for command in corpus.commands.values()
+    }
+    return make_corpus(
+        corpus.name,
+        contexts=corpus.contexts.values(),
+        commands=commands.values(),
+        annotations=[
+            replace(a, command=commands[a.command.id], sdcs=typed[a.command.id].carry(a.sdcs))
+            for a in corpus.annotations
+        ],
+        judgments=corpus.judgments,
+        outcomes=corpus.outcomes,
+        source=corpus.source,
+        licence=corpus.licence,
+    )
