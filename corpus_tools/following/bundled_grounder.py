@@ -35,7 +35,7 @@ from g3.learning.grounding_model import GroundingModel
 from g3.learning.model_file import TrainingCard
 
 DEFAULT_CORPUS = "warehouse"
-TRAINING_VERSION = 3
+TRAINING_VERSION = 4
 """Raised whenever the bundled model is to be trained anew."""
 WAIT_S = 2.0
 DECK_SHARE = 3.0

@@ -15,7 +15,7 @@ from g3.features.factor_batch import FactorBatch, Role, WordField
 from g3.groundings import FloatArray
 from g3.sdc.clauses import SDC_TYPES, SDCType
 
-CATALOGUE_VERSION = 2
+CATALOGUE_VERSION = 3
 """Raised whenever a change makes older models read features differently."""
 
 

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("spacy")
 
-from eval.parsing.sdc_trials import SDCChoices, run
+from eval.parsing.tested_commands import SDCChoices, run
 
 from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
