@@ -28,10 +28,17 @@ class PrismRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=T
     z_max: float
 
 
+_LIFTABLE: dict[bool | None, str] = {None: "", True: "yes", False: "no"}
+"""How a log writes it: viewers can't read fields that may be null."""
+
+
 class ObjectRecord(
     msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """An object; ``t`` in seconds, ``xyz`` in metres and ``yaw`` in radians are its poses."""
+    """An object; ``t`` in seconds, ``xyz`` in metres and ``yaw`` in radians are its poses.
+
+    ``liftable`` is "yes" or "no" where somebody has said whether the robot can lift it, else empty.
+    """
 
     id: str
     labels: tuple[str, ...]
@@ -39,7 +46,7 @@ class ObjectRecord(
     t: tuple[float, ...]
     xyz: tuple[Vector3, ...]
     yaw: tuple[float, ...]
-    liftable: bool | None = None
+    liftable: str = ""
 
 
 class PlaceRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True):
@@ -110,12 +117,19 @@ def context_record(context: Context, timestamp: Time) -> ContextRecord:
                 tuple(item.trajectory.t.tolist()),
                 tuple(Vector3(*xyz) for xyz in item.trajectory.xyz.tolist()),
                 tuple(item.trajectory.yaw.tolist()),
-                item.liftable,
+                _LIFTABLE[item.liftable],
             )
             for item in context.objects
         ),
         tuple(PlaceRecord(place.name, _prism_record(place.prism)) for place in context.places),
     )
+
+
+def _known_liftable(text: str) -> bool | None:
+    for known, written in _LIFTABLE.items():
+        if text == written:
+            return known
+    raise ValueError(f"liftable must be yes, no or empty, not {text!r}")
 
 
 def context_of(record: ContextRecord) -> Context:
@@ -138,7 +152,7 @@ def context_of(record: ContextRecord) -> Context:
                     [(point.x, point.y, point.z) for point in item.xyz],  # type: ignore[arg-type]
                     item.yaw,  # type: ignore[arg-type]
                 ),
-                item.liftable,
+                _known_liftable(item.liftable),
             )
             for item in record.objects
         ),

@@ -68,6 +68,8 @@ class ReferentCase:
         What it is grounded in.
     groups
         The candidates.
+    is_theme
+        Whether the clause is an EVENT that names no theme: "pick up".
     """
 
     kind: ClassVar[Kind] = "referent"
@@ -76,11 +78,13 @@ class ReferentCase:
     node: int
     problem: GroundingProblem
     groups: Sequence[Group]
+    is_theme: bool = False
 
     @property
     def type(self) -> SDCType:
         """Type of the clause's factor; whatever leads "there" names a PLACE."""
-        return "OBJECT" if self.tree.nodes[self.node].type == "OBJECT" else "PLACE"
+        is_thing = self.is_theme or self.tree.nodes[self.node].type == "OBJECT"
+        return "OBJECT" if is_thing else "PLACE"
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from math import log
 
 import numpy as np
@@ -90,3 +91,12 @@ def _surface(candidate: Candidate | None) -> str:
         return ""
     thing = candidate.group[0]
     return thing.id if isinstance(thing, PhysicalObject) and is_surface(thing) else ""
+
+
+@potential("many-spots", kind="action", types=_CLAUSES, weight=-0.6)
+def many_spots(case: ActionCase) -> Measured:
+    """Of many spots for the same load at the same goal each is less probable: logarithm."""
+    alike = [(a.kind, a.object_id, a.goal) if a.place is not None else None for a in case.actions]
+    count = Counter(alike)
+    measures: FloatArray = np.log([count[key] if key else 1 for key in alike])
+    return measures

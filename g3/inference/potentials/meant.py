@@ -13,7 +13,7 @@ from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
-from g3.inference.problem.phrases import names_robot, names_same, names_thing
+from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
 from g3.language.discourse.groups import group as group_of
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
@@ -63,6 +63,16 @@ def spoken_of(case: CandidateCase) -> Measured:
     if not same or not names_same(case.sdc):
         return False
     return _says(case, lambda g: not _ids(g) <= same)
+
+
+@potential("other-one", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def other_one(case: CandidateCase) -> Measured:
+    """Another one wasn't spoken of, nor does the load stand on it: "the other truck"."""
+    if not names_other(case.sdc):
+        return False
+    load = case.problem.load
+    meant = case.problem.spoken | ({case.problem.carriers.get(load)} if load else set())
+    return _says(case, lambda g: bool(_ids(g) & meant))
 
 
 @potential("you", kind="noun", types=("OBJECT",), weight=UNLIKELY)

@@ -108,6 +108,12 @@ class Frame:
         return "placing" in self.classes
 
     @property
+    def takes_unnamed(self) -> bool:
+        """Whether it picks something up without saying what: "drive to the crate and pick up"."""
+        takes = not self.guessed and "taking" in self.classes
+        return takes and not (self.objects or self.forks or self.classes & {"going", "placing"})
+
+    @property
     def leaves_open(self) -> bool:
         """Whether it puts something down without saying where: where the robot was sent."""
         return self.places_load and not (self.places or self.ways)

@@ -291,12 +291,13 @@ def search(
             continue
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
-        there = frame(tree, root).leaves_open or any(is_there(tree.nodes[n]) for n in below)
+        own = frame(tree, root)
+        there = own.leaves_open or any(is_there(tree.nodes[n]) for n in below)
         named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []
         for before in beam:
-            spoken = before.referents if pronouns else ()
+            spoken = before.referents if pronouns or own.takes_unnamed else ()
             goals = before.goals if there else ()
             meant_before = _meant(before) if named else frozenset()
             meant = {

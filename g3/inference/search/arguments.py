@@ -12,6 +12,8 @@ from g3.actions.loads import is_load
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
+from g3.inference.potentials.cases import ReferentCase
+from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
@@ -72,13 +74,27 @@ def _themes(
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
     """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
     if not own.objects:
-        return (None,), ()
+        return (_unnamed(tree, own, problem) if own.takes_unnamed else ()) or (None,), ()
     theme, *left = own.objects
     beam = ground_thing(tree, theme, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), problem))
     beam = as_argument(beam, tree, theme, problem, role="theme", within=own.node)
     return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
+
+
+def _unnamed(tree: Tree, own: Frame, problem: GroundingProblem) -> tuple[Candidate, ...]:
+    """Candidates of what is picked up without being named: what was spoken of, or any load.
+
+    "Drive to the pallet and pick up" means that pallet.
+    """
+    state = problem.state
+    if problem.held is not None:
+        return ()
+    groups = tuple((thing,) for thing in state.context.objects if is_load(state, thing.id))
+    scores = added(ReferentCase(tree, own.node, problem, groups, is_theme=True))
+    found = [Candidate(g, float(x), {}) for g, x in zip(groups, scores, strict=True)]
+    return tuple(likely(sorted(found, key=lambda c: -c.score), THEMES))
 
 
 def _goals(

@@ -26,7 +26,7 @@ from g3.language.lexicon.word_sets import (
     stems,
 )
 
-_NO_VERBS = frozenset(("way", "side", "measure"))
+_NO_VERBS = ("way", "side", "measure")
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def _may_be_verb(word: str) -> bool:
 
 def _is_plain_verb(word: str) -> bool:
     """Whether a word behind another verb is a verb itself, not a way: "go back"."""
-    return bool(_verb_classes(word)) and _NO_VERBS.isdisjoint(word_class(word).split("+"))
+    return bool(_verb_classes(word)) and not set(_NO_VERBS) & set(word_class(word).split("+"))
 
 
 def _verb_classes(word: str) -> frozenset[str]:

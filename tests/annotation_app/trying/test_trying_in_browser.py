@@ -55,7 +55,7 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     expect(page.locator("#go")).to_be_enabled()
     page.get_by_label("Command").fill("Lift the elephant")
     page.get_by_role("button", name="Try it").click()
-    expect(page.get_by_text("I see no elephant here. There are: ")).to_be_visible(
+    expect(page.get_by_text("I see no elephant here. There are: ").first).to_be_visible(
         timeout=PATIENCE_MS
     )
     expect(page.get_by_role("button", name="Do it with what there is")).to_be_visible()

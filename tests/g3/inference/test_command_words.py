@@ -48,7 +48,7 @@ def taught(model, kinds, meant):
 
 
 def picked(grounder, context, sdcs=RIGHT):
-    actions = grounder.follow(sdcs, context, least=0.0).plan.actions
+    actions = grounder.follow(sdcs, context, least=0.0, insist=True).plan.actions
     (thing,) = {a.object_id for a in actions if a.object_id}
     return thing
 
@@ -65,18 +65,22 @@ def test_a_word_means_what_it_was_taught_to_mean(model, yard):
 def test_it_can_be_switched_off_and_a_model_without_it_is_as_before(model, yard):
     loads = loads_of(start_state(yard))
     kinds = sorted({load.labels for load in loads.values()})
-    plain = Grounder.load(model).follow(RIGHT, yard, least=0.0).plan
+    plain = Grounder.load(model).follow(RIGHT, yard, least=0.0, insist=True).plan
     for meant in kinds:
         off = Grounder.load(taught(model, kinds, meant), without=["command-load"])
-        assert off.follow(RIGHT, yard, least=0.0).plan.score == plain.score
+        assert off.follow(RIGHT, yard, least=0.0, insist=True).plan.score == plain.score
 
 
 def test_where_all_labels_are_known_the_clauses_factors_tell(model, known_yard):
     loads = loads_of(start_state(known_yard))
     kinds = sorted({load.labels for load in loads.values()})
-    plain = Grounder.load(model).follow(RIGHT, known_yard, least=0.0).plan
+    plain = Grounder.load(model).follow(RIGHT, known_yard, least=0.0, insist=True).plan
     for meant in kinds:
-        plan = Grounder.load(taught(model, kinds, meant)).follow(RIGHT, known_yard, least=0.0).plan
+        plan = (
+            Grounder.load(taught(model, kinds, meant))
+            .follow(RIGHT, known_yard, least=0.0, insist=True)
+            .plan
+        )
         assert plan.score == plain.score
 
 

@@ -138,3 +138,11 @@ def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
     held = grounder.follow("Lift the boxes", context).plan.state
     (puts,) = done(grounder, f"{verb} the boxes", held)
     assert puts[:2] == ("put down", "box-pallet-1")
+
+
+@given(spots=st.permutations(SPOTS))
+@settings(max_examples=6, deadline=None)
+def test_what_is_picked_up_without_a_name_is_what_was_driven_to(spots, grounder):
+    context = world(spots)
+    _, takes = done(grounder, "Drive to the boxes and pick up.", context)
+    assert takes[:2] == ("pick up", "box-pallet-1")

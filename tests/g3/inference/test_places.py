@@ -250,12 +250,6 @@ def test_a_path_between_two_things_is_between_both():
     }
 
 
-def test_who_goes_with_the_pallet_has_it_on_the_forks():
-    tree = Tree(parse_brackets("EVENT(r = Go, l = PATH(r = with, l = OBJ(f = a pallet)))"))
-    (path,) = tree.below(0, ("l",), "PATH")
-    assert arguments(tree, 0, around(load="b", held="b")).paths[path][0].group == (ROW[1],)
-
-
 def test_a_pallet_is_no_place_but_the_floor_is():
     pallet, floor = "OBJ(f = the pallet)", "OBJ(f = the ground)"
     named = [(Place(spot(5, 5).prism),), (Place(spot(5, 5).prism, "dock"),)]

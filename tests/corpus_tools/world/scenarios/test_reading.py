@@ -84,7 +84,7 @@ WRONG = [
     ("kind: tire-pallet, at: [7, 1.5]", "kind: tire-pallet, at: [7, 1.5], liftable: false",
      "13:14: script[0].pick_up: the forks can't lift tires-1"),
     ("kind: tire-pallet, at: [7, 1.5]", "kind: barrel, at: [7, 1.5], liftable: true",
-     "4:46: objects.tires-1.liftable: the forks can't lift a barrel"),
+     "4:51: objects.tires-1.liftable: the forks can't lift a barrel"),
     # room
     ("at: [7, -3]", "at: [7.5, 2.5]",
      "6:35: objects.boxes-2.at: boxes-2 and tires-1 are in each other"),

@@ -1,4 +1,4 @@
-"""How often plans do what single words say: ``python -m benchmarks.as_said --test automatic``."""
+"""How often plans do what words say: ``python -m benchmarks.said_and_done --test automatic``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from g3.inference.grounder import Grounder
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.as_said", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.said_and_done", description=__doc__)
     parser.add_argument("--train", default="warehouse", help="corpora, with commas between")
     parser.add_argument("--test", default="warehouse", help="a corpus; its scenarios are held out")
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")

@@ -1,6 +1,6 @@
 """How right the probabilities of plans are on a corpus that their curve hasn't seen.
 
-``python -m benchmarks.calibration CORPUS CORPUS...`` follows the commands of each corpus, with each
+``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus, each
 scenario held out of what is learned. It then fits the curve to the plans for all corpora but one,
 each counted as much as the others, and prints its errors on the one. The last line has the weights
 for `g3.inference.calibration`, fitted to all.
