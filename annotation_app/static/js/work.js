@@ -53,7 +53,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   function step(from, to, word) {
     if (!from.length) return;
     to.push(state);
-    state = from.pop();
+    state = { ...from.pop(), ...watchedIn(state) };
     drafts.keep(state);
     refresh();
     announce(word);
@@ -189,6 +189,11 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   if (drafts.latest) show(drafts.isBehind ? "local" : "saved", "Your draft is back");
   if (!data.practice) sendLeft(sendOff);
   return { change, get state() { return state; } };
+}
+
+/** What was watched stays watched, whatever is undone. */
+function watchedIn({ watched, watched_s }) {
+  return { ...(watched && { watched }), ...(watched_s !== undefined && { watched_s }) };
 }
 
 /** Send answers that an earlier page could not: this item's first, then others'. */
