@@ -12,11 +12,13 @@ from flask import Flask
 from sqlalchemy import update
 
 from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.workers import workers
 from annotation_app.export.answer_tables import to_csv, to_jsonl
 from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Record
 from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConfig, stored
+from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, engine_of
@@ -137,3 +139,35 @@ def test_answers_from_before_have_no_provenance(app: Flask, study: StudyConfig) 
     assert [of(row) for row in rows(app)] == [("", None, None)]
     with reading(engine_of(app)) as session:
         agreement(session, find_study(session, "tests").id)
+
+
+def test_people_who_send_unread_suggestions_are_flagged(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on", items=3)
+    hasty, slow = Browser(app), Browser(app)
+    for person in (hasty, slow):
+        for _ in range(3):
+            person.do("segment", {"sdcs": SUGGESTED})
+    with transaction(engine_of(app)) as session:
+        session.execute(
+            update(Answer).where(Answer.person_id == slow.person.id).values(seconds=30.0)
+        )
+    with reading(engine_of(app)) as session:
+        found = workers(session, find_study(session, "tests").id)
+    reasons = {worker.person_id: worker.reasons for worker in found}
+    assert reasons[slow.person.id] == ()
+    assert reasons[hasty.person.id] == (f"{UNREAD}: 3 times",)
+
+
+@pytest.mark.parametrize(
+    ("watched_s", "seconds", "flags"),
+    [
+        (22.8, 7.7, [WATCHED_LONGER]),
+        (9.6, 7.7, []),
+        (22.8, None, []),
+        (7.0, 60.0, []),
+    ],
+)
+def test_nobody_can_watch_longer_than_the_item_was_there(
+    watched_s: float, seconds: float | None, flags: list[str]
+) -> None:
+    assert list(answer_flags({}, {"watched_s": watched_s}, None, seconds)) == flags
