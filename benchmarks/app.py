@@ -84,8 +84,8 @@ def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[
         name=STUDY,
         title="Load",
         tasks={
-            "describe": TaskConfig(answers=answers),
-            "rate": TaskConfig(answers=RATINGS),
+            "describe": TaskConfig(answers=answers, practice=False),
+            "rate": TaskConfig(answers=RATINGS, practice=False),
         },
     )
     with transaction(engine) as session:

@@ -37,7 +37,7 @@ def add_study(config: Config, videos: Path, workers: int) -> list[str]:
     study = StudyConfig(
         name=STUDY,
         title="Load",
-        tasks={"rate": TaskConfig(answers=-(-workers // PAIRS))},
+        tasks={"rate": TaskConfig(answers=-(-workers // PAIRS), practice=False)},
         pairs=tuple(RatedPair(f"Go to number {i}.", "one", "two") for i in range(PAIRS)),
     )
     with opened(config.database) as engine:

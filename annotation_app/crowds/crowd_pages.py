@@ -27,7 +27,7 @@ from annotation_app.store.models import Participation, Person, Study
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.limits import arrivals, limited
-from annotation_app.work.handing_out import take_work
+from annotation_app.work.handing_out import HOLD_S, take_work
 
 IN_COOKIE = "participation"
 NOTHING_LEFT = ("done", "all taken", "nothing to do", "closed")
@@ -121,7 +121,7 @@ def _receive(
 ) -> bool:
     nothing_left = False
     if 0 < done < participation.items and participation.received_at is None:
-        taken = take_work(session, study, participation.task, person, now=now())
+        taken = take_work(session, study, participation.task, person, now=now(), hold_s=HOLD_S)
         nothing_left = not isinstance(taken, Lease) and taken in NOTHING_LEFT
     return receive(participation, done=done, nothing_left=nothing_left, now=now())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from sqlalchemy import select
@@ -9,6 +10,9 @@ from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Event, Item, Record, TaskName
 from annotation_app.tasks.task_registry import tasks
+from annotation_app.work.answer_flags import is_untouched
+
+ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion seen"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,29 +25,46 @@ class Agreement:
         None where too little has been answered twice, or everybody says the same all the time.
     units
         What was answered by two people or more: commands, clauses, pairs.
+    answers
+        Which answers are measured. Where a program makes suggestions, all, those that aren't an
+        untouched suggestion, and those of people who saw none.
     """
 
     task: TaskName
     measure: str
     value: float | None
     units: int
+    answers: str = "all"
 
 
 def agreement(session: Session, study_id: str) -> list[Agreement]:
     """What can be measured so far, of all tasks that are answered by several people."""
     rows = session.execute(
-        select(Answer.task, Answer.item_id, Answer.body)
+        select(Answer.task, Answer.item_id, Answer.body, Answer.provenance)
         .join(Item, Item.id == Answer.item_id)
         .join(Event, Event.id == Answer.event_id)
         # Adjudicators have seen what the others answered.
         .where(Item.study_id == study_id, Item.attention.is_(False), Event.name != "adjudicate")
         .order_by(Answer.id)
     )
-    bodies: dict[TaskName, dict[str, list[Record]]] = {}
-    for task_name, item_id, body in rows:
-        bodies.setdefault(task_name, {}).setdefault(item_id, []).append(body)
+    bodies: dict[tuple[TaskName, str], dict[str, list[Record]]] = {}
+    for task_name, item_id, body, provenance in rows:
+        for group in _groups(provenance):
+            bodies.setdefault((task_name, group), {}).setdefault(item_id, []).append(body)
     return [
-        Agreement(task.name, found.measure, found.value, found.units)
+        Agreement(task.name, found.measure, found.value, found.units, group)
         for task in tasks()
-        for found in task.agreement(list(bodies.get(task.name, {}).values()))
+        for group in ((ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN))
+        for found in task.agreement(list(bodies.get((task.name, group), {}).values()))
     ]
+
+
+def _groups(provenance: Record | None) -> Iterator[str]:
+    """Which groups an answer is in; of old ones it isn't known what people saw."""
+    yield ALL
+    if provenance is None:
+        return
+    if provenance["suggestion"] != "shown":
+        yield UNSEEN
+    if not is_untouched(provenance):
+        yield TOUCHED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from statistics import median
@@ -14,12 +15,15 @@ from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
+from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
 
 FEWEST = 5
 """Answers of a task by which a person can be distinguished from others."""
 FAST = 1 / 3
 """Of the others' median time."""
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3
+FEWEST_FLAGS = {UNREAD: 3, WATCHED_LONGER: 2}
+"""How often an answer must be odd for its author to be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,7 @@ class _Work:
     seconds: dict[TaskName, list[float]] = field(default_factory=dict)
     checks: list[bool] = field(default_factory=list)
     bodies: dict[TaskName, list[Record]] = field(default_factory=dict)
+    flags: Counter[str] = field(default_factory=Counter)
 
 
 def workers(session: Session, study_id: str) -> list[Worker]:
@@ -64,15 +69,23 @@ def workers(session: Session, study_id: str) -> list[Worker]:
     work: dict[str, _Work] = {}
     rows = session.execute(
         select(
-            Answer.person_id, Answer.task, Answer.seconds, Answer.body, Item.attention, Item.payload
+            Answer.person_id,
+            Answer.task,
+            Answer.seconds,
+            Answer.body,
+            Answer.provenance,
+            Item.attention,
+            Item.payload,
         )
         .join(Item, Item.id == Answer.item_id)
         .where(Item.study_id == study_id)
         .order_by(Answer.id)
     )
-    for person_id, task, seconds, body, attention, payload in rows:
+    for person_id, task, seconds, body, provenance, attention, payload in rows:
         check = payload if attention else None
-        _add(work.setdefault(person_id, _Work()), find_task(task), seconds, body, check)
+        mine = work.setdefault(person_id, _Work())
+        mine.flags.update(answer_flags(payload, body, provenance, seconds))
+        _add(mine, find_task(task), seconds, body, check)
     medians = {
         person_id: {task: median(seconds) for task, seconds in mine.seconds.items()}
         for person_id, mine in work.items()
@@ -128,6 +141,11 @@ def _reasons(person_id: str, mine: _Work, failed: int, medians: _Medians) -> Ite
         if len(mine.seconds[name]) >= FEWEST and others and own < FAST * median(others):
             usual = median(others)
             yield f"too fast: {own:.0f} s for an item of {name}, others take {usual:.0f} s"
+    yield from (f"{flag}: {_times(n)}" for flag, n in mine.flags.items() if n >= FEWEST_FLAGS[flag])
     for task in tasks():
         if task.oddities is not None:
             yield from task.oddities(mine.bodies.get(task.name, []))
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

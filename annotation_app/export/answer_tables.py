@@ -14,11 +14,12 @@ from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Item, Person, Record, Study
 from annotation_app.tasks.task_record import AnswerTable
 from annotation_app.tasks.task_registry import tasks
+from annotation_app.work.answer_flags import answer_flags
 from g3.errors import FormatError
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
-    "at", "seconds", "body",
+    "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body",
 )  # fmt: skip
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -55,8 +56,8 @@ def to_parquet(session: Session, study: Study) -> bytes:
             "Parquet files are written with pyarrow, which isn't installed",
             fix="pip install 'corpus-tools-g3[parquet]'",
         ) from error
-    types = {"answer": pa.int64(), "at": pa.float64(), "seconds": pa.float64()}
-    types |= dict.fromkeys(("surplus", "adopted", "attention"), pa.bool_())
+    types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
+    types |= dict.fromkeys(("surplus", "adopted", "attention", "unchanged"), pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
     listed = [
         {**row, "body": msgspec.json.encode(row["body"]).decode()} for row in rows(session, study)
@@ -95,6 +96,8 @@ def rows(session: Session, study: Study) -> Iterator[Record]:
         .order_by(Answer.id)
     )
     for answer, item, person in found:
+        provenance = answer.provenance or {}
+        flags = answer_flags(item.payload, answer.body, answer.provenance, answer.seconds)
         yield {
             "answer": answer.id,
             "task": item.task,
@@ -107,5 +110,9 @@ def rows(session: Session, study: Study) -> Iterator[Record]:
             "attention": item.attention,
             "at": answer.at,
             "seconds": answer.seconds,
+            "suggestion": provenance.get("suggestion", ""),
+            "unchanged": provenance.get("unchanged"),
+            "likeness": provenance.get("likeness"),
+            "flags": "; ".join(flags),
             "body": answer.body,
         }

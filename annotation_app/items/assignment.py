@@ -13,6 +13,7 @@ from sqlalchemy import (
     Float,
     UpdateBase,
     bindparam,
+    case,
     exists,
     func,
     or_,
@@ -42,6 +43,7 @@ _NUMBER: BindParameter[int] = bindparam("number")
 _ITEM_ID: BindParameter[str] = bindparam("item")
 _NOW: BindParameter[float] = bindparam("at_present")
 _UNTIL: BindParameter[float] = bindparam("until", type_=Float)
+_LATEST: BindParameter[float] = bindparam("latest", type_=Float)
 SLACK_S = 3600.0
 """How much longer than a new lease an earlier one may last."""
 
@@ -89,6 +91,7 @@ def take(
     *,
     now: float,
     lease_s: float,
+    hold_s: float | None = None,
     attention_share: float = 0.0,
     in_random_order: bool = False,
 ) -> Lease | Reason:
@@ -100,6 +103,9 @@ def take(
 
     Parameters
     ----------
+    hold_s
+        How long they have it if they do nothing, where that is less than `lease_s`. A lease
+        that lasts longer already isn't made shorter.
     attention_share
         Part of a person's items whose right answers are known.
     in_random_order
@@ -109,19 +115,22 @@ def take(
     if person.blocked_at is not None:
         return "blocked"
     about = {"of_study": study_id, "of_task": task, "who": person.id}
-    times = {"at_present": now, "until": now + lease_s}
+    until = now + (lease_s if hold_s is None else min(hold_s, lease_s))
+    times = {"at_present": now, "until": until, "latest": now + lease_s}
     held = session.scalar(_HELD, about)
-    if held and extend(session, held, person.id, now=now, lease_s=lease_s):
-        return Lease(held, now + lease_s)
+    if held:
+        kept = session.scalar(_HOLD, {"item": held, "who": person.id, **times})
+        if kept is not None:
+            return Lease(held, kept)
     if _wants_attention(session, about, attention_share):
         item_id = session.scalar(_ATTENTION, about)
         if item_id is not None:  # with a slot of the person's own
-            session.add(Slot(item_id=item_id, person_id=person.id, expires_at=now + lease_s))
-            return _handed_out(session, item_id, person, now=now, lease_s=lease_s)
+            session.add(Slot(item_id=item_id, person_id=person.id, expires_at=until))
+            return _handed_out(session, item_id, person, now=now, until=until)
     taken = session.scalar(_TAKE_ANY if in_random_order else _TAKE, {**about, **times})
     if taken is None:
         return _reason(session, about)
-    return _handed_out(session, taken, person, now=now, lease_s=lease_s)
+    return _handed_out(session, taken, person, now=now, until=until)
 
 
 def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
@@ -155,15 +164,15 @@ def _can_be_taken() -> tuple[ColumnElement[bool], ...]:
     A lease that ends long after a new one would was made while the clock was ahead.
     """
     unanswered, free = is_free(_NOW)
-    return unanswered, or_(free, SLOT.c.expires_at > _UNTIL + SLACK_S)
+    return unanswered, or_(free, SLOT.c.expires_at > _LATEST + SLACK_S)
 
 
 def _handed_out(
-    session: Session, item_id: str, person: Person, *, now: float, lease_s: float
+    session: Session, item_id: str, person: Person, *, now: float, until: float
 ) -> Lease:
     given = {"item": item_id, "who": person.id, "at_present": now, **since_boot()}
     session.execute(_hand_out(dialect_of(session)), given)
-    return Lease(item_id, now + lease_s)
+    return Lease(item_id, until)
 
 
 def _wants_attention(session: Session, about: Mapping[str, str], share: float) -> bool:
@@ -219,6 +228,17 @@ _TAKE = _take(ITEM.c.rank, ITEM.c.id, SLOT.c.id)
 _TAKE_ANY = _take(func.random())
 _LOCK = select(PERSON.c.id).where(PERSON.c.id == _WHO).with_for_update()
 _EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL).returning(SLOT.c.id)
+# What ends after the latest time that a new lease may end was made while the clock was ahead.
+_HOLD = (
+    update(SLOT)
+    .where(*_OWN)
+    .values(
+        expires_at=case(
+            (SLOT.c.expires_at.between(_UNTIL, _LATEST), SLOT.c.expires_at), else_=_UNTIL
+        )
+    )
+    .returning(SLOT.c.expires_at)
+)
 _GIVE_BACK = update(SLOT).where(*_OWN).values(person_id=None, expires_at=None)
 _SKIP = (
     update(HANDOUT)

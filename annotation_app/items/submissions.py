@@ -56,6 +56,7 @@ def submit(
     sent: Record,
     body: Record,
     now: float,
+    provenance: Record | None = None,
     adopted: bool = True,
 ) -> Receipt:
     """Keep an answer to an item. The same event sent again gives the same receipt.
@@ -75,6 +76,8 @@ def submit(
         What came, for the event.
     body
         What is to be kept of it: it has been validated.
+    provenance
+        What a suggestion had to do with it.
     adopted
         Whether it is adopted at once.
     """
@@ -99,6 +102,7 @@ def submit(
         "subject": item.subject,
         "event_id": added,
         "body": body,
+        "provenance": provenance,
         "adopted": adopted,
         "at": now,
         **since_boot(),

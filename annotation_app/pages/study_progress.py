@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from annotation_app.people.participants import RANKS, has_practised
+from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Answer, Draft, Item, Person, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_record import TaskWords
 from annotation_app.tasks.task_registry import tasks
+from annotation_app.work.handing_out import must_practise
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
             max(total.get(task.name, 0), done.get(task.name, 0)),
             task.name in begun,
             RANKS[person.role] < RANKS[config.tasks[task.name].role],
-            config.tasks[task.name].practice and not has_practised(person, task.name),
+            must_practise(config, task.name, person),
             task.example is not None,
         )
         for task in tasks()

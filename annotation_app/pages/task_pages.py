@@ -17,8 +17,8 @@ from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import read_task
 from annotation_app.web.needs_login import sign_in_page
-from annotation_app.work.handing_out import EXPLANATIONS, Reason, take_work, visit
-from annotation_app.work.page_data import page_data
+from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
+from annotation_app.work.page_data import opened_page
 
 blueprint = Blueprint("tasks", __name__)
 
@@ -39,12 +39,12 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     if person is None or wants_welcome(study, person):
         return flask.redirect(f"/s/{study.name}/welcome?task={task}")
     with transaction(engine) as session:
-        taken = take_work(session, study, task, person, now=now())
+        taken = take_work(session, study, task, person, now=now(), hold_s=HOLD_S)
     with reading(engine) as session:
         tasks = progress(session, study, person)
         if not isinstance(taken, Lease):
             return _why(study, task, person, taken, tasks)
-        data = page_data(session, taken.item_id, person.id, installation().salt)
+    data = opened_page(engine, taken.item_id, person.id, installation().salt)
     data["who"] = person.id[:WHO_CHARACTERS]
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)

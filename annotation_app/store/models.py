@@ -142,6 +142,8 @@ class Handout(Base):
     """Which run of which machine the time since its boot was read on."""
     since_boot_s: Mapped[float | None]
     """Monotonic, so that a change of the machine's clock doesn't change how long an answer took."""
+    offer: Mapped[Record | None]
+    """What a program suggested, and whether the person saw it (`annotation_app.work.offers`)."""
 
 
 class Event(Base):
@@ -189,6 +191,8 @@ class Answer(Base):
     """Whether the next task's items, and exports, are made of it."""
     seconds: Mapped[float | None]
     """How long the item was with the person; None where the clocks don't show it."""
+    provenance: Mapped[Record | None]
+    """Whether a suggestion was shown, and what became of it (`annotation_app.work.offers`)."""
     at: Mapped[float]
 
 

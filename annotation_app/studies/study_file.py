@@ -11,6 +11,7 @@ from annotation_app.store.models import TaskName
 Name: TypeAlias = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=10_000)]
 Line: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=1000)]
+Suggestions: TypeAlias = Literal["on", "off", "half"]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
 
 CONSENT = """You will watch short videos of a robot forklift, or read what others wrote about
@@ -30,13 +31,17 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     role
         Who may do it: everybody, or annotators, who have a login.
     practice
-        Whether the practice example comes first.
+        Whether the practice example comes first, if the task has one.
+    suggestions
+        Whether people see what a program suggests, if the task has suggestions: all do, nobody
+        does, or for half of the items, drawn from the study's seed and the item's id.
     """
 
     answers: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
     lease_minutes: Annotated[float, msgspec.Meta(gt=0, le=10_080)] = 30.0
     role: Literal["worker", "annotator"] = "worker"
-    practice: bool = False
+    practice: bool = True
+    suggestions: Suggestions = "on"
 
 
 class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

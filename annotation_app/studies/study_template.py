@@ -11,6 +11,7 @@ videos: videos
 # answers: how many people answer each item. lease_minutes: how long somebody has an item
 # before somebody else may get it. role: worker (everybody, unless you say otherwise) or annotator
 # (people with a login, whom you invite with: ct annotate people invite --role annotator).
+# suggestions: on, off, or half of the items. practice: false leaves out the practice example.
 tasks:
   describe: {{answers: 13, lease_minutes: 20}}
   segment: {{answers: 1, lease_minutes: 60}}

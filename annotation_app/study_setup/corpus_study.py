@@ -79,7 +79,10 @@ def import_corpus(
     config = StudyConfig(
         name=name,
         title=corpus.name,
-        tasks={task: TaskConfig(role="annotator") for task in ("describe", "segment", "ground")},
+        tasks={
+            task: TaskConfig(role="annotator", practice=False)
+            for task in ("describe", "segment", "ground")
+        },
     )
     study = Study(id=new_id(), name=name, config=stored(config), created_at=now())
     session.add(study)

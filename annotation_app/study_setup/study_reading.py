@@ -50,9 +50,6 @@ def _problem(study: StudyConfig) -> Problem | None:
         problem = task.study_problem(study)
         if problem is not None:
             return problem
-        if task.example is None and task.name in study.tasks and study.tasks[task.name].practice:
-            field = ("tasks", task.name, "practice")
-            return Problem(field, "this task has no practice example", "leave it out")
     ids = [question.id for question in study.questions]
     for i, name in enumerate(ids):
         if name in ids[:i]:

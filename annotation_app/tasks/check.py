@@ -25,6 +25,7 @@ from annotation_app.items.scenes import scene_payload
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
+from annotation_app.tasks.answer_types import Seconds, with_watching
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import checked_negative
@@ -38,6 +39,7 @@ class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Whether clauses match what was shown with them."""
 
     verdicts: dict[str, bool | Literal["cant_tell"]]
+    watched_s: Seconds | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ def _check(
     unknown = sorted(answer.verdicts.keys() - shown.keys())
     problems = [FieldProblem(node, "Tell whether this matches.") for node in missing]
     problems += [FieldProblem(node, "There is no such clause to check.") for node in unknown]
-    return {"verdicts": dict(answer.verdicts)}, problems
+    return with_watching({"verdicts": dict(answer.verdicts)}, answer.watched_s), problems
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
@@ -178,8 +180,9 @@ CHECK = Task(
         summary="Tell whether parts of a command match what is shown.",
         offer="Tell whether parts of commands match what is shown.",
         instructions=(
-            "For each clause something is shown that was drawn at random. It need not be what the "
-            "command was about, and mostly it isn't.",
+            "For each clause something is shown that was drawn at random. It may be what the "
+            "words mean, or not.",
+            "Where words say what happens, watch the video to its end.",
             "Choose “It matches” if the words of this clause could well mean what is shown, "
             "looking at nothing but these words.",
             "Choose “It doesn't match” if nobody would mean this by the words.",

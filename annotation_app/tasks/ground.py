@@ -2,7 +2,8 @@
 
 An item's payload is ``{"video", "text", "command", "sdcs"}``. The page sends ``{"groundings":
 {node: {"objects": [ids], "places": [{"xy"} or {"place": index}], "cant_tell", "time_s"}}, "trims":
-{node: [start_s, end_s]}}`` with the ids that it was told; real ones are kept. It is adopted as a
+{node: [start_s, end_s]}, "whole": [nodes]}`` with the ids that it was told; real ones are
+kept, and the parts of the video as `annotation_app.tasks.video_parts` says. It is adopted as a
 segmentation is.
 """
 
@@ -25,7 +26,7 @@ from annotation_app.items.scenes import Aliases, Scene, scene_payload
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.answer_types import Coordinate, Seconds
+from annotation_app.tasks.answer_types import Coordinate, Seconds, with_watching
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import positive
@@ -45,6 +46,7 @@ from annotation_app.tasks.task_record import (
     Task,
     TaskWords,
 )
+from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_parts
 from g3.geometry.plane import area, convex_hull
 from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import from_json
@@ -76,6 +78,8 @@ class Grounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     groundings: dict[str, ClauseGrounding]
     trims: dict[str, tuple[Seconds, Seconds]] = {}
+    whole: list[str] = []
+    watched_s: Seconds | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +97,7 @@ def _payload(session: Session, item: Item, salt: bytes) -> Record:
         "command": item.payload["text"],
         "sdcs": item.payload["sdcs"],
         "clauses": clauses_of(sdcs),
+        "asks_parts": bool(must_be_chosen(sdcs)),
         **scene_payload(scene, names, media_files(session, item.study_id, video).public),
     }
 
@@ -113,7 +118,7 @@ def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Recor
         }
 
     groundings = {node: again(grounding) for node, grounding in body["groundings"].items()}
-    return {"groundings": groundings, "trims": body["trims"]}
+    return {"groundings": groundings, **sent_parts(from_json(item.payload["sdcs"]), body)}
 
 
 def _check(
@@ -121,13 +126,13 @@ def _check(
 ) -> tuple[Record, list[FieldProblem]]:
     problems: list[FieldProblem] = []
     scene, names = aliases_of(session, item, item.payload["video"], salt)
-    nodes = list(breadth_first(from_json(item.payload["sdcs"])))
+    sdcs = from_json(item.payload["sdcs"])
+    nodes = list(breadth_first(sdcs))
     wanted = {
         str(n)
         for n, sdc in enumerate(nodes)
         if sdc.type in ("OBJECT", "PLACE") and not sdc.is_implicit
     }
-    trimmed = {str(n) for n, sdc in enumerate(nodes) if sdc.type in ("EVENT", "PATH")}
     for node in sorted(answer.groundings.keys() - wanted):
         problems.append(FieldProblem(node, "There is no such clause to ground."))
     kept = {}
@@ -140,13 +145,9 @@ def _check(
             )
         else:
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
-    for node, (start, end) in sorted(answer.trims.items()):
-        if node not in trimmed:
-            problems.append(FieldProblem(node, "There is no such clause to trim."))
-        elif not start < end <= scene.duration_s + 0.5:
-            problems.append(FieldProblem(node, "The part of the video must begin before it ends."))
-    trims = {node: list(trim) for node, trim in answer.trims.items()}
-    return {"groundings": kept, "trims": trims}, problems
+    parts, more = read_parts(sdcs, answer.trims, answer.whole, scene.duration_s)
+    body = {"groundings": kept, **parts}
+    return with_watching(body, answer.watched_s), problems + more
 
 
 def _clause_grounding(
@@ -237,9 +238,9 @@ GROUND = Task(
             "Several clauses may mean the same thing: “the cup” and “the cup on the table” are "
             "one cup.",
             "If the words mean a place, choose one that is on the map, or mark it there.",
-            "The video tells what the command was meant to bring about.",
-            "Where words say what happens, you need do nothing, unless they say only a part of "
-            "it: then choose which.",
+            "The video tells what the command was meant to bring about. Watch it to its end.",
+            "Where words say what happens, tell which part of the video shows it. If the command "
+            "has one step only, that is the whole video unless you say otherwise.",
             "Choose “can't tell” if you have looked and still don't know.",
         ),
         keys=(
@@ -260,6 +261,7 @@ GROUND = Task(
         "command": scene.command,
         "sdcs": scene.sdcs,
         "clauses": scene.clauses,
+        "asks_parts": False,
         **scene.scene,
     },
     gives=GROUNDINGS,

@@ -104,4 +104,11 @@ def mixed_groundings(session: Session, item: Item, form: Mapping[str, str]) -> R
         groundings[node] = body["groundings"][node]
     for body in (answers[choice] for choice in dict.fromkeys(choices.values())):
         trims = {**body.get("trims", {}), **trims}
-    return {"groundings": groundings, "trims": trims}
+    whole: Record = {}
+    for body in (answers[choice] for choice in dict.fromkeys(choices.values())):
+        whole = {**body.get("whole", {}), **whole}
+    return {
+        "groundings": groundings,
+        "trims": trims,
+        "whole": {node: how for node, how in whole.items() if node not in trims},
+    }

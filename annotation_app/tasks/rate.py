@@ -22,6 +22,7 @@ from annotation_app.items.new_items import NewItem, draws, videos_of
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, measured
+from annotation_app.tasks.answer_types import Seconds, with_watching
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of, people_of
 from annotation_app.tasks.task_record import COMMAND, Counts, Source, Task, TaskWords
 from corpus_tools.world.scenarios.documents import Problem
@@ -37,6 +38,7 @@ class Rated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How much somebody agrees: 1 strongly disagrees, 5 strongly agrees."""
 
     rating: Annotated[int, msgspec.Meta(ge=1, le=5)]
+    watched_s: Seconds | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ def _payload(session: Session, item: Item, _salt: bytes) -> Record:
 def _check(
     _session: Session, _item: AnyItem, answer: Rated, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    return {"rating": answer.rating}, []
+    return with_watching({"rating": answer.rating}, answer.watched_s), []
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:

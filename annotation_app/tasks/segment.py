@@ -92,12 +92,19 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem
     return problems
 
 
+def _suggestion(item: Item) -> Any:
+    return item.payload.get("suggestion") or suggest(item.payload["text"])
+
+
+def _likeness(suggestion: Any, body: Record) -> float:
+    return tree_f(from_json(suggestion), from_json(body["sdcs"]))
+
+
 def _payload(_session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
     return {
         "command": text,
         "words": list(words_of(text)),
-        "suggestion": item.payload.get("suggestion") or suggest(text),
     }
 
 
@@ -156,6 +163,14 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
         yield Measured(f"{measure} F, mean over pairs", value, pairs)
 
 
+def _became_of(provenance: Record | None) -> str:
+    """A suggestion's state, and what its likeness to the answer is, for a comment."""
+    if provenance is None:
+        return "unknown"
+    likeness = f", likeness {provenance['likeness']:.3f}" if "likeness" in provenance else ""
+    return f"{provenance['suggestion']}{likeness}"
+
+
 def to_conllu(session: Session, study: Study) -> bytes:
     """The words of commands with the clauses that they are in, as far as those are adopted.
 
@@ -176,6 +191,7 @@ def to_conllu(session: Session, study: Study) -> bytes:
     analyses = analyse(item.payload["text"] for _, item in found)
     sentences = (
         f"# sent_id = {study.name}-{answer.id}\n"
+        f"# suggestion = {_became_of(answer.provenance)}\n"
         + sentence(analysis, from_json(answer.body["sdcs"]))
         for (answer, _), analysis in zip(found, analyses, strict=True)
     )
@@ -220,6 +236,8 @@ SEGMENT = Task(
     payload=_payload,
     check=_check,
     example=lambda scene: {"command": scene.command, "words": scene.words, "suggestion": None},
+    suggestion=_suggestion,
+    likeness=_likeness,
     warm_up=warm_up,
     gives=CLAUSES,
     source=Source(COMMAND, _items),

@@ -185,6 +185,11 @@ class Task:
         What the page gets for practice; without it there is no practice.
     hides_title
         Whether the page leaves out the study's title, which may name what is in the videos.
+    suggestion
+        What a program suggests for an item, None if nothing. The page gets it, or None where the
+        study or the draw withholds it, as ``"suggestion"`` of its payload.
+    likeness
+        How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it.
     warm_up
         Called before the app serves a study with the task.
 
@@ -229,6 +234,8 @@ class Task:
     blueprint: Blueprint | None = None
     example: Callable[[PracticeExample], Record] | None = None
     hides_title: bool = False
+    suggestion: Callable[[Item], Any] | None = None
+    likeness: Callable[[Any, Record], float] | None = None
     warm_up: Callable[[], None] | None = None
 
     gives: str = ""

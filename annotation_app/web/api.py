@@ -23,10 +23,10 @@ from annotation_app.store.models import Answer, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
-from annotation_app.work import adoption
+from annotation_app.work import adoption, offers
 from annotation_app.work.answer_reading import read_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
-from annotation_app.work.page_data import page_data
+from annotation_app.work.page_data import opened_page, page_data
 
 blueprint = Blueprint("api", __name__, url_prefix="/api")
 
@@ -93,8 +93,7 @@ def lease(study_name: str, task_name: str) -> Response:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):
         return _answer({"reason": taken, "error": EXPLANATIONS[taken]}, 409)
-    with reading(engine) as session:
-        return _answer(page_data(session, taken.item_id, person.id, installation().salt))
+    return _answer(opened_page(engine, taken.item_id, person.id, installation().salt))
 
 
 @blueprint.get("/items/<item_id>")
@@ -102,7 +101,20 @@ def item(item_id: str) -> Response:
     """An item that is or was this person's, with their draft."""
     with reading(installation().engine) as session:
         found = item_of(session, item_id)
-        return _answer(page_data(session, item_id, found.who, installation().salt))
+    return _answer(opened_page(installation().engine, item_id, found.who, installation().salt))
+
+
+@blueprint.post("/items/<item_id>/begin")
+@limited(submissions)
+def begin(item_id: str) -> Response:
+    """Keep an item for somebody who has begun to work on it."""
+    engine = installation().engine
+    with reading(engine) as session:
+        found = item_of(session, item_id)
+    until = lease_s(restored(found.config), found.task)
+    with transaction(engine) as session:
+        held = extend(session, found.id, found.who, now=now(), lease_s=until)
+    return _answer({"leased": held})
 
 
 @blueprint.put("/items/<item_id>/draft")
@@ -136,6 +148,7 @@ def answer(item_id: str) -> Response:
     with reading(engine) as session:
         found = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
+        provenance = offers.provenance(session, found, found.who, kept)
     with transaction(engine) as session:
         receipt = submit(
             session,
@@ -144,6 +157,7 @@ def answer(item_id: str) -> Response:
             uuid=request.uuid,
             sent=request.body,
             body=kept,
+            provenance=provenance,
             now=now(),
             adopted=task_of(found.task).adjudication is None,
         )

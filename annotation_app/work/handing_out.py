@@ -36,6 +36,8 @@ EXPLANATIONS: dict[Reason, str] = {
     "role": "This task is for annotators, who have a login.",
 }
 """What people read when they get no item."""
+HOLD_S = 120.0
+"""How long somebody has an item who has opened its page and done nothing."""
 
 
 _STUDY = select(Study).where(Study.name == bindparam("study"))
@@ -78,27 +80,43 @@ def task_config(config: StudyConfig, task: TaskName) -> TaskConfig:
 
 def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) -> Reason | None:
     """Why somebody may not do a task of a study, no matter which items there are."""
-    task_of = config.tasks.get(task)
+    asked = config.tasks.get(task)
     is_staff = RANKS[person.role] > RANKS["worker"]
     checks: tuple[tuple[bool, Reason], ...] = (
         (person.blocked_at is not None, "blocked"),
         (study.closed_at is not None, "closed"),
-        (task_of is None, "not part"),
+        (asked is None, "not part"),
         (config.access == "invited" and person.provider == OPEN and not is_staff, "not invited"),
-        (task_of is not None and RANKS[person.role] < RANKS[task_of.role], "role"),
+        (asked is not None and RANKS[person.role] < RANKS[asked.role], "role"),
         (not has_consented(person, study.id) and not is_staff, "no consent"),
-        (
-            task_of is not None and task_of.practice and not has_practised(person, task),
-            "no practice",
-        ),
+        (must_practise(config, task, person), "no practice"),
     )
     return next((reason for fails, reason in checks if fails), None)
 
 
+def must_practise(config: StudyConfig, task: TaskName, person: Person) -> bool:
+    """Whether somebody has to do a task's practice example first."""
+    asked = config.tasks.get(task)
+    has_example = task_of(task).example is not None
+    return asked is not None and asked.practice and has_example and not has_practised(person, task)
+
+
 def take_work(
-    session: Session, study: Study, task: TaskName, person: Person, *, now: float
+    session: Session,
+    study: Study,
+    task: TaskName,
+    person: Person,
+    *,
+    now: float,
+    hold_s: float | None = None,
 ) -> Lease | Reason:
-    """Give somebody an item of a task, or say why not."""
+    """Give somebody an item of a task, or say why not.
+
+    Parameters
+    ----------
+    hold_s
+        How long they have it if they do nothing; else as long as the study says.
+    """
     config = restored(study.config)
     reason = obstacle(study, config, task, person)
     if reason is not None:
@@ -111,6 +129,7 @@ def take_work(
         person,
         now=now,
         lease_s=lease_s(config, task),
+        hold_s=hold_s,
         attention_share=config.attention_checks if of_task.passes is not None else 0.0,
         in_random_order=of_task.in_random_order,
     )

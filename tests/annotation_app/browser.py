@@ -68,4 +68,4 @@ def engine_of(app: Flask) -> Engine:
 
 
 def described(text: str = COMMAND) -> dict[str, Any]:
-    return {"text": text, "played_to_end": True, "watched_s": 10.0}
+    return {"text": text, "played_to_end": True, "watched_s": 1.0}

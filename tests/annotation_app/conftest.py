@@ -28,15 +28,16 @@ PATIENCE_MS = 30_000
 
 _numbers = itertools.count()
 
+NO_PRACTICE = TaskConfig(practice=False)
 STUDY = StudyConfig(
     name="tests",
     title="A study",
     tasks={
-        "describe": TaskConfig(answers=2, lease_minutes=10),
-        "segment": TaskConfig(),
-        "ground": TaskConfig(),
-        "check": TaskConfig(),
-        "rate": TaskConfig(answers=2),
+        "describe": TaskConfig(answers=2, lease_minutes=10, practice=False),
+        "segment": NO_PRACTICE,
+        "ground": NO_PRACTICE,
+        "check": NO_PRACTICE,
+        "rate": TaskConfig(answers=2, practice=False),
     },
     attention_checks=0.5,
     known_commands=(KnownCommand("Wait here.", VIDEOS[0], VIDEOS[1]),),

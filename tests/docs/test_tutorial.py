@@ -124,11 +124,13 @@ def annotate() -> None:
     people = [Browser(app, study="my-study") for _ in range(PEOPLE)]
     for person in people:
         for _ in COMMANDS:
+            person.send("POST", "/api/practice/describe", {})
             page = person.lease("describe", "my-study").json
             text, _ = COMMANDS[subject(app, page["item"])]
             assert person.answer(page["item"], described(text)).status_code == 200
     annotator = people[0]
     for task in ("segment", "ground", "check"):
+        annotator.send("POST", f"/api/practice/{task}", {})
         while (response := annotator.lease(task, "my-study")).status_code == 200:
             page = response.json
             answered = annotator.answer(page["item"], ANSWERS[task](page["payload"]))

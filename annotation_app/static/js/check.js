@@ -24,18 +24,36 @@ $("editor").append(bar, panel, stage);
 const work = begin({
   initial: { verdicts: {}, current: clauses[0]?.node },
   draw,
-  body: ({ verdicts }) => ({ verdicts }),
-  problems: ({ verdicts }) =>
-    clauses.filter((c) => verdicts[c.node] === undefined).map((c) => `Tell whether “${c.phrase}” matches.`),
+  body: ({ verdicts, watched = {} }) => {
+    const times = Object.values(watched);
+    return { verdicts, watched_s: times.length ? times.reduce((a, b) => a + b) : undefined };
+  },
+  problems: ({ verdicts, watched = {} }) => [
+    ...clauses.filter((c) => isShownByVideo(c) && watched[c.shown.scene] === undefined)
+      .map((c) => `Watch the video for “${c.phrase}” to its end first.`),
+    ...clauses.filter((c) => verdicts[c.node] === undefined).map((c) => `Tell whether “${c.phrase}” matches.`),
+  ],
   feedback: checkFeedback,
 });
 
+/** Whether the question is about a video, not about things in it. */
+function isShownByVideo({ shown }) {
+  return !shown.objects.length && !shown.places.length && Boolean(payload.scenes[shown.scene].video);
+}
+
+function watched(index, seconds) {
+  work.change({ ...work.state, watched: { ...work.state.watched, [index]: seconds } }, { silent: true });
+}
+
 /** Scenes are made when they are first looked at, so that few videos are fetched. */
-function view(index) {
+function view(index, state) {
   if (!views[index]) {
     const scene = numbered(payload.scenes[index]);
     const map = showMap(scene, null, () => {});
     const picture = showPicture(scene, null, map.show);
+    if (clauses.some((c) => c.shown.scene === index && isShownByVideo(c))) {
+      picture.requireWatching(state.watched?.[index] !== undefined, (seconds) => watched(index, seconds));
+    }
     const element = h("div", { class: "scene" }, picture.element, map.element);
     views[index] = { scene, map, picture, element };
   }
@@ -67,7 +85,7 @@ function draw(state) {
   const clause = clauses.find((c) => c.node === state.current);
   if (!clause) return;
   const { shown } = clause;
-  const { scene, map, picture, element } = view(shown.scene);
+  const { scene, map, picture, element } = view(shown.scene, state);
   showCommand(clause.node);
   if (stage.firstChild !== element) stage.replaceChildren(element);
   picture.mark(shown.objects);

@@ -14,6 +14,10 @@ const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
 const ROBOT = data.practice ? " (the boat)" : " (the robot)";
 const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
 
+const isAsked = (clause) => isThing(clause) || payload.asks_parts;
+const first = clauses.find(isAsked) ?? clauses[0];
+const mustWatch = Boolean(scene.video);
+
 let map = null;
 const picture = showPicture(scene, toggleObject, (t) => map?.show(t));
 map = showMap(scene, (kind, id) => (kind === "object" ? toggleObject(id) : togglePlace(id)), addPlace);
@@ -23,16 +27,25 @@ const lists = h("section", { class: "lists", "aria-label": "Things and places by
 $("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, map.element), lists);
 
 const work = begin({
-  initial: { groundings: {}, trims: {}, current: clauses.find(isThing)?.node ?? clauses[0]?.node },
+  initial: { groundings: {}, trims: {}, whole: [], current: first?.node },
   draw,
-  body: ({ groundings, trims }) => ({ groundings, trims }),
-  problems: (state) =>
-    clauses
-      .filter((clause) => isThing(clause) && !isDone(state, clause))
-      .map((clause) => `Show what “${clause.phrase}” is, or choose “can't tell”.`),
+  body: ({ groundings, trims, whole = [], watched_s }) => ({ groundings, trims, whole: whole.map(String), watched_s }),
+  problems: (state) => [
+    ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
+    ...clauses
+      .filter((clause) => !isDone(state, clause))
+      .map((clause) => isThing(clause)
+        ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
+        : `Choose which part of the video shows “${clause.phrase}”.`),
+  ],
   feedback: groundFeedback,
 });
 
+if (mustWatch) {
+  picture.requireWatching(work.state.watched_s !== undefined, (watched_s) =>
+    work.change({ ...work.state, watched_s }, { silent: true }),
+  );
+}
 map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]')?.focus());
 
 function of(state, node) {
@@ -44,8 +57,9 @@ function clauseOf(state) {
 }
 
 function isDone(state, clause) {
+  if (!isThing(clause)) return !payload.asks_parts || state.trims[clause.node] || isWhole(state, clause.node);
   const grounding = of(state, clause.node);
-  return !isThing(clause) || grounding.cant_tell || grounding.objects.length + grounding.places.length > 0;
+  return grounding.cant_tell || grounding.objects.length + grounding.places.length > 0;
 }
 
 function set(part, said) {
@@ -88,10 +102,17 @@ function go(node) {
   announce(`${clause.type}: ${clause.phrase}`);
 }
 
+function isWhole(state, node) {
+  return Boolean(state.whole?.includes(node));
+}
+
+/** Choose a part of the video for the current clause; null is the whole video. */
 function setTrim(trim) {
-  const { [work.state.current]: _, ...others } = work.state.trims;
-  const trims = trim ? { ...others, [work.state.current]: trim } : others;
-  work.change({ ...work.state, trims });
+  const { current } = work.state;
+  const { [current]: _, ...others } = work.state.trims;
+  const trims = trim ? { ...others, [current]: trim } : others;
+  const left = (work.state.whole ?? []).filter((node) => node !== current);
+  work.change({ ...work.state, trims, whole: trim ? left : [...left, current] });
 }
 
 document.addEventListener("keydown", (event) => {
@@ -117,7 +138,7 @@ function draw(state) {
     grounding.places.filter((place) => place.xy).map((place) => place.xy),
   );
   redraw(bar, clauseBar(clauses, clause.node, (c) => isDone(state, c), go));
-  redraw(ask, ...(isThing(clause) ? askParts(clause, grounding) : trimParts(clause, state.trims[clause.node])));
+  redraw(ask, ...(isThing(clause) ? askParts(clause, grounding) : trimParts(clause, state)));
   redraw(lists, ...(isThing(clause) ? listParts(grounding) : []));
 }
 
@@ -164,7 +185,9 @@ function listParts(grounding) {
   ].filter(Boolean);
 }
 
-function trimParts(clause, trim) {
+function trimParts(clause, state) {
+  const trim = state.trims[clause.node];
+  const isAllOfIt = isWhole(state, clause.node) || (!trim && !payload.asks_parts);
   const [from, to] = trim ?? [0, scene.duration_s];
   const slider = (label, value, set_) => {
     const output = h("output", {}, `${value.toFixed(1)} s`);
@@ -182,7 +205,7 @@ function trimParts(clause, trim) {
   const parts = scene.steps.map(([start, end], i) =>
     h("button", { type: "button", "data-key": `part ${i}`, onclick: () => setTrim([start, Math.min(end, scene.duration_s)]) }, `Part ${i + 1}: ${start.toFixed(0)}–${end.toFixed(0)} s`),
   );
-  const whole = choice("radio", "trim", "The whole video", !trim, () => setTrim(null), { "data-key": "whole" });
+  const whole = choice("radio", "trim", "The whole video", isAllOfIt, () => setTrim(null), { "data-key": "whole" });
   const part = choice("radio", "trim", "A part of it", Boolean(trim), () => setTrim(scene.steps[0] ?? [0, scene.duration_s]), { "data-key": "part" });
   return [
     question(clause, "Which part of the video shows"),
@@ -195,7 +218,9 @@ function trimParts(clause, trim) {
           slider("To", to, (v) => setTrim([from, Math.max(v, from + 0.1)])),
           parts.length > 1 ? h("div", { class: "actions" }, parts) : null,
         )
-      : h("p", { class: "quiet" }, "You need do nothing here unless these words are about a part only."),
+      : h("p", { class: "quiet" }, payload.asks_parts
+        ? "The command has several steps. Play the video, and choose the part that shows this one."
+        : "The command has one step: it is the whole video, unless you choose a part."),
     h("div", { class: "actions" }, next()),
   ];
 }

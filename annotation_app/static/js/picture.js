@@ -1,6 +1,7 @@
 // The video with the outlines of things over it, which can be clicked at its first moment.
 
 import { h, s } from "./dom.js";
+import { watchToEnd } from "./player.js";
 import { mediaUrl } from "./server.js";
 
 const FIRST_MOMENT_S = 0.15;
@@ -72,11 +73,14 @@ export function showPicture(scene, pick, moved) {
   }
   video.addEventListener("timeupdate", () => show(video.currentTime));
 
+  const note = h("p", { class: "note", role: "status" });
+
   const element = h(
     "div",
     { class: "picture" },
     h("div", { class: "screen" }, video, layer),
     h("div", { class: "transport" }, play, toStart, slider, clock),
+    note,
     hint,
   );
   show(0);
@@ -84,6 +88,10 @@ export function showPicture(scene, pick, moved) {
     element,
     seek,
     get time() { return video.currentTime || 0; },
+    /** Have the video watched to its end: `watched(seconds)` is called when it has been. */
+    requireWatching(alreadyWatched, watched) {
+      watchToEnd(video, note, alreadyWatched, watched);
+    },
     /** Mark what is chosen. */
     mark(ids) {
       for (const [id, group] of shapes) group.classList.toggle("chosen", ids.includes(id));

@@ -1,4 +1,4 @@
-// The video of Describe and Rate, which must be watched to its end.
+// The video of Describe and Rate, and watching any video to its end.
 
 import { h } from "./dom.js";
 import { mediaUrl } from "./server.js";
@@ -19,6 +19,18 @@ export function showVideo(container, payload, alreadyWatched, watched) {
     poster: payload.poster && mediaUrl(payload.poster),
     src: mediaUrl(payload.video),
   });
+  watchToEnd(video, note, alreadyWatched, watched);
+  video.addEventListener("error", () => {
+    const again = h("button", { type: "button", onclick: () => video.load() }, "Try again");
+    note.replaceChildren("The video can't be played. ", again);
+    note.dataset.kind = "open";
+  });
+  container.append(video, note);
+  return video;
+}
+
+/** Tell in a note whether a video was watched, and call `watched(seconds)` when it has been. */
+export function watchToEnd(video, note, alreadyWatched, watched) {
   let isDone = alreadyWatched;
 
   function say(text, kind) {
@@ -37,18 +49,11 @@ export function showVideo(container, payload, alreadyWatched, watched) {
     say("You have watched it to the end. You can watch it again.", "done");
     watched(Math.round(seconds * 10) / 10);
   });
-  video.addEventListener("error", () => {
-    const again = h("button", { type: "button", onclick: () => video.load() }, "Try again");
-    note.replaceChildren("The video can't be played. ", again);
-    note.dataset.kind = "open";
-  });
   say(
     isDone ? "You have watched it to the end. You can watch it again."
       : "Watch the video to its end before you send.",
     isDone ? "done" : "open",
   );
-  container.append(video, note);
-  return video;
 }
 
 function played(video) {

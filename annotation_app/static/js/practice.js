@@ -2,15 +2,11 @@
 
 const answer = (good, text) => ({ good, text });
 
-export function describeFeedback({ text }) {
-  const lower = text.toLowerCase();
-  if (/\b(is|was|has|goes|sails|moves|drives|travels|went|sailed|moved)\b/.test(lower)) {
-    return answer(false, "That tells what happens. Say what is to be done, as in “Sail to …”.");
-  }
-  if (lower.trim().split(/\s+/).length < 3) {
-    return answer(false, "That is very short. Would an expert know from it where to go?");
-  }
-  return answer(true, "Others wrote: “Sail over to the buoy next to the lighthouse.” Yours may be quite different.");
+/** No pattern can tell a good command from a bad one: people compare theirs with some. */
+export function describeFeedback() {
+  return {
+    text: "Compare yours with some that would do: “Sail over to the buoy next to the lighthouse.” “The buoy that is by the lighthouse: go there.” “Head for the lighthouse and stop at its buoy.” All say what is to be done, and to which buoy. Yours may be quite different.",
+  };
 }
 
 const shape = (sdcs) => JSON.stringify(sdcs.map(plain));

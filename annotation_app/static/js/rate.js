@@ -14,7 +14,7 @@ const work = begin({
   draw(state) {
     for (const radio of radios) radio.checked = Number(radio.value) === state.rating;
   },
-  body: (state) => ({ rating: state.rating }),
+  body: ({ rating, watched_s }) => ({ rating, watched_s }),
   problems(state) {
     const found = [];
     if (!state.played_to_end) found.push("Watch the video to its end first.");
@@ -35,6 +35,6 @@ document.addEventListener("keydown", (event) => {
   radio.focus();
   announce(radio.parentElement.textContent.trim());
 });
-showVideo($("player"), payload, work.state.played_to_end, () =>
-  work.change({ ...work.state, played_to_end: true }, { silent: true }),
+showVideo($("player"), payload, work.state.played_to_end, (watched_s) =>
+  work.change({ ...work.state, played_to_end: true, watched_s }, { silent: true }),
 );

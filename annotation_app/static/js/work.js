@@ -9,13 +9,15 @@ export const data = JSON.parse($("item").textContent);
 export const payload = data.payload;
 
 const LONGEST_HISTORY = 200;
+const HOLD_AGAIN_MS = 60000;
+const LOST = "Somebody else may have got this one meanwhile. You can go on, or load the page again for another.";
 
 /**
  * Begin to work on the page's item.
  *
  * initial: the state without a draft; anything that JSON can say.
  * draw(state): show it. body(state): the answer. problems(state): messages, before it is sent.
- * feedback(state): for practice, {good, text}. undoable: whether undo is offered.
+ * feedback(state): for practice, {good, text}; without `good` there is no verdict. undoable: whether undo is offered.
  */
 export function begin({ initial, draw, body, problems, feedback, undoable = true }) {
   const drafts = new Drafts(data.who, data, show);
@@ -51,7 +53,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   function step(from, to, word) {
     if (!from.length) return;
     to.push(state);
-    state = from.pop();
+    state = { ...from.pop(), ...watchedIn(state) };
     drafts.keep(state);
     refresh();
     announce(word);
@@ -108,12 +110,13 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
 
   async function practise() {
     const { good, text } = feedback(state);
+    const verdict = { true: "Well done. ", false: "Not quite. " }[good] ?? "Thank you. ";
     const box = $("feedback");
     box.hidden = false;
-    box.dataset.good = good;
-    box.replaceChildren(h("p", {}, h("strong", {}, good ? "Well done. " : "Not quite. "), text));
+    box.dataset.good = good ?? "open";
+    box.replaceChildren(h("p", {}, h("strong", {}, verdict), text));
     box.focus();
-    if (!good) return;
+    if (good === false) return;
     // Kept before one can go on, and the focus stays where it is by then.
     if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
     box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, "Go on")));
@@ -137,6 +140,24 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     } catch {
       tell(["There is no network. Try again in a while."]);
     }
+  }
+
+  let heldUntil = 0; // by this page's clock
+
+  /** The item was only held for a look; whoever does something has it on. */
+  async function hold() {
+    if (data.practice || isSending || Date.now() < heldUntil) return;
+    heldUntil = Date.now() + HOLD_AGAIN_MS;
+    try {
+      const { status, data: reply } = await send("POST", `/api/items/${data.item}/begin`, {});
+      if (status !== 200) heldUntil = 0;
+      else if (!reply.leased) show("local", LOST);
+    } catch {
+      heldUntil = 0; // no network: the next action asks again
+    }
+  }
+  for (const name of ["pointerdown", "keydown", "input", "play"]) {
+    $("main").addEventListener(name, hold, { capture: true });
   }
 
   const singleKeys = $("single-keys");
@@ -168,6 +189,11 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   if (drafts.latest) show(drafts.isBehind ? "local" : "saved", "Your draft is back");
   if (!data.practice) sendLeft(sendOff);
   return { change, get state() { return state; } };
+}
+
+/** What was watched stays watched, whatever is undone. */
+function watchedIn({ watched, watched_s }) {
+  return { ...(watched && { watched }), ...(watched_s !== undefined && { watched_s }) };
 }
 
 /** Send answers that an earlier page could not: this item's first, then others'. */

@@ -139,8 +139,9 @@ def test_words_with_their_clauses(app: Flask, tmp_path: Path) -> None:
     command = ["annotate", "export", str(file), "--format", "conllu", "--instance", instance]
     assert run(command) == 0
     first, *_ = file.read_text().split("\n\n")
-    head, text, *words = first.splitlines()
+    head, suggestion, text, *words = first.splitlines()
     assert head.startswith("# sent_id = tests-")
+    assert suggestion.startswith("# suggestion = shown, likeness ")
     noun = text.split()[-1]
     assert text == f"# text = Drive to the {noun}"
     columns = [word.split("\t") for word in words]

@@ -189,9 +189,9 @@ def test_what_the_installation_lacks(app: Flask, people: People, videos: Path) -
         name="strict",
         title="Strict",
         tasks={
-            "describe": TaskConfig(role="annotator"),
-            "segment": TaskConfig(role="annotator", answers=2),
-            "check": TaskConfig(),
+            "describe": TaskConfig(role="annotator", practice=False),
+            "segment": TaskConfig(role="annotator", answers=2, practice=False),
+            "check": TaskConfig(practice=False),
         },
     )
     with transaction(engine_of(app)) as session:
@@ -219,11 +219,11 @@ def test_what_the_installation_lacks(app: Flask, people: People, videos: Path) -
 
 
 def test_what_is_imported_or_named_needs_no_task_before(app: Flask) -> None:
-    config = StudyConfig(name="a", title="A", tasks={"segment": TaskConfig()})
+    config = StudyConfig(name="a", title="A", tasks={"segment": TaskConfig(practice=False)})
     assert list(study_obstacles(config, NOBODY, {"segment": 3})) == []
     assert len(list(study_obstacles(config, NOBODY, {}))) == 1
     everything = msgspec.structs.replace(
-        config, tasks={task: TaskConfig() for task in task_names()}
+        config, tasks={task: TaskConfig(practice=False) for task in task_names()}
     )
     assert list(study_obstacles(everything, NOBODY, {})) == []
     Browser(app)

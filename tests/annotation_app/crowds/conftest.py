@@ -12,7 +12,7 @@ from tests.annotation_app.crowds.stand_ins import MechanicalTurk, serving
 
 PAID = msgspec.structs.replace(
     STUDY,
-    tasks={**STUDY.tasks, "describe": TaskConfig(answers=9)},
+    tasks={**STUDY.tasks, "describe": TaskConfig(answers=9, practice=False)},
     payment=Payment(0.10),
     attention_checks=0.0,
     known_commands=(),

@@ -10,10 +10,10 @@ SHARED = msgspec.structs.replace(
     STUDY,
     tasks={
         **STUDY.tasks,
-        "describe": TaskConfig(answers=9),
-        "segment": TaskConfig(answers=2),
-        "ground": TaskConfig(answers=2),
-        "rate": TaskConfig(answers=9),
+        "describe": TaskConfig(answers=9, practice=False),
+        "segment": TaskConfig(answers=2, practice=False),
+        "ground": TaskConfig(answers=2, practice=False),
+        "rate": TaskConfig(answers=9, practice=False),
     },
 )
 

@@ -118,7 +118,13 @@ def test_handouts_of_the_previous_program_have_no_boot(app: Flask) -> None:
 
 @pytest.mark.parametrize(
     "study",
-    [StudyConfig(name="tests", title="A study", tasks={"describe": TaskConfig(lease_minutes=10)})],
+    [
+        StudyConfig(
+            name="tests",
+            title="A study",
+            tasks={"describe": TaskConfig(lease_minutes=10, practice=False)},
+        )
+    ],
 )
 def test_leases_made_while_the_clock_was_ahead_dont_block(
     app: Flask, set_clock: Callable[[float], None]

@@ -33,7 +33,7 @@ TASKS = ("describe", "segment", "ground", "check", "rate")
 STUDY = StudyConfig(
     name="sea",
     title="A study",
-    tasks={task: TaskConfig(answers=2) for task in TASKS},
+    tasks={task: TaskConfig(answers=2, practice=False) for task in TASKS},
     questions=(Question("english", "Is English your first language?", ("Yes", "No")),),
     qualification=("I am at least 18 years old.",),
 )

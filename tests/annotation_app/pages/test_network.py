@@ -22,6 +22,7 @@ def saved(page: Page) -> None:
 
 
 def judge(page: Page) -> None:
+    watch(page)
     for key in ("y", "]", "n"):
         page.keyboard.press(key)
 
@@ -130,6 +131,7 @@ def test_an_answer_in_one_tab_wins_over_a_draft_in_another(
     judge(first)
     with first.expect_navigation():
         first.get_by_role("button", name="Send", exact=True).click()
+    watch(second)
     second.keyboard.press("x")
     expect(second.locator("#saving")).to_contain_text("another tab")
     with second.expect_navigation():

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
+from sqlalchemy import delete, select
 
+from annotation_app.store.database import transaction
+from annotation_app.store.installation import now
+from annotation_app.store.models import Item, Slot
+from annotation_app.work.handing_out import HOLD_S
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.in_browser import violations
 from tests.annotation_app.pages.conftest import COMMAND, Site
 
 pytestmark = pytest.mark.slow
@@ -193,16 +200,24 @@ def test_ground(site: Site, context: BrowserContext) -> None:
     page.locator(".clause-bar .type-EVENT").click()
     page.get_by_label("A part of it").check()
     page.get_by_role("button", name="Part 2").click()
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("Watch the video to its end first.")
+    watch(page)
     send(page, "ground")
     (answer,) = site.answers("ground")
+    assert answer.body["watched_s"] >= 0.9
     (grounding,) = answer.body["groundings"].values()
     assert len(grounding["objects"]) == 1
     assert [sorted(place) for place in grounding["places"]] == [["place"], ["xy"]]
     assert answer.body["trims"] == {"0": [0.5, 1.0]}
+    assert answer.body["whole"] == {"2": "preset"}
 
 
 def test_ground_by_keys(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "ground")
+    tab_to(page, ".play")
+    page.keyboard.press("Space")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
     for key in ("1", "3", "1", "m", "ArrowRight", "ArrowUp", "+", "Enter"):
         page.keyboard.press(key)
     tab_to(page, ".clause-bar .type-PATH")
@@ -224,6 +239,7 @@ def test_ground_wants_every_clause(site: Site, context: BrowserContext) -> None:
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text("the red crate")
     page.get_by_role("button", name="Can't tell").click()
+    watch(page)
     send(page, "ground")
     (answer,) = site.answers("ground")
     assert [g["cant_tell"] for g in answer.body["groundings"].values()] == [True]
@@ -232,6 +248,9 @@ def test_ground_wants_every_clause(site: Site, context: BrowserContext) -> None:
 def test_check(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "check")
     page.get_by_label("It doesn't match").check()
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("Watch the video for “to the red crate”")
+    watch(page)
     page.get_by_role("button", name="Next clause").click()
     expect(page.locator(".map .thing.chosen")).to_have_count(1)
     page.get_by_role("radio", name="It matches").check()
@@ -242,7 +261,9 @@ def test_check(site: Site, context: BrowserContext) -> None:
 
 def test_check_by_keys(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "check")
-    for key in ("y", "]", "n", "Control+z", "x"):
+    page.keyboard.press("y")
+    watch(page)
+    for key in ("Control+z", "y", "]", "n", "Control+z", "x"):
         page.keyboard.press(key)
     send_by_keys(page)
     (answer,) = site.answers("check")
@@ -288,3 +309,86 @@ def test_skip_and_report(site: Site, context: BrowserContext) -> None:
     with page.expect_navigation():
         page.locator("#note-ok").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("all that there is for you")
+
+
+STEPS = "Go to the red crate and stop."
+TWO_STEPS = "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the red crate))); EVENT(r = stop)"
+
+
+def test_nothing_is_preset_for_a_command_of_several_steps(
+    site: Site, context: BrowserContext
+) -> None:
+    sdcs = to_json(parse_brackets(TWO_STEPS, command=STEPS))
+    with transaction(site.engine) as session:
+        session.execute(
+            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="ground")))
+        )
+    site.add("ground", STEPS, sdcs=sdcs)
+    page = site.open(context, "ground")
+    expect(page.locator(".tick-mark")).to_have_count(0)
+    expect(page.get_by_role("radio", checked=True)).to_have_count(0)
+    assert violations(page) == []
+    watch(page)
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text(
+        "Choose which part of the video shows “stop”."
+    )
+    page.get_by_label("A part of it").check()
+    page.get_by_role("button", name="Part 1").click()
+    page.locator(".clause-bar .type-EVENT", has_text="stop").click()
+    page.get_by_label("A part of it").check()
+    page.get_by_role("button", name="Part 2").click()
+    page.locator(".clause-bar .type-PATH").click()
+    page.get_by_label("The whole video").check()
+    page.locator(".clause-bar .type-OBJECT").click()
+    page.get_by_role("button", name="Can't tell").click()
+    expect(page.locator(".tick-mark")).to_have_count(4)
+    send(page, "ground")
+    (answer,) = site.answers("ground")
+    assert answer.body["trims"] == {"0": [0.0, 0.5], "1": [0.5, 1.0]}
+    assert set(answer.body["whole"].values()) == {"chosen"}
+
+
+def test_a_suggestion_that_is_just_sent_is_unchanged(site: Site, context: BrowserContext) -> None:
+    """The editor's form of a tree and the suggestion's are the same."""
+    with transaction(site.engine) as session:
+        session.execute(
+            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="segment")))
+        )
+    site.add("segment", STEPS, suggestion=to_json(parse_brackets(TWO_STEPS, command=STEPS)))
+    page = site.open(context, "segment")
+    expect(page.get_by_text("A program has made this suggestion")).to_be_visible()
+    send(page, "segment")
+    (answer,) = site.answers("segment")
+    assert answer.provenance == {"suggestion": "shown", "unchanged": True, "likeness": 1.0}
+
+
+def test_the_first_click_leases_the_item(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "rate")
+
+    def left_s() -> float:
+        with transaction(site.engine) as session:
+            return session.scalars(select(Slot.expires_at).where(Slot.expires_at > 0)).one() - now()
+
+    assert left_s() <= HOLD_S
+    with page.expect_response("**/begin") as reply:
+        page.locator("#likert legend").click()
+    assert reply.value.json() == {"leased": True}
+    assert left_s() > HOLD_S
+
+
+@pytest.mark.parametrize("text", ["Sail to the buoy that is next to the lighthouse", "Go"])
+def test_practising_to_describe_gives_no_verdict(
+    site: Site, context: BrowserContext, text: str
+) -> None:
+    site.sign_in(context)
+    page = context.new_page()
+    page.goto(f"{site.url}/practice/describe?study=sea")
+    watch(page)
+    page.get_by_label("Type the command").fill(text)
+    page.get_by_role("button", name="Check my answer").click()
+    told = page.locator("#feedback")
+    expect(told).to_contain_text("Compare yours with some that would do")
+    expect(told).not_to_contain_text("Not quite")
+    expect(told).not_to_contain_text("Well done")
+    expect(told.get_by_role("link", name="Go on")).to_be_visible()

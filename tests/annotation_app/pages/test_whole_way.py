@@ -53,6 +53,12 @@ def watch(page: Page) -> None:
     expect(page.get_by_text("You have watched it to the end")).to_be_visible()
 
 
+def play(page: Page) -> None:
+    tab_to(page, ".play")
+    page.keyboard.press("Space")
+    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
+
+
 def annotate(page: Page) -> None:
     """All tasks but rate."""
     choose(page, "describe")
@@ -64,10 +70,13 @@ def annotate(page: Page) -> None:
     make_tree_by_keys(page)
     send_by_keys(page)
     choose(page, "ground")
+    play(page)
     page.keyboard.press("2")
     send_by_keys(page)
     choose(page, "check")
     for _ in range(page.locator(".clause-bar button").count()):
+        if page.get_by_text("Watch the video to its end before").is_visible():
+            play(page)
         page.keyboard.press("n")
         page.keyboard.press("]")
     send_by_keys(page)

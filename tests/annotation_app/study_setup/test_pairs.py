@@ -44,7 +44,7 @@ RECORDS = [
 def test_people_rate_what_the_file_names(app: Flask, videos: Path, tmp_path: Path) -> None:
     written = read_study(write_study(tmp_path, PAIRS, seed=0))
     assert written.tasks["rate"].practice
-    study = msgspec.structs.replace(written, tasks={"rate": TaskConfig(answers=5)})
+    study = msgspec.structs.replace(written, tasks={"rate": TaskConfig(answers=5, practice=False)})
     for _ in range(2):  # the second time nothing is new
         with transaction(engine_of(app)) as session:
             put_study(session, study, rendered_videos(videos))
@@ -69,7 +69,7 @@ def test_a_pair_of_no_video_is_refused(app: Flask, videos: Path) -> None:
     study = StudyConfig(
         name="other",
         title="Other",
-        tasks={"rate": TaskConfig()},
+        tasks={"rate": TaskConfig(practice=False)},
         pairs=(RatedPair("Go.", "nowhere", OWN),),
     )
     with (

@@ -1,0 +1,83 @@
+"""Which part of a video shows what an EVENT or a PATH says.
+
+Of a command of one step it is the whole video, unless somebody says otherwise. With several EVENTs
+nothing is preset, or each of them would get the whole video by default. An answer keeps
+``"trims"``: {node: [start_s, end_s]}, and ``"whole"``: {node: "chosen" or "preset"}, which tells
+whether somebody chose the whole video or left it so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.store.models import Record
+from g3.sdc.clauses import SDC, all_words, breadth_first
+
+SLACK_S = 0.5
+"""How far beyond a video's end a part may go: players round."""
+
+
+def must_be_chosen(sdcs: tuple[SDC, ...]) -> Mapping[str, str]:
+    """The nodes for which nothing is preset, and their words."""
+    named = [(str(n), sdc) for n, sdc in enumerate(breadth_first(sdcs)) if not sdc.is_implicit]
+    if sum(sdc.type == "EVENT" for _, sdc in named) < 2:
+        return {}
+    return {
+        node: " ".join(word.text for word in all_words(sdc))
+        for node, sdc in named
+        if sdc.type in ("EVENT", "PATH")
+    }
+
+
+def read_parts(
+    sdcs: tuple[SDC, ...],
+    trims: Mapping[str, tuple[float, float]],
+    whole: Collection[str],
+    duration_s: float,
+) -> tuple[Record, list[FieldProblem]]:
+    """The parts that somebody chose as they are kept, and what is wrong with them.
+
+    Parameters
+    ----------
+    whole
+        The nodes for which the whole video was chosen.
+    duration_s
+        The video's.
+    """
+    known = _happening(sdcs)
+    problems = []
+    for node, (start, end) in sorted(trims.items()):
+        if node not in known:
+            problems.append(FieldProblem(node, "There is no such clause to trim."))
+        elif not start < end <= duration_s + SLACK_S:
+            problems.append(FieldProblem(node, "The part of the video must begin before it ends."))
+    for node in sorted(set(whole)):
+        if node not in known:
+            problems.append(FieldProblem(node, "There is no such clause to trim."))
+        elif node in trims:
+            problems.append(FieldProblem(node, "Choose either the whole video or a part of it."))
+    for node, phrase in must_be_chosen(sdcs).items():
+        if node not in trims and node not in whole:
+            problems.append(FieldProblem(node, f'Choose which part of the video shows "{phrase}".'))
+    left = [node for node in known if node not in trims]
+    kept = {
+        "trims": {node: list(trim) for node, trim in trims.items()},
+        "whole": {node: "chosen" if node in whole else "preset" for node in left},
+    }
+    return kept, problems
+
+
+def sent_parts(sdcs: tuple[SDC, ...], body: Record) -> Record:
+    """The parts of a kept answer in the form in which a page sends them.
+
+    Answers from before nodes could be chosen have no ``"whole"``: they mean the whole video.
+    """
+    trims = body["trims"]
+    whole = body.get("whole", {n: "chosen" for n in _happening(sdcs) if n not in trims})
+    return {"trims": trims, "whole": [node for node, how in whole.items() if how == "chosen"]}
+
+
+def _happening(sdcs: tuple[SDC, ...]) -> list[str]:
+    nodes = enumerate(breadth_first(sdcs))
+    return [str(node) for node, sdc in nodes if sdc.type in ("EVENT", "PATH")]

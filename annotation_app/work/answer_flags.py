@@ -1,0 +1,51 @@
+"""What is odd about a single answer, as far as the answer itself shows it.
+
+A flag is a reason to look, not a verdict: exports and the dashboard's page of people show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from annotation_app.store.models import Record
+
+QUICK_S, QUICK_WORD_S = 2.0, 0.5
+"""Who sends sooner can't have read a command and its suggestion: people read some four words a
+second."""
+SLACK_S = 2.0
+"""Players round, and a page's clock doesn't begin with the server's."""
+
+UNREAD = "unchanged suggestion, sent before it could be read"
+WATCHED_LONGER = "watched longer than the item was there"
+
+
+def is_untouched(provenance: Record | None) -> bool:
+    """Whether an answer is a suggestion that was shown and sent unchanged."""
+    return (
+        provenance is not None
+        and provenance["suggestion"] == "shown"
+        and bool(provenance["unchanged"])
+    )
+
+
+def answer_flags(
+    payload: Record, body: Record, provenance: Record | None, seconds: float | None
+) -> Iterator[str]:
+    """What is odd about an answer.
+
+    Parameters
+    ----------
+    payload
+        The item's.
+    body, provenance
+        The answer's.
+    seconds
+        How long the person had the item; None if that isn't known.
+    """
+    if seconds is None:
+        return
+    words = len(payload.get("text", "").split())
+    if is_untouched(provenance) and seconds < QUICK_S + QUICK_WORD_S * words:
+        yield UNREAD
+    if body.get("watched_s", 0.0) > seconds + SLACK_S:
+        yield WATCHED_LONGER

@@ -1,0 +1,87 @@
+"""What a program suggests to people, who sees it, and what their answers make of it.
+
+An offer is ``{"state", "suggestion"}``, kept with the handout when somebody first opens an item's
+page. So it stays what they saw, whatever the program or the study's file says by then. States:
+
+- ``shown``: the person saw the suggestion;
+- ``withheld``: there is one, and the draw of a study with ``half`` has left it out;
+- ``off``: the study shows none;
+- ``none``: the program had nothing to suggest, or isn't installed.
+
+An answer's provenance is ``{"suggestion": state, "likeness", "unchanged"}``, the last two where
+there is a suggestion. So answers can also be compared with suggestions that nobody saw.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, TypeAlias
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.new_items import draws
+from annotation_app.store.models import Handout, Item, Record
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.task_registry import task_of
+from annotation_app.work.handing_out import task_config
+
+State: TypeAlias = Literal["shown", "withheld", "off", "none"]
+
+
+def new_offer(config: StudyConfig, item: Item) -> Record | None:
+    """What to offer for an item; None if its task has no suggestions."""
+    suggestion = task_of(item.task).suggestion
+    if suggestion is None:
+        return None
+    wanted = task_config(config, item.task).suggestions
+    if wanted == "off":
+        return _offer("off")
+    found = suggestion(item)
+    if found is None:
+        return _offer("none")
+    is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
+    return _offer("shown" if is_shown else "withheld", found)
+
+
+def seen(offer: Record | None) -> Any:
+    """What somebody sees of an offer."""
+    return offer["suggestion"] if offer is not None and offer["state"] == "shown" else None
+
+
+def offered(session: Session, item_id: str, who: str) -> Record | None:
+    """What was offered to somebody."""
+    return session.scalar(
+        select(Handout.offer).where(Handout.item_id == item_id, Handout.person_id == who)
+    )
+
+
+def keep_offer(session: Session, item_id: str, who: str, offer: Record) -> None:
+    """Keep what is offered to somebody, unless something was before."""
+    session.execute(
+        update(Handout)
+        .where(Handout.item_id == item_id, Handout.person_id == who, Handout.offer.is_(None))
+        .values(offer=offer)
+    )
+
+
+def provenance(session: Session, item: AnyItem, who: str, body: Record) -> Record | None:
+    """What a suggestion had to do with somebody's answer; None if they were offered nothing."""
+    task = task_of(item.task)
+    if task.likeness is None:
+        return None
+    offer = offered(session, item.id, who)
+    if offer is None:
+        return None
+    if offer["suggestion"] is None:
+        return {"suggestion": offer["state"]}
+    likeness = task.likeness(offer["suggestion"], body)
+    return {
+        "suggestion": offer["state"],
+        "unchanged": likeness == 1.0,
+        "likeness": round(likeness, 3),
+    }
+
+
+def _offer(state: State, suggestion: Any = None) -> Record:
+    return {"state": state, "suggestion": suggestion}

@@ -1,0 +1,173 @@
+"""What a program suggests, who sees it, and what is kept of that with the answers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import msgspec
+import pytest
+from flask import Flask
+from sqlalchemy import update
+
+from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.workers import workers
+from annotation_app.export.answer_tables import to_csv, to_jsonl
+from annotation_app.items.new_items import NewItem, add_item
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.models import Answer, Record
+from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConfig, stored
+from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
+from annotation_app.work.handing_out import find_study
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import COMMAND, Browser, engine_of
+from tests.annotation_app.rendered import VIDEOS
+
+SUGGESTED = to_json(
+    parse_brackets(
+        "EVENT(r = Pick up, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))",
+        command=COMMAND,
+    )
+)
+OTHER = to_json(parse_brackets("EVENT(r = Pick up, l = OBJ(f = the tires))", command=COMMAND))
+
+
+@pytest.fixture
+def study() -> StudyConfig:
+    return StudyConfig(
+        name="tests", title="A study", tasks={"segment": TaskConfig(answers=3, practice=False)}
+    )
+
+
+def put(app: Flask, study: StudyConfig, suggestions: Suggestions, items: int = 1) -> None:
+    """Commands with a suggestion of their own, as an imported corpus has them."""
+    tasks = {"segment": msgspec.structs.replace(study.tasks["segment"], suggestions=suggestions)}
+    config = msgspec.structs.replace(study, tasks=tasks)
+    with transaction(engine_of(app)) as session:
+        found = find_study(session, "tests")
+        found.config = stored(config)
+        for number in range(items):
+            about = {
+                "text": COMMAND, "command": number, "video": VIDEOS[0], "suggestion": SUGGESTED
+            }  # fmt: skip
+            add_item(session, found, config, NewItem("segment", f"command {number}", about))
+
+
+def rows(app: Flask) -> list[Record]:
+    with reading(engine_of(app)) as session:
+        found = to_jsonl(session, find_study(session, "tests"))
+    return [json.loads(line) for line in found.splitlines()]
+
+
+def of(row: Record) -> tuple[str, bool | None, float | None]:
+    return row["suggestion"], row["unchanged"], row["likeness"]
+
+
+def test_answers_tell_what_became_of_the_suggestion(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on")
+    for sent in (SUGGESTED, OTHER):
+        person = Browser(app)
+        page = person.take("segment")
+        assert page["payload"]["suggestion"] == SUGGESTED
+        assert person.answer(page["item"], {"sdcs": sent}).status_code == 200
+    # of the suggestion's four named clauses one is like one of the two that were sent: 2 / (4 + 2)
+    assert [of(row) for row in rows(app)] == [("shown", True, 1.0), ("shown", False, 0.333)]
+    with reading(engine_of(app)) as session:
+        table = to_csv(session, find_study(session, "tests")).decode()
+    first, second = csv.DictReader(io.StringIO(table))
+    assert (first["unchanged"], first["flags"]) == (
+        "True", "unchanged suggestion, sent before it could be read"
+    )  # fmt: skip
+    assert (second["unchanged"], second["likeness"], second["flags"]) == ("False", "0.333", "")
+
+
+def test_a_study_can_do_without_suggestions(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "off")
+    person = Browser(app)
+    page = person.take("segment")
+    assert page["payload"]["suggestion"] is None
+    person.answer(page["item"], {"sdcs": SUGGESTED})
+    assert [of(row) for row in rows(app)] == [("off", None, None)]
+
+
+def test_half_of_the_items_have_theirs_for_everybody(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "half", items=40)
+    seen: list[dict[str, bool]] = []
+    for person in (Browser(app), Browser(app)):
+        mine = {}
+        for _ in range(40):
+            page = person.take("segment")
+            mine[page["item"]] = page["payload"]["suggestion"] is not None
+            person.answer(page["item"], {"sdcs": OTHER})
+        seen.append(mine)
+    assert seen[0] == seen[1]
+    assert 10 <= sum(seen[0].values()) <= 30
+    states = {row["item"]: row["suggestion"] for row in rows(app)}
+    assert states == {item: "shown" if was else "withheld" for item, was in seen[0].items()}
+    assert {row["likeness"] for row in rows(app)} == {0.333}, "also where nobody saw it"
+
+
+def test_what_somebody_saw_stays_though_the_file_changes(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on")
+    person = Browser(app)
+    page = person.take("segment")
+    put(app, study, "off", items=0)
+    again = person.client.get(f"/api/items/{page['item']}").json
+    assert again["payload"]["suggestion"] == SUGGESTED
+    person.answer(page["item"], {"sdcs": SUGGESTED})
+    assert [of(row) for row in rows(app)] == [("shown", True, 1.0)]
+
+
+def test_agreement_is_told_apart(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on")
+    for sent in (SUGGESTED, SUGGESTED, OTHER):
+        Browser(app).do("segment", {"sdcs": sent})
+    with reading(engine_of(app)) as session:
+        found = agreement(session, find_study(session, "tests").id)
+    trees = {a.answers: (a.value, a.units) for a in found if a.measure.startswith("tree")}
+    assert trees["all"] == (pytest.approx((1 + 1 / 3 + 1 / 3) / 3), 3)
+    assert trees["without untouched suggestions"] == (None, 0)
+    assert trees["no suggestion seen"] == (None, 0)
+
+
+def test_answers_from_before_have_no_provenance(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on")
+    Browser(app).do("segment", {"sdcs": SUGGESTED})
+    with transaction(engine_of(app)) as session:
+        session.execute(update(Answer).values(provenance=None))
+    assert [of(row) for row in rows(app)] == [("", None, None)]
+    with reading(engine_of(app)) as session:
+        agreement(session, find_study(session, "tests").id)
+
+
+def test_people_who_send_unread_suggestions_are_flagged(app: Flask, study: StudyConfig) -> None:
+    put(app, study, "on", items=3)
+    hasty, slow = Browser(app), Browser(app)
+    for person in (hasty, slow):
+        for _ in range(3):
+            person.do("segment", {"sdcs": SUGGESTED})
+    with transaction(engine_of(app)) as session:
+        session.execute(
+            update(Answer).where(Answer.person_id == slow.person.id).values(seconds=30.0)
+        )
+    with reading(engine_of(app)) as session:
+        found = workers(session, find_study(session, "tests").id)
+    reasons = {worker.person_id: worker.reasons for worker in found}
+    assert reasons[slow.person.id] == ()
+    assert reasons[hasty.person.id] == (f"{UNREAD}: 3 times",)
+
+
+@pytest.mark.parametrize(
+    ("watched_s", "seconds", "flags"),
+    [
+        (22.8, 7.7, [WATCHED_LONGER]),
+        (9.6, 7.7, []),
+        (22.8, None, []),
+        (7.0, 60.0, []),
+    ],
+)
+def test_nobody_can_watch_longer_than_the_item_was_there(
+    watched_s: float, seconds: float | None, flags: list[str]
+) -> None:
+    assert list(answer_flags({}, {"watched_s": watched_s}, None, seconds)) == flags
