@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,15 +84,22 @@ def disputes(session: Session, study_id: str) -> list[Dispute]:
     return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
 
 
-def disputed(study_id: str) -> Select[tuple[str]]:
-    """The ids of items with several answers, all that are wanted, none of them adopted."""
+def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[tuple[str]]:
+    """The ids of items with several answers, all that are wanted, none of them adopted.
+
+    Parameters
+    ----------
+    among
+        Ids of items of the study, to look at no others.
+    """
+    here = Item.study_id == study_id if among is None else Item.id.in_(among)
     other = aliased(Answer)
     decided = [task.name for task in tasks() if task.adjudication is not None]
     return (
         select(Item.id)
         .join(Answer, Answer.item_id == Item.id)
         .where(
-            Item.study_id == study_id,
+            here,
             Item.task.in_(decided),
             Answer.excluded.is_(False),
             ~Item.subject.startswith(REPLACED),

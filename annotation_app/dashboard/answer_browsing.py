@@ -140,10 +140,12 @@ def find_answers(
 
     Only ids are sorted; what people sent is read for one page.
     """
+    # By the study's index all of its answers would be sorted: newest first, a page ends early.
+    study = Item.study_id if wanted.video else Item.study_id + ""
     ids = session.scalars(
         select(Answer.id)
         .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id, *_conditions(session, study_id, wanted))
+        .where(study == study_id, *_conditions(session, study_id, wanted))
         .order_by(Answer.id.desc())
         .limit(most + 1)
     ).all()
@@ -161,7 +163,7 @@ def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnsw
         .order_by(Answer.id.desc())
     ).all()
     items = [item.id for _, item, _ in rows]
-    open_ = set(session.scalars(disputed(study_id).where(Item.id.in_(items))))
+    open_ = set(session.scalars(disputed(study_id, items)))
     reports = list(
         session.scalars(select(Event.item_id).where(Event.item_id.in_(items), Event.name == "flag"))
     )

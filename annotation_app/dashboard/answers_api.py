@@ -13,7 +13,7 @@ from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.dashboard.answer_pages import act, answer_of
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.installation import installation, now
+from annotation_app.store.installation import installation
 from annotation_app.web.api import read_request
 from annotation_app.web.limits import limited, submissions
 from annotation_app.work.handing_out import find_study

@@ -67,10 +67,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     install(app, Installation(config, engine, installation_salt(engine, config), counter))
     Attempts(config.instance, config.model).install(app)
     CSRFProtect(app)
-    modules = (
-        api, openapi, media, crowds, dashboard, answer_pages, answers_api, login_admin, audit_pages, interface,
-        trying,
-    )  # fmt: skip
+    of_dashboard = (dashboard, answer_pages, answers_api, login_admin, audit_pages, interface)
+    modules = (api, openapi, media, crowds, *of_dashboard, trying)
     of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *of_tasks):
         app.register_blueprint(blueprint)
