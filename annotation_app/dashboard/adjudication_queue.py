@@ -84,7 +84,7 @@ def disputes(session: Session, study_id: str) -> list[Dispute]:
     return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
 
 
-def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[tuple[str]]:
+def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
     """The ids of items with several answers, all that are wanted, none of them adopted.
 
     Parameters

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
-from sqlalchemy import ColumnElement, Select, and_, exists, or_, select
+from sqlalchemy import ColumnElement, and_, exists, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
@@ -156,13 +156,14 @@ def find_answers(
 def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:
     """Answers of a study by their ids, newest first."""
     rows = session.execute(
-        select(Answer, Item, Person)
+        select(Answer, Item, Person, Event.name)
+        .join(Event, Event.id == Answer.event_id)
         .join(Item, Item.id == Answer.item_id)
         .join(Person, Person.id == Answer.person_id)
         .where(Answer.id.in_(ids), Item.study_id == study_id)
         .order_by(Answer.id.desc())
     ).all()
-    items = [item.id for _, item, _ in rows]
+    items = [item.id for _, item, _, _ in rows]
     open_ = set(session.scalars(disputed(study_id, items)))
     reports = list(
         session.scalars(select(Event.item_id).where(Event.item_id.in_(items), Event.name == "flag"))
@@ -177,11 +178,11 @@ def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnsw
             subject=subject_of(person),
             at=answer.at,
             seconds=answer.seconds,
-            states=_states(answer, item.id in open_),
+            states=_states(answer, event, item.id in open_),
             reports=reports.count(item.id),
             body=answer.body,
         )
-        for answer, item, person in rows
+        for answer, item, person, event in rows
     ]
 
 
@@ -205,7 +206,7 @@ def find_reports(
     most: int | None = PAGE,
 ) -> tuple[list[Report], int | None]:
     """Reported problems and skipped items, newest first, and the id to go on before."""
-    query: Select[Any] = (
+    query = (
         select(Event, Item, Person)
         .join(Item, Item.id == Event.item_id)
         .join(Person, Person.id == Event.person_id)
@@ -287,18 +288,19 @@ def _in_state(study_id: str, state: str) -> list[ColumnElement[bool]]:
     if state == "adopted":
         return [counts, Answer.adopted.is_(True)]
     if state == "late":
-        return [counts, Answer.surplus.is_(True)]
+        came = exists().where(Event.id == Answer.event_id, Event.name != "adjudicate")
+        return [counts, Answer.surplus.is_(True), came]
     if state == "in dispute":
         return [counts, Answer.item_id.in_(disputed(study_id))]
     return [counts]
 
 
-def _states(answer: Answer, is_open: bool) -> tuple[State, ...]:
+def _states(answer: Answer, event: str, is_open: bool) -> tuple[State, ...]:
     if answer.excluded:
         return ("excluded",)
     found: dict[State, bool] = {
         "adopted": answer.adopted,
-        "late": answer.surplus,
+        "late": answer.surplus and event != "adjudicate",
         "in dispute": is_open,
     }
     return ("submitted", *(state for state, holds in found.items() if holds))

@@ -83,7 +83,7 @@ def take_back(
         .where(Remark.answer_id == answer.id, Remark.kind.in_(("excluded", "sent back")))
         .order_by(Remark.id.desc())
     ).first()
-    before = {"adopted": False, "withdrawn": []} if last is None else last.before
+    before: Record = {"adopted": False, "withdrawn": []} if last is None else last.before
     answer.excluded = False
     if last is not None and last.kind == "sent back" and not _take_slot(session, answer):
         answer.surplus = True

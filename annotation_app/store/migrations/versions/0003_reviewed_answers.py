@@ -40,8 +40,9 @@ def upgrade() -> None:
 
 
 def _fill() -> None:
-    names = [sa.column(name) for name in ("video", "command")]
-    item = sa.table("item", sa.column("payload", sa.JSON()), *names)
+    item = sa.table(
+        "item", sa.column("payload", sa.JSON()), sa.column("video"), sa.column("command")
+    )
     video, command = (item.c.payload[key].as_string() for key in ("video", "text"))
     op.execute(
         item.update().values(
