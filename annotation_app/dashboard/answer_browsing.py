@@ -221,7 +221,7 @@ def find_reports(
     found = [
         Report(
             report=event.id,
-            kind=event.name,
+            kind="flag" if event.name == "flag" else "skip",
             task=found_item.task,
             item=found_item.id,
             video=found_item.video,
