@@ -210,6 +210,11 @@ def serve(
     "words with their clauses; csv, jsonl, parquet: all answers as they are.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
+@click.option(
+    "--with-excluded",
+    is_flag=True,
+    help="Also the answers that were left out, and why: csv, jsonl, parquet.",
+)
 @click.option("--force", is_flag=True, help="Replace what is there.")
 @JSON
 def export(
@@ -219,6 +224,7 @@ def export(
     place: Place,
     form: str,
     licence: str,
+    with_excluded: bool,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -248,6 +254,12 @@ def export(
     if form not in known:
         fix = f"use one of {', '.join(known)}"
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
+    if with_excluded and form not in answer_tables.WITH_EXCLUDED:
+        raise FormatError(
+            "this format has no place for answers that were left out",
+            where=f"--format {form}",
+            fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
+        )
     if form == "corpus":
         check_writable(out, force=force)
     config = open_instance(*place)
@@ -258,7 +270,9 @@ def export(
         check_current(engine)
         study = exports.find_only_study(session, study_name)
         if form in answer_tables.TABLES:
-            write_bytes(out, answer_tables.TABLES[form].write(session, study))
+            write = answer_tables.TABLES[form].write
+            write = answer_tables.WITH_EXCLUDED[form] if with_excluded else write
+            write_bytes(out, write(session, study))
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return

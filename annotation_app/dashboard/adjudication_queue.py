@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import exists, func, select
+from sqlalchemy import Select, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
 from annotation_app.core.problems import Refusal
+from annotation_app.items.new_items import REPLACED
 from annotation_app.items.submissions import add_event
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Slot, Study, TaskName
@@ -71,22 +73,42 @@ def adjudication_of(item: Item) -> Adjudication | None:
 
 def disputes(session: Session, study_id: str) -> list[Dispute]:
     """What is to be decided, oldest first: all answers that are wanted are there."""
-    other = aliased(Answer)
-    decided = [task.name for task in tasks() if task.adjudication is not None]
+    ids = disputed(study_id)
     rows = session.execute(
         select(Item, func.count(Answer.id))
         .join(Answer, Answer.item_id == Item.id)
+        .where(Item.id.in_(ids), Answer.excluded.is_(False))
+        .group_by(Item.id)
+        .order_by(func.min(Answer.id))
+    )
+    return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
+
+
+def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
+    """The ids of items with several answers, all that are wanted, none of them adopted.
+
+    Parameters
+    ----------
+    among
+        Ids of items of the study, to look at no others.
+    """
+    here = Item.study_id == study_id if among is None else Item.id.in_(among)
+    other = aliased(Answer)
+    decided = [task.name for task in tasks() if task.adjudication is not None]
+    return (
+        select(Item.id)
+        .join(Answer, Answer.item_id == Item.id)
         .where(
-            Item.study_id == study_id,
+            here,
             Item.task.in_(decided),
+            Answer.excluded.is_(False),
+            ~Item.subject.startswith(REPLACED),
             ~exists().where(other.item_id == Item.id, other.adopted),
             ~exists().where(Slot.item_id == Item.id, Slot.answered.is_(False)),
         )
         .group_by(Item.id)
         .having(func.count(Answer.id) > 1)
-        .order_by(func.min(Answer.id))
     )
-    return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
 
 
 def compare(session: Session, item: Item, adjudication: Adjudication) -> Comparison:
@@ -94,7 +116,7 @@ def compare(session: Session, item: Item, adjudication: Adjudication) -> Compari
     rows = session.execute(
         select(Answer, Person)
         .join(Person, Person.id == Answer.person_id)
-        .where(Answer.item_id == item.id)
+        .where(Answer.item_id == item.id, Answer.excluded.is_(False))
         .order_by(Answer.id)
     ).all()
     bodies = [answer.body for answer, _ in rows]
@@ -125,7 +147,7 @@ def choose(
         If it isn't one of them.
     """
     answer = session.get(Answer, answer_id)
-    if answer is None or answer.item_id != item.id:
+    if answer is None or answer.item_id != item.id or answer.excluded:
         raise Refusal(422, "Choose one of the answers.")
     if _is_known(session, person, uuid):
         return

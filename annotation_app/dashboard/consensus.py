@@ -44,7 +44,12 @@ def agreement(session: Session, study_id: str) -> list[Agreement]:
         .join(Item, Item.id == Answer.item_id)
         .join(Event, Event.id == Answer.event_id)
         # Adjudicators have seen what the others answered.
-        .where(Item.study_id == study_id, Item.attention.is_(False), Event.name != "adjudicate")
+        .where(
+            Item.study_id == study_id,
+            Item.attention.is_(False),
+            Answer.excluded.is_(False),
+            Event.name != "adjudicate",
+        )
         .order_by(Answer.id)
     )
     bodies: dict[tuple[TaskName, str], dict[str, list[Record]]] = {}

@@ -220,7 +220,10 @@ def _page(template: str, person: Person, **values: object) -> str:
 def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str, str]:
     table = answer_tables.TABLES.get(form)
     if table is not None:
-        return table.write(session, study), f"{study.name}.{form}", table.media_type
+        write = table.write
+        if flask.request.args.get("excluded") == "yes":
+            write = answer_tables.WITH_EXCLUDED.get(form, write)
+        return write(session, study), f"{study.name}.{form}", table.media_type
     if form in FOLDERS:
         files = FOLDERS[form](export_corpus(session, study))
         return _zipped(study.name, files), f"{study.name}.zip", "application/zip"

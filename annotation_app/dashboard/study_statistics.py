@@ -86,7 +86,7 @@ def durations(session: Session, study_id: str) -> list[Duration]:
     rows = session.execute(
         select(Answer.task, Answer.seconds)
         .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id)
+        .where(Item.study_id == study_id, Answer.excluded.is_(False))
     )
     seconds: dict[TaskName, list[float]] = {}
     for task, taken in rows:
@@ -110,7 +110,7 @@ def collected(session: Session, study_id: str) -> Record:
         )
         .join(Item, Item.id == Answer.item_id)
         .join(Event, Event.id == Answer.event_id)
-        .where(Item.study_id == study_id, Item.attention.is_(False))
+        .where(Item.study_id == study_id, Item.attention.is_(False), Answer.excluded.is_(False))
     ).all()
     answers: dict[TaskName, list[tuple[Record, bool]]] = {}
     for task_name, body, adopted, _ in rows:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import subject_of
-from annotation_app.store.models import Answer, Item, Person, Record, Study
+from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
 from annotation_app.tasks.task_record import AnswerTable
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
@@ -19,28 +20,28 @@ from g3.errors import FormatError
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
-    "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body",
+    "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "excluded", "reason",
 )  # fmt: skip
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
-def to_jsonl(session: Session, study: Study) -> bytes:
+def to_jsonl(session: Session, study: Study, *, excluded: bool = False) -> bytes:
     """A line of JSON for each answer."""
-    return msgspec.json.Encoder().encode_lines(list(rows(session, study)))
+    return msgspec.json.Encoder().encode_lines(list(rows(session, study, excluded=excluded)))
 
 
-def to_csv(session: Session, study: Study) -> bytes:
+def to_csv(session: Session, study: Study, *, excluded: bool = False) -> bytes:
     """A row for each answer, its body as JSON; no cell is taken for a formula."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(FIELDS)
-    for row in rows(session, study):
+    for row in rows(session, study, excluded=excluded):
         body = msgspec.json.encode(row["body"]).decode()
         writer.writerow([safe_cell({**row, "body": body}[name]) for name in FIELDS])
     return text.getvalue().encode()
 
 
-def to_parquet(session: Session, study: Study) -> bytes:
+def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> bytes:
     """A table with a row for each answer, its body as JSON.
 
     Raises
@@ -57,23 +58,50 @@ def to_parquet(session: Session, study: Study) -> bytes:
             fix="pip install 'corpus-tools-g3[parquet]'",
         ) from error
     types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
-    types |= dict.fromkeys(("surplus", "adopted", "attention", "unchanged"), pa.bool_())
+    names = ("surplus", "adopted", "attention", "unchanged", "excluded")
+    types |= dict.fromkeys(names, pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
     listed = [
-        {**row, "body": msgspec.json.encode(row["body"]).decode()} for row in rows(session, study)
+        {**row, "body": msgspec.json.encode(row["body"]).decode()}
+        for row in rows(session, study, excluded=excluded)
     ]
     content = io.BytesIO()
     pq.write_table(pa.Table.from_pylist(listed, schema=schema), content)
     return content.getvalue()
 
 
+def reports_to_csv(session: Session, study: Study) -> bytes:
+    """A row for each problem that somebody reported and each item that somebody skipped."""
+    found = session.execute(
+        select(Event, Item, Person)
+        .join(Item, Item.id == Event.item_id)
+        .join(Person, Person.id == Event.person_id)
+        .where(Item.study_id == study.id, Event.name.in_(("flag", "skip")))
+        .order_by(Event.id)
+    )
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(("kind", "task", "item", "video", "command", "subject", "at", "reason"))
+    for event, item, person in found:
+        about = (event.name, item.task, item.id, item.video, item.command, subject_of(person))
+        writer.writerow(map(safe_cell, (*about, event.at, event.body.get("reason", ""))))
+    return text.getvalue().encode()
+
+
 TABLES: Mapping[str, AnswerTable] = {
     "csv": AnswerTable("Answers (CSV)", "text/csv", to_csv),
     "jsonl": AnswerTable("Answers (JSONL)", "application/x-ndjson", to_jsonl),
     "parquet": AnswerTable("Answers (Parquet)", "application/vnd.apache.parquet", to_parquet),
+    "reports.csv": AnswerTable("Reports and skips (CSV)", "text/csv", reports_to_csv),
     **{name: table for task in tasks() for name, table in task.tables.items()},
 }
 """What can be written to one file, by its format."""
+WITH_EXCLUDED: Mapping[str, Callable[[Session, Study], bytes]] = {
+    "csv": partial(to_csv, excluded=True),
+    "jsonl": partial(to_jsonl, excluded=True),
+    "parquet": partial(to_parquet, excluded=True),
+}
+"""The same with the answers that were left out, and why."""
 
 
 def safe_cell(value: object) -> object:
@@ -86,13 +114,20 @@ def safe_cell(value: object) -> object:
     return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
 
 
-def rows(session: Session, study: Study) -> Iterator[Record]:
-    """The answers in the order in which they came, with fields `FIELDS`."""
+def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
+    """The answers in the order in which they came, with fields `FIELDS`.
+
+    Parameters
+    ----------
+    excluded
+        Whether those are there too that were left out.
+    """
+    reasons = _reasons(session, study) if excluded else {}
     found = session.execute(
         select(Answer, Item, Person)
         .join(Item, Item.id == Answer.item_id)
         .join(Person, Person.id == Answer.person_id)
-        .where(Item.study_id == study.id)
+        .where(Item.study_id == study.id, *(() if excluded else (Answer.excluded.is_(False),)))
         .order_by(Answer.id)
     )
     for answer, item, person in found:
@@ -115,4 +150,18 @@ def rows(session: Session, study: Study) -> Iterator[Record]:
             "likeness": provenance.get("likeness"),
             "flags": "; ".join(flags),
             "body": answer.body,
+            "excluded": answer.excluded,
+            "reason": reasons.get(answer.id, "") if answer.excluded else "",
         }
+
+
+def _reasons(session: Session, study: Study) -> dict[int, str]:
+    """Why answers were last left out, by their ids."""
+    found = session.execute(
+        select(Remark.answer_id, Remark.text)
+        .join(Answer, Answer.id == Remark.answer_id)
+        .join(Item, Item.id == Answer.item_id)
+        .where(Item.study_id == study.id, Remark.kind.in_(("excluded", "sent back")))
+        .order_by(Remark.id)
+    )
+    return {one.answer_id: one.text for one in found}

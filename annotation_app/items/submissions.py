@@ -204,17 +204,29 @@ _MAKE_SURPLUS = (
 )
 
 
+_OWN_DEFAULT = ("id", "excluded")
+
+
 @functools.cache
 def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
     """Statements that insert an event and an answer, unless they are there already."""
     event, answer = (
-        {c.name: bindparam(c.name, type_=c.type) for c in table.columns if c.name != "id"}
+        {
+            c.name: bindparam(c.name, type_=c.type)
+            for c in table.columns
+            if c.name not in _OWN_DEFAULT
+        }
         for table in (EVENT, ANSWER)
     )
     since_handout = select(_seconds(answer["at"])).where(
         HANDOUT.c.item_id == answer["item_id"], HANDOUT.c.person_id == answer["person_id"]
     )
-    known = {**answer, "surplus": False, "seconds": since_handout.scalar_subquery()}
+    known = {
+        **answer,
+        "surplus": False,
+        "excluded": False,
+        "seconds": since_handout.scalar_subquery(),
+    }
     return (
         inserting(dialect, Event).values(event).on_conflict_do_nothing().returning(EVENT.c.id),
         inserting(dialect, Answer).values(known).on_conflict_do_nothing().returning(ANSWER.c.id),

@@ -27,6 +27,7 @@ from annotation_app.store.models import (
     Participation,
     Person,
     Record,
+    Remark,
     Slot,
 )
 from annotation_app.store.tombstones import Tombstone, joined
@@ -124,6 +125,8 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
     traces = traces_of(session, person)
     _delete_items(session, traces.items)
     own = person.id
+    _delete_remarks(session, Answer.person_id == own)
+    session.execute(update(Remark).where(Remark.person_id == own).values(text=""))
     session.execute(delete(Answer).where(Answer.person_id == own))
     for table in (Event, Draft, Handout):
         session.execute(delete(table).where(table.person_id == own))
@@ -231,9 +234,16 @@ def _answers_to(session: Session, items: Iterable[str]) -> Iterator[Answer]:
 
 def _delete_items(session: Session, items: Iterable[str]) -> None:
     for ids in _batches(items):
+        _delete_remarks(session, Answer.item_id.in_(ids))
         for table in (Answer, Event, Draft, Handout, Slot):
             session.execute(delete(table).where(table.item_id.in_(ids)))
         session.execute(delete(Item).where(Item.id.in_(ids)))
+
+
+def _delete_remarks(session: Session, about: ColumnElement[bool]) -> None:
+    """Delete what was said about answers: it may quote them."""
+    answers = select(Answer.id).where(about)
+    session.execute(delete(Remark).where(Remark.answer_id.in_(answers)))
 
 
 def is_booked(session: Session, one: Participation) -> bool:

@@ -10,6 +10,7 @@ import flask
 import msgspec
 from flask import Blueprint, Flask, Response
 
+from annotation_app.dashboard import answers_api
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.tasks.task_registry import task_names
 from annotation_app.trying import try_pages
@@ -33,7 +34,7 @@ def openapi() -> Response:
 
 def description() -> dict[str, Any]:
     """The whole description, version 3.1, made of the routes and of what they say of themselves."""
-    requests = {**REQUESTS, "try": TryRequest}
+    requests = {**REQUESTS, **answers_api.REQUESTS, "try": TryRequest}
     schemas = msgspec.json.schema_components(
         requests.values(), ref_template="#/components/schemas/{name}"
     )
@@ -55,7 +56,7 @@ def description() -> dict[str, Any]:
 
 def _paths(bodies: Mapping[str, Any]) -> dict[str, Any]:
     app = Flask(__name__)
-    for one in (api, try_pages):
+    for one in (api, answers_api, try_pages):
         app.register_blueprint(one.blueprint)
     found: dict[str, dict[str, Any]] = {}
     for rule in app.url_map.iter_rules():
@@ -68,6 +69,10 @@ def _paths(bodies: Mapping[str, Any]) -> dict[str, Any]:
             found[path] = {method.lower(): operation}
             if names := re.findall(r"{(\w+)}", path):
                 found[path]["parameters"] = [_parameter(one) for one in names]
+            for asked in answers_api.QUERIES.get(name, ()):
+                operation.setdefault("parameters", []).append(
+                    {"name": asked, "in": "query", "schema": {"type": "string"}}
+                )
     found["/api/session"]["get"]["security"] = []
     return found
 

@@ -8,6 +8,7 @@ Times are seconds since 1970 in UTC.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar, Literal, TypeAlias
 
 from sqlalchemy import (
@@ -20,6 +21,7 @@ from sqlalchemy import (
     UniqueConstraint,
     text,
 )
+from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
 TaskName: TypeAlias = str
@@ -63,6 +65,16 @@ class Media(Base):
     sha256: Mapped[str]
 
 
+def _of_payload(key: str, length: int) -> Callable[[DefaultExecutionContext], str]:
+    """What a new item's payload has at a key, for a column that can be searched."""
+
+    def found(context: DefaultExecutionContext) -> str:
+        parameters: Record = context.get_current_parameters()  # type: ignore[no-untyped-call]
+        return str(parameters["payload"].get(key, ""))[:length]
+
+    return found
+
+
 class Item(Base):
     """Something to be done by some people: a video to describe, a command to segment.
 
@@ -70,7 +82,10 @@ class Item(Base):
     """
 
     __tablename__ = "item"
-    __table_args__ = (UniqueConstraint("study_id", "task", "subject"),)
+    __table_args__ = (
+        UniqueConstraint("study_id", "task", "subject"),
+        Index("ix_item_video", "study_id", "video"),
+    )
 
     id: Mapped[str] = mapped_column(primary_key=True)
     study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
@@ -80,6 +95,12 @@ class Item(Base):
     """What the server knows of it; its task shows people their part."""
     rank: Mapped[float] = mapped_column(index=True)
     """Items with a lower rank are given out first, ratings in random order."""
+    video: Mapped[str] = mapped_column(default=_of_payload("video", 200), server_default="")
+    """As in the payload, for searches: they read no JSON."""
+    command: Mapped[str] = mapped_column(
+        String(2000), default=_of_payload("text", 2000), server_default=""
+    )
+    """The payload's ``"text"``, for searches."""
     author_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
     """Who must not get it: nobody rates their own command."""
     attention: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
@@ -189,10 +210,29 @@ class Answer(Base):
     surplus: Mapped[bool]
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
     """Whether the next task's items, and exports, are made of it."""
+    excluded: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+    """Whether somebody has left it out; the last :class:`Remark` says why."""
     seconds: Mapped[float | None]
     """How long the item was with the person; None where the clocks don't show it."""
     provenance: Mapped[Record | None]
     """Whether a suggestion was shown, and what became of it (`annotation_app.work.offers`)."""
+    at: Mapped[float]
+
+
+class Remark(Base):
+    """What a reviewer did with an answer, and what they said about it."""
+
+    __tablename__ = "remark"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    answer_id: Mapped[int] = mapped_column(ForeignKey("answer.id"), index=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
+    kind: Mapped[Literal["excluded", "sent back", "taken back", "commented"]] = mapped_column(
+        String(20)
+    )
+    text: Mapped[str] = mapped_column(String(2000))
+    before: Mapped[Record]
+    """What an exclusion changed, so that it can be taken back."""
     at: Mapped[float]
 
 

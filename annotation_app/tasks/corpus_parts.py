@@ -81,6 +81,7 @@ def answers_of(
             Item.study_id == study.id,
             Item.task == task,
             Item.attention.is_(False),
+            Answer.excluded.is_(False),
             ~Item.subject.startswith(REPLACED),
         )
         .order_by(Answer.id)

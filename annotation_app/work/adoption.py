@@ -35,7 +35,11 @@ def answered(session: Session, task: TaskName, answer_id: int) -> None:
     answer, item, study = session.execute(_ANSWERED, {"answer": answer_id}).one()
     if adjudication is not None:
         others = session.scalars(
-            select(Answer).where(Answer.item_id == item.id, Answer.surplus.is_(False))
+            select(Answer).where(
+                Answer.item_id == item.id,
+                Answer.surplus.is_(False),
+                Answer.excluded.is_(False),
+            )
         ).all()
         is_full = not session.scalar(
             select(func.count()).where(Slot.item_id == item.id, Slot.answered.is_(False))
@@ -103,7 +107,7 @@ def adjudicate(
         )
         session.add(answer)
     answer.event_id, answer.body, answer.at = event, body, now
-    answer.adopted = False
+    answer.adopted = answer.excluded = False
     session.flush()
     adopt(session, study, item, answer)
     return answer

@@ -16,7 +16,7 @@ from annotation_app.crowds.participation import Offer, sign_offer
 from annotation_app.people.accounts import add_login
 from annotation_app.people.participants import invitation
 from annotation_app.store.database import core, reading, transaction
-from annotation_app.store.models import Base, Media, Person
+from annotation_app.store.models import Answer, Base, Media, Person
 from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
@@ -28,6 +28,7 @@ JSON = {
     "adjudicate": {"uuid": UUID, "body": described()},
     "skip": {"uuid": UUID},
     "flag": {"uuid": UUID},
+    "review": {"action": "comment", "text": "Good."},
 }
 FORM = {
     "role": "annotator",
@@ -73,15 +74,18 @@ def member(app: Flask) -> Member:
 def requests(app: Flask, member: Member) -> Iterator[Request]:
     """A request to each route with each method."""
     other = Browser(app)
+    other.do("describe", described())
     lease = member.client.post("/api/studies/tests/tasks/describe/lease", json={})
     with reading(engine_of(app)) as session:
         study = find_study(session, "tests").id
         media = session.scalars(select(Media.id).where(Media.role == "video")).first()
+        answer = session.scalars(select(Answer.id)).first()
     key = installation_of(app).config.secret_key
     values = {
         "study_name": "tests",
         "task_name": "describe",
         "item_id": lease.json["item"],
+        "answer_id": answer,
         "media_id": media,
         "person_id": other.person.id,
         "provider_name": "links",

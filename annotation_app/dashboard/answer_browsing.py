@@ -1,0 +1,306 @@
+"""Finding answers and reports: filtered, a page at a time, newest first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+from sqlalchemy import ColumnElement, and_, exists, or_, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.dashboard.adjudication_queue import disputed
+from annotation_app.people.participants import subject_of
+from annotation_app.store.audit import name_of
+from annotation_app.store.models import (
+    Answer,
+    Event,
+    Item,
+    Media,
+    Person,
+    Record,
+    Remark,
+    TaskName,
+)
+from annotation_app.tasks.task_record import COMMAND
+from annotation_app.tasks.task_registry import task_names, tasks
+
+State: TypeAlias = Literal["submitted", "adopted", "in dispute", "late", "excluded"]
+STATES: tuple[State, ...] = get_args(State)
+PAGE = 25
+_REPORTS = ("flag", "skip")
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Which answers to show; what is empty leaves out nothing.
+
+    Parameters
+    ----------
+    person
+        The beginning of what exports call them.
+    flagged
+        Whether somebody has reported a problem with the item.
+    text
+        A part of the command, in small or capital letters.
+    before
+        Only answers with a lower id.
+    """
+
+    task: str = ""
+    person: str = ""
+    video: str = ""
+    state: str = ""
+    flagged: bool = False
+    text: str = ""
+    before: int | None = None
+
+    def parameters(self) -> dict[str, str]:
+        """For an address that shows the same answers from the first page."""
+        found = {name: getattr(self, name) for name in ("task", "person", "video", "state", "text")}
+        return {
+            **{k: v for k, v in found.items() if v},
+            **({"flagged": "1"} if self.flagged else {}),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class FoundAnswer:
+    """An answer in a list."""
+
+    answer: int
+    task: TaskName
+    item: str
+    video: str
+    command: str
+    subject: str
+    at: float
+    seconds: float | None
+    states: tuple[State, ...]
+    reports: int
+    body: Record
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a reviewer did or said."""
+
+    by: str
+    kind: str
+    text: str
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A problem that somebody reported, or why they skipped an item."""
+
+    report: int
+    kind: Literal["flag", "skip"]
+    task: TaskName
+    item: str
+    video: str
+    command: str
+    subject: str
+    reason: str
+    at: float
+
+
+def read_wanted(asked: Mapping[str, str]) -> Wanted:
+    """What the parameters of an address ask for.
+
+    Raises
+    ------
+    Refusal
+        If there is no such task or state.
+    """
+    task, state = asked.get("task", ""), asked.get("state", "")
+    if task and task not in task_names():
+        raise Refusal(404, "There is no such task.")
+    if state and state not in STATES:
+        raise Refusal(404, f"There is no such state. Use one of: {', '.join(STATES)}.")
+    words = {
+        n: asked.get(n, "").replace("\0", "").strip()[:200] for n in ("person", "video", "text")
+    }
+    flagged = asked.get("flagged", "") in ("1", "true", "yes")
+    return Wanted(task=task, state=state, flagged=flagged, before=read_before(asked), **words)
+
+
+def read_before(asked: Mapping[str, str]) -> int | None:
+    """The id that a page begins after, if an address names one."""
+    before = asked.get("before", "")
+    return int(before[:15]) if before.isascii() and before.isdigit() else None
+
+
+def find_answers(
+    session: Session, study_id: str, wanted: Wanted, *, most: int = PAGE
+) -> tuple[list[FoundAnswer], int | None]:
+    """Answers of a study, and the id to go on before, if there are more.
+
+    Only ids are sorted; what people sent is read for one page.
+    """
+    # By the study's index all of its answers would be sorted: newest first, a page ends early.
+    study = Item.study_id if wanted.video else Item.study_id + ""
+    ids = session.scalars(
+        select(Answer.id)
+        .join(Item, Item.id == Answer.item_id)
+        .where(study == study_id, *_conditions(session, study_id, wanted))
+        .order_by(Answer.id.desc())
+        .limit(most + 1)
+    ).all()
+    found = shown(session, study_id, ids[:most])
+    return found, ids[most - 1] if len(ids) > most else None
+
+
+def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:
+    """Answers of a study by their ids, newest first."""
+    rows = session.execute(
+        select(Answer, Item, Person, Event.name)
+        .join(Event, Event.id == Answer.event_id)
+        .join(Item, Item.id == Answer.item_id)
+        .join(Person, Person.id == Answer.person_id)
+        .where(Answer.id.in_(ids), Item.study_id == study_id)
+        .order_by(Answer.id.desc())
+    ).all()
+    items = [item.id for _, item, _, _ in rows]
+    open_ = set(session.scalars(disputed(study_id, items)))
+    reports = list(
+        session.scalars(select(Event.item_id).where(Event.item_id.in_(items), Event.name == "flag"))
+    )
+    return [
+        FoundAnswer(
+            answer=answer.id,
+            task=item.task,
+            item=item.id,
+            video=item.video,
+            command=item.command or str(answer.body.get("text", "")),
+            subject=subject_of(person),
+            at=answer.at,
+            seconds=answer.seconds,
+            states=_states(answer, event, item.id in open_),
+            reports=reports.count(item.id),
+            body=answer.body,
+        )
+        for answer, item, person, event in rows
+    ]
+
+
+def remarks(session: Session, answer_id: int) -> list[Said]:
+    """What was done with an answer and said about it, oldest first."""
+    rows = session.execute(
+        select(Remark, Person)
+        .join(Person, Person.id == Remark.person_id)
+        .where(Remark.answer_id == answer_id)
+        .order_by(Remark.id)
+    )
+    return [Said(name_of(person), one.kind, one.text, one.at) for one, person in rows]
+
+
+def find_reports(
+    session: Session,
+    study_id: str,
+    *,
+    item: str = "",
+    before: int | None = None,
+    most: int | None = PAGE,
+) -> tuple[list[Report], int | None]:
+    """Reported problems and skipped items, newest first, and the id to go on before."""
+    query = (
+        select(Event, Item, Person)
+        .join(Item, Item.id == Event.item_id)
+        .join(Person, Person.id == Event.person_id)
+        .where(Item.study_id == study_id, Event.name.in_(_REPORTS))
+        .order_by(Event.id.desc())
+    )
+    if item:
+        query = query.where(Event.item_id == item)
+    if before is not None:
+        query = query.where(Event.id < before)
+    rows = session.execute(query if most is None else query.limit(most + 1)).all()
+    found = [
+        Report(
+            report=event.id,
+            kind="flag" if event.name == "flag" else "skip",
+            task=found_item.task,
+            item=found_item.id,
+            video=found_item.video,
+            command=found_item.command,
+            subject=subject_of(person),
+            reason=str(event.body.get("reason", "")),
+            at=event.at,
+        )
+        for event, found_item, person in rows[:most]
+    ]
+    return found, found[-1].report if most is not None and len(rows) > most else None
+
+
+def posters(session: Session, study_id: str, videos: Sequence[str]) -> dict[str, dict[str, str]]:
+    """The public names of videos' files that people may see, by video and role."""
+    rows = session.execute(
+        select(Media.video, Media.role, Media.id).where(
+            Media.study_id == study_id,
+            Media.video.in_(set(videos)),
+            Media.role.in_(("video", "poster")),
+        )
+    )
+    found: dict[str, dict[str, str]] = {}
+    for video, role, name in rows:
+        found.setdefault(video, {})[role] = name
+    return found
+
+
+def videos(session: Session, study_id: str) -> Sequence[str]:
+    """The names of the videos that items are about."""
+    return session.scalars(
+        select(Item.video).where(Item.study_id == study_id).distinct().order_by(Item.video)
+    ).all()
+
+
+def _conditions(session: Session, study_id: str, wanted: Wanted) -> list[ColumnElement[bool]]:
+    found: list[ColumnElement[bool]] = []
+    if wanted.task:
+        found.append(Answer.task == wanted.task)
+    if wanted.person:
+        known = Person.external_hash.startswith(wanted.person, autoescape=True)
+        found.append(Answer.person_id.in_(session.scalars(select(Person.id).where(known)).all()))
+    if wanted.video:
+        found.append(Item.video == wanted.video)
+    if wanted.flagged:
+        found.append(exists().where(Event.item_id == Item.id, Event.name == "flag"))
+    if wanted.text:
+        # Only the answers that are commands are read for it: they are short.
+        typed = [task.name for task in tasks() if task.gives == COMMAND]
+        own = Answer.body["text"].as_string().icontains(wanted.text, autoescape=True)
+        here = Item.command.icontains(wanted.text, autoescape=True)
+        found.append(or_(here, and_(Answer.task.in_(typed), own)))
+    if wanted.before is not None:
+        found.append(Answer.id < wanted.before)
+    if wanted.state:
+        found += _in_state(study_id, wanted.state)
+    return found
+
+
+def _in_state(study_id: str, state: str) -> list[ColumnElement[bool]]:
+    if state == "excluded":
+        return [Answer.excluded.is_(True)]
+    counts = Answer.excluded.is_(False)
+    if state == "adopted":
+        return [counts, Answer.adopted.is_(True)]
+    if state == "late":
+        came = exists().where(Event.id == Answer.event_id, Event.name != "adjudicate")
+        return [counts, Answer.surplus.is_(True), came]
+    if state == "in dispute":
+        return [counts, Answer.item_id.in_(disputed(study_id))]
+    return [counts]
+
+
+def _states(answer: Answer, event: str, is_open: bool) -> tuple[State, ...]:
+    if answer.excluded:
+        return ("excluded",)
+    found: dict[State, bool] = {
+        "adopted": answer.adopted,
+        "late": answer.surplus and event != "adjudicate",
+        "in dispute": is_open,
+    }
+    return ("submitted", *(state for state, holds in found.items() if holds))

@@ -1,0 +1,183 @@
+"""Pages on which researchers read what was collected, and review it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import flask
+from flask import Blueprint
+from flask.typing import ResponseReturnValue
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.dashboard import answer_browsing as browsing
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
+from annotation_app.store.models import Answer, Item, Person, Record, Study
+from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.task_registry import find_task, task_names
+from annotation_app.web.needs_login import refused
+from annotation_app.work import reviewing
+from annotation_app.work.handing_out import find_study
+from g3.sdc.sdc_notation import format_brackets, from_json
+
+blueprint = Blueprint("answer_pages", __name__, url_prefix="/dashboard")
+blueprint.register_error_handler(Refusal, refused)
+
+
+@blueprint.get("/<study_name>/answers")
+def answers(study_name: str) -> str:
+    """What people have answered, newest first."""
+    wanted = browsing.read_wanted(flask.request.args)
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name)
+        found, older = browsing.find_answers(session, study.id, wanted)
+        return flask.render_template(
+            "dashboard/answers.html",
+            person=person,
+            study=study,
+            wanted=wanted,
+            found=[(one, summary(one.body)) for one in found],
+            older=older,
+            tasks=task_names(),
+            states=browsing.STATES,
+            videos=browsing.videos(session, study.id),
+            files=browsing.posters(session, study.id, [one.video for one in found]),
+        )
+
+
+@blueprint.get("/<study_name>/answers/<int:answer_id>")
+def answer(study_name: str, answer_id: int) -> str:
+    """An answer, with all that was said about it."""
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name)
+        return _answer_page(session, person, study, answer_of(session, study, answer_id))
+
+
+@blueprint.post("/<study_name>/answers/<int:answer_id>")
+def review(study_name: str, answer_id: int) -> ResponseReturnValue:
+    """Leave an answer out, send it back, take that back, or comment on it."""
+    form = flask.request.form
+    with transaction(installation().engine) as session:
+        person, study = _opened(session, study_name)
+        found = answer_of(session, study, answer_id)
+        try:
+            with session.begin_nested():
+                act(
+                    session,
+                    study,
+                    found,
+                    person,
+                    action=form.get("action", ""),
+                    text=form.get("text", ""),
+                )
+        except Refusal as refusal:
+            page = _answer_page(
+                session, person, study, found, refusal=refusal, typed=form.get("text", "")
+            )
+            return page, refusal.status
+    address = flask.url_for("answer_pages.answer", study_name=study_name, answer_id=answer_id)
+    return flask.redirect(address, 303)
+
+
+@blueprint.get("/<study_name>/reports")
+def reports(study_name: str) -> str:
+    """Problems that people reported, and why they skipped items."""
+    before = browsing.read_before(flask.request.args)
+    with reading(installation().engine) as session:
+        person, study = _opened(session, study_name)
+        found, older = browsing.find_reports(session, study.id, before=before)
+        return flask.render_template(
+            "dashboard/reports.html", person=person, study=study, found=found, older=older
+        )
+
+
+def act(
+    session: Session, study: Study, found: Answer, person: Person, *, action: str, text: str
+) -> None:
+    """Do what a reviewer asks for.
+
+    Raises
+    ------
+    Refusal
+        If there is no such action, or it can't be done.
+    """
+    if action in ("exclude", "redo"):
+        again = action == "redo"
+        reviewing.exclude(session, study, found, person, text, again=again, now=now())
+    elif action == "take-back":
+        reviewing.take_back(session, study, found, person, now=now())
+    elif action == "comment":
+        reviewing.comment(session, study, found, person, text, now=now())
+    else:
+        raise Refusal(404, "There is no such action.")
+
+
+def answer_of(session: Session, study: Study, answer_id: int) -> Answer:
+    """An answer of a study.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    found = session.get(Answer, answer_id) if answer_id < 2**31 else None
+    if found is None or session.get_one(Item, found.item_id).study_id != study.id:
+        raise Refusal(404, "There is no such answer.")
+    return found
+
+
+def summary(body: Record) -> str:
+    """An answer in a line: clauses in brackets, or what it has of numbers and words."""
+    if "sdcs" in body:
+        return format_brackets(from_json(body["sdcs"]))
+    plain = {key: value for key, value in body.items() if isinstance(value, (int, float))}
+    counted = {key: len(value) for key, value in body.items() if isinstance(value, dict) and value}
+    return ", ".join(f"{key}: {value}" for key, value in {**plain, **counted}.items())
+
+
+def _answer_page(
+    session: Session,
+    person: Person,
+    study: Study,
+    found: Answer,
+    *,
+    refusal: Refusal | None = None,
+    typed: str = "",
+) -> str:
+    item = session.get_one(Item, found.item_id)
+    (one,) = browsing.shown(session, study.id, [found.id])
+    task = find_task(item.task)
+    adjudication = None if task is None else task.adjudication
+    return flask.render_template(
+        "dashboard/answer.html",
+        person=person,
+        study=study,
+        one=one,
+        compared=adjudication and adjudication.compare(session, item, [found.body]),
+        facts=_facts(item, found.body),
+        files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
+        remarks=browsing.remarks(session, found.id),
+        reports=browsing.find_reports(session, study.id, item=item.id, most=None)[0],
+        refusal=refusal,
+        typed=typed,
+        longest=reviewing.LONGEST_REMARK,
+    )
+
+
+def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
+    """What an answer says, as a list; numbers of clauses become their words."""
+    sdcs = item.payload.get("sdcs")
+    phrases = {str(c["node"]): c["phrase"] for c in clauses_of(from_json(sdcs))} if sdcs else {}
+    found: list[tuple[str, Any]] = []
+    for key, value in body.items():
+        if isinstance(value, dict):
+            found += [(f"{key}: {phrases.get(name, name)}", inner) for name, inner in value.items()]
+        elif key != "sdcs":
+            found.append((key, value))
+    return found
+
+
+def _opened(session: Session, study_name: str) -> tuple[Person, Study]:
+    return required_person(session, "adjudicator"), find_study(session, study_name)

@@ -1,0 +1,93 @@
+"""What was collected, for programs: the answers, the reports, and their review."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any, Literal
+
+import flask
+import msgspec
+from flask import Blueprint, Response
+
+from annotation_app.dashboard import answer_browsing as browsing
+from annotation_app.dashboard.answer_pages import act, answer_of
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation
+from annotation_app.web.api import read_request
+from annotation_app.web.limits import limited, submissions
+from annotation_app.work.handing_out import find_study
+
+blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/studies")
+
+
+class ReviewRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What to do with an answer, and why."""
+
+    action: Literal["exclude", "redo", "take-back", "comment"]
+    text: Annotated[str, msgspec.Meta(max_length=2000)] = ""
+
+
+REQUESTS: dict[str, type[msgspec.Struct]] = {"review_answer": ReviewRequest}
+QUERIES = {
+    "read_answers": ("task", "person", "video", "state", "flagged", "text", "before"),
+    "read_reports": ("before",),
+}
+"""What addresses may ask for."""
+
+
+@blueprint.get("/<study_name>/answers")
+def read_answers(study_name: str) -> Response:
+    """Answers, newest first, a page at a time."""
+    wanted = browsing.read_wanted(flask.request.args)
+    with reading(installation().engine) as session:
+        required_person(session, "adjudicator")
+        study = find_study(session, study_name)
+        found, older = browsing.find_answers(session, study.id, wanted)
+    return _reply({"study": study_name, "data": found, "before": older})
+
+
+@blueprint.get("/<study_name>/answers/<answer_id>")
+def read_answer(study_name: str, answer_id: str) -> Response:
+    """An answer, with what reviewers said about it."""
+    with reading(installation().engine) as session:
+        required_person(session, "adjudicator")
+        study = find_study(session, study_name)
+        found = answer_of(session, study, _number(answer_id))
+        (one,) = browsing.shown(session, study.id, [found.id])
+        said = browsing.remarks(session, found.id)
+    return _reply({**asdict(one), "remarks": said})
+
+
+@blueprint.post("/<study_name>/answers/<answer_id>/review")
+@limited(submissions)
+def review_answer(study_name: str, answer_id: str) -> Response:
+    """Leave an answer out, send it back, take that back, or comment on it."""
+    request = read_request(ReviewRequest)
+    with transaction(installation().engine) as session:
+        person = required_person(session, "adjudicator")
+        study = find_study(session, study_name)
+        found = answer_of(session, study, _number(answer_id))
+        act(session, study, found, person, action=request.action, text=request.text)
+        (one,) = browsing.shown(session, study.id, [found.id])
+    return _reply(one)
+
+
+@blueprint.get("/<study_name>/reports")
+def read_reports(study_name: str) -> Response:
+    """Reported problems and skipped items, newest first, a page at a time."""
+    before = browsing.read_before(flask.request.args)
+    with reading(installation().engine) as session:
+        required_person(session, "adjudicator")
+        study = find_study(session, study_name)
+        found, older = browsing.find_reports(session, study.id, before=before)
+    return _reply({"study": study_name, "data": found, "before": older})
+
+
+def _number(text: str) -> int:
+    """The id that an address names; one that is nobody's if it is no number."""
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
+
+
+def _reply(value: Any) -> Response:
+    return Response(msgspec.json.encode(value), mimetype="application/json")

@@ -1,0 +1,292 @@
+"""What was collected, for researchers: found, left out, asked again, exported."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import uuid
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from flask import Flask
+from playwright.sync_api import BrowserContext
+from sqlalchemy import func, select
+
+from annotation_app.export.corpus_export import export_corpus
+from annotation_app.privacy.erasure import erase
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.models import Answer, AuditEntry, Item, Person, Remark, Slot
+from annotation_app.work.handing_out import find_study
+from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
+from tests.annotation_app.dashboard.test_dashboard_in_browser import sign_in
+from tests.annotation_app.dashboard.test_pages import (
+    BASE,
+    ONE,
+    adopted,
+    dispute,
+    grounding_dispute,
+    post,
+    sdcs,
+)
+from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
+
+API = "/api/dashboard/studies/tests"
+
+
+@pytest.fixture
+def judge(app: Flask) -> Browser:
+    return Browser(app, "adjudicator")
+
+
+def found(judge: Browser, **asked: str) -> list[dict[str, Any]]:
+    reply = judge.client.get(f"{API}/answers", query_string=asked)
+    assert reply.status_code == 200, reply.text
+    return list(reply.json["data"])
+
+
+def review(judge: Browser, answer: int, action: str, text: str = "") -> Any:
+    sent = {"action": action, "text": text}
+    return judge.send("POST", f"{API}/answers/{answer}/review", sent)
+
+
+def commands_of(app: Flask) -> list[str]:
+    with reading(engine_of(app)) as session:
+        corpus = export_corpus(session, find_study(session, "tests"))
+    return [command.text for command in corpus.commands.values()]
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_filters(app: Flask, judge: Browser) -> None:
+    dispute(app)
+    other = Browser(app)
+    other.do("describe", described("Fetch 100 % of the Pallets_now"))
+    flagged = other.take("describe")["item"]
+    note = {"uuid": str(uuid.uuid4()), "reason": "it is black"}
+    assert other.send("POST", f"/api/items/{flagged}/flag", note).status_code == 200
+    other.answer(flagged, described("Drive on"))
+    everything = found(judge)
+    assert [one["task"] for one in everything] == [
+        "describe", "describe", "segment", "segment", "describe",
+    ]  # fmt: skip
+    by_text = {
+        text: len(found(judge, text=text)) for text in ("TIRES", "% of", "s_n", "_", "zebra")
+    }
+    assert by_text == {"TIRES": 3, "% of": 1, "s_n": 1, "_": 1, "zebra": 0}
+    assert [one["command"] for one in found(judge, flagged="1")] == ["Drive on"]
+    assert len(found(judge, task="segment")) == 2
+    assert len(found(judge, state="in dispute")) == 2
+    assert len(found(judge, state="adopted")) == 3
+    subject = everything[0]["subject"]
+    assert {one["subject"] for one in found(judge, person=subject)} == {subject}
+    video = everything[0]["video"]
+    assert {one["video"] for one in found(judge, video=video)} == {video}
+    assert found(judge, video="nothing") == []
+    assert judge.client.get(f"{API}/answers?state=odd").status_code == 404
+    assert judge.client.get(f"{API}/answers?task=odd").status_code == 404
+
+
+def test_pages_of_answers(app: Flask, judge: Browser) -> None:
+    for _ in range(9):
+        one = Browser(app)
+        for number in range(3):
+            one.do("describe", described(f"Command {number}"))
+    seen, address = [], f"{BASE}/answers?task=describe"
+    while address:
+        page = judge.client.get(address).text
+        seen += re.findall(rf'href="{BASE}/answers/(\d+)"', page)
+        older = re.search(rf'href="({BASE}/answers\?before=[^"]+)"', page)
+        address = older[1].replace("&amp;", "&") if older else ""
+    assert len(seen) == len(set(seen)) == 27
+    assert seen == sorted(seen, key=int, reverse=True)
+
+
+def test_a_page_for_each_answer(app: Flask, judge: Browser) -> None:
+    admin = Browser(app, "admin")
+    grounding_dispute(app, admin)
+    for one in found(judge):
+        page = judge.client.get(f"{BASE}/answers/{one['answer']}")
+        assert page.status_code == 200
+        assert COMMAND in page.text
+        if one["task"] == "segment":
+            assert "<svg" in page.text
+            assert "EVENT_1(r = Pick up" in page.text
+        elif one["task"] == "ground":
+            assert "the tires by the truck" in page.text
+            assert 'class="map"' in page.text
+    assert judge.client.get(f"{BASE}/answers/999").status_code == 404
+    assert judge.client.get(f"{BASE}/answers/{10**30}").status_code == 404
+
+
+def test_leaving_out_and_taking_back(app: Flask, judge: Browser) -> None:
+    item = dispute(app)
+    first, second = [one["answer"] for one in reversed(found(judge, task="segment"))]
+    post(judge, f"{BASE}/queue/{item}", choice=str(first))
+    (command,) = [one["answer"] for one in found(judge, task="describe")]
+    worker = Browser(app)
+    assert review(judge, command, "exclude").status_code == 422
+    assert review(judge, command, "exclude", "Rude.").json["states"] == ["excluded"]
+    assert review(judge, command, "exclude", "Again.").status_code == 409
+    # Neither it nor what was made of it counts any more, and nobody gets that.
+    assert commands_of(app) == []
+    assert worker.lease("ground").status_code == 409
+    assert judge.client.get(f"{API}/corpus").json["data"]["commands"] == 0
+    # The answers in the tables are those that count, unless one asks for the others.
+    path = f"{BASE}/export/csv"
+    for query, expected in (
+        ("", [("", "False")] * 2),
+        ("?excluded=yes", [("Rude.", "True"), *[("", "False")] * 2]),
+    ):
+        table = list(csv.DictReader(io.StringIO(judge.client.get(path + query).text)))
+        assert [(row["reason"], row["excluded"]) for row in table] == expected
+    assert review(judge, command, "take-back").json["states"] == ["submitted", "adopted"]
+    assert review(judge, command, "take-back").status_code == 409
+    assert commands_of(app) == [COMMAND]
+    assert worker.lease("ground").status_code == 200
+    assert [a.id for a in adopted(app, "segment")] == [first]
+    assert second != first
+    with reading(engine_of(app)) as session:
+        trail = [
+            (entry.action, entry.about, entry.details)
+            for entry in session.scalars(select(AuditEntry).order_by(AuditEntry.id))
+            if entry.action.endswith("an answer")
+        ]
+    about = {"answer": command}
+    assert trail == [
+        ("excluded an answer", "tests", about), ("taken back an answer", "tests", about),
+    ]  # fmt: skip
+
+
+def test_leaving_out_one_side_settles_a_dispute(app: Flask, judge: Browser) -> None:
+    dispute(app)
+    second, first = [one["answer"] for one in found(judge, task="segment")]
+    assert review(judge, second, "exclude", "Wrong clauses.").status_code == 200
+    assert [a.id for a in adopted(app, "segment")] == [first]
+    assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
+    assert review(judge, second, "take-back").json["states"] == ["submitted"]
+    assert [a.id for a in adopted(app, "segment")] == [first]
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_asking_somebody_else(app: Flask, judge: Browser) -> None:
+    item = dispute(app)
+    second, _ = [one["answer"] for one in found(judge, task="segment")]
+    assert Browser(app).lease("segment").status_code == 409
+    assert review(judge, second, "redo", "Wrong clauses.").status_code == 200
+    assert found(judge, state="in dispute") == []
+    other = Browser(app)
+    assert other.take("segment")["item"] == item
+    assert other.answer(item, sdcs(ONE)).json["state"] == "accepted"
+    assert len(adopted(app, "segment")) == 1
+    # The place is taken: the old answer counts as one that came late.
+    assert review(judge, second, "take-back").json["states"] == ["submitted", "late"]
+    with reading(engine_of(app)) as session:
+        slots = select(func.count()).where(Slot.item_id == item)
+        assert session.scalar(slots) == 2
+
+
+def test_who_answered_is_not_asked_again(app: Flask, judge: Browser) -> None:
+    one = Browser(app)
+    one.do("describe", described())
+    page = one.take("segment")
+    one.answer(page["item"], sdcs(ONE))
+    (answer,) = [found_["answer"] for found_ in found(judge, task="segment")]
+    assert review(judge, answer, "redo", "Once more.").status_code == 200
+    assert one.lease("segment").status_code == 409
+    assert review(judge, answer, "take-back").json["states"] == ["submitted"]
+
+
+def test_the_page_reviews(app: Flask, judge: Browser) -> None:
+    Browser(app).do("describe", described())
+    path = f"{BASE}/answers/{found(judge)[0]['answer']}"
+    assert judge.client.post(path, data={"action": "comment", "text": "x"}).status_code == 400
+    text = '<script>alert("x")</script>'
+    assert post(judge, path, action="comment", text=text).status_code == 303
+    page = judge.client.get(path).text
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert" in page
+    refused = post(judge, path, action="exclude", text=" ")
+    assert refused.status_code == 422
+    assert "Say why." in refused.text
+    assert post(judge, path, action="odd").status_code == 404
+    assert post(judge, path, action="exclude", text="Rude.").status_code == 303
+    assert "Count it again" in judge.client.get(path).text
+
+
+def test_erasing_takes_what_was_said_along(app: Flask, judge: Browser) -> None:
+    one = Browser(app)
+    one.do("describe", described())
+    review(judge, found(judge)[0]["answer"], "comment", "Quotes them.")
+    with transaction(engine_of(app)) as session:
+        erase(session, session.get_one(Person, one.person.id), now=0.0)
+        assert session.scalars(select(Remark)).all() == []
+        assert session.scalars(select(Answer)).all() == []
+
+
+def test_reports_and_reasons(app: Flask, judge: Browser) -> None:
+    one = Browser(app)
+    for name, reason in (("flag", "It is <b>black</b>"), ("skip", "=cmd()")):
+        item = one.take("describe")["item"]
+        sent = {"uuid": str(uuid.uuid4()), "reason": reason}
+        assert one.send("POST", f"/api/items/{item}/{name}", sent).status_code == 200
+    listed = judge.client.get(f"{API}/reports").json["data"]
+    assert [(r["kind"], r["reason"]) for r in listed] == [
+        ("skip", "=cmd()"), ("flag", "It is <b>black</b>"),
+    ]  # fmt: skip
+    page = judge.client.get(f"{BASE}/reports").text
+    assert "It is &lt;b&gt;black&lt;/b&gt;" in page
+    table = judge.client.get(f"{BASE}/export/reports.csv").text
+    assert [row["reason"] for row in csv.DictReader(io.StringIO(table))] == [
+        "It is <b>black</b>", "'=cmd()",
+    ]  # fmt: skip
+
+
+def test_only_adjudicators_see_answers(app: Flask) -> None:
+    Browser(app).do("describe", described())
+    with reading(engine_of(app)) as session:
+        answer = session.scalars(select(Answer.id)).one()
+        item = session.scalars(select(Item).where(Item.task == "describe", Item.video == "")).all()
+        assert item == []
+    paths = [
+        f"{at}/{name}" for at in (BASE, API) for name in ("answers", f"answers/{answer}", "reports")
+    ]
+    for role, status in (("worker", 403), ("annotator", 403), ("adjudicator", 200), ("admin", 200)):
+        one = Browser(app, role)  # type: ignore[arg-type]
+        assert {one.client.get(path).status_code for path in paths} == {status}, role
+        assert review(one, answer, "comment", "Good.").status_code == status
+        page = post(one, f"{BASE}/answers/{answer}", action="comment", text="Good.")
+        assert page.status_code == (303 if status == 200 else 403)
+    stranger = app.test_client()
+    assert {stranger.get(path).status_code for path in paths} == {302, 401}
+
+
+@pytest.fixture
+def address(app: Flask) -> Iterator[str]:
+    with serving(app) as where:
+        yield where
+
+
+@pytest.mark.slow
+def test_pages_are_accessible(app: Flask, address: str, context: BrowserContext) -> None:
+    admin = Browser(app, "admin")
+    grounding_dispute(app, admin)
+    listed = found(admin)
+    review(admin, listed[-1]["answer"], "comment", "A long comment without end " * 10)
+    worker = Browser(app)
+    item = worker.take("describe")["item"]
+    sent = {"uuid": str(uuid.uuid4()), "reason": "W" * 300}
+    worker.send("POST", f"/api/items/{item}/flag", sent)
+    sign_in(context, admin, address)
+    page = context.new_page()
+    errors = errors_of(page)
+    wrong: list[str] = []
+    by_task = {one["task"]: f"{BASE}/answers/{one['answer']}" for one in listed}
+    for path in (f"{BASE}/answers", f"{BASE}/reports", *by_task.values()):
+        page.goto(f"{address}{path}")
+        for width in (390, 1280):
+            page.set_viewport_size({"width": width, "height": 800})
+            wrong += violations(page, ("minor", "moderate", "serious", "critical"))
+            assert width_of(page) <= width, path
+    assert wrong == []
+    assert errors == []
