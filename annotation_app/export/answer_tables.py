@@ -10,6 +10,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Item, Person, Record, Study
 from annotation_app.tasks.task_record import AnswerTable
@@ -18,7 +19,7 @@ from g3.errors import FormatError
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
-    "at", "seconds", "body",
+    "at", "seconds", "body", "metadata",
 )  # fmt: skip
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -34,8 +35,7 @@ def to_csv(session: Session, study: Study) -> bytes:
     writer = csv.writer(text)
     writer.writerow(FIELDS)
     for row in rows(session, study):
-        body = msgspec.json.encode(row["body"]).decode()
-        writer.writerow([safe_cell({**row, "body": body}[name]) for name in FIELDS])
+        writer.writerow([safe_cell(_flat(row)[name]) for name in FIELDS])
     return text.getvalue().encode()
 
 
@@ -58,9 +58,7 @@ def to_parquet(session: Session, study: Study) -> bytes:
     types = {"answer": pa.int64(), "at": pa.float64(), "seconds": pa.float64()}
     types |= dict.fromkeys(("surplus", "adopted", "attention"), pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
-    listed = [
-        {**row, "body": msgspec.json.encode(row["body"]).decode()} for row in rows(session, study)
-    ]
+    listed = [_flat(row) for row in rows(session, study)]
     content = io.BytesIO()
     pq.write_table(pa.Table.from_pylist(listed, schema=schema), content)
     return content.getvalue()
@@ -85,8 +83,16 @@ def safe_cell(value: object) -> object:
     return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
 
 
+def _flat(row: Record) -> Record:
+    return row | {
+        name: msgspec.json.encode(row[name]).decode() if row[name] else ""
+        for name in ("body", "metadata")
+    }
+
+
 def rows(session: Session, study: Study) -> Iterator[Record]:
     """The answers in the order in which they came, with fields `FIELDS`."""
+    films = films_of(session, study.id)
     found = session.execute(
         select(Answer, Item, Person)
         .join(Item, Item.id == Answer.item_id)
@@ -108,4 +114,5 @@ def rows(session: Session, study: Study) -> Iterator[Record]:
             "at": answer.at,
             "seconds": answer.seconds,
             "body": answer.body,
+            "metadata": films[video].metadata if (video := item.payload["video"]) in films else {},
         }

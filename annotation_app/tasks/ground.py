@@ -262,6 +262,7 @@ GROUND = Task(
         "clauses": scene.clauses,
         **scene.scene,
     },
+    needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),
     adjudication=Adjudication(

@@ -185,6 +185,8 @@ class Task:
         What the page gets for practice; without it there is no practice.
     hides_title
         Whether the page leaves out the study's title, which may name what is in the videos.
+    needs_scenes
+        Whether it must be known what is where in the videos.
     warm_up
         Called before the app serves a study with the task.
 
@@ -229,6 +231,7 @@ class Task:
     blueprint: Blueprint | None = None
     example: Callable[[PracticeExample], Record] | None = None
     hides_title: bool = False
+    needs_scenes: bool = False
     warm_up: Callable[[], None] | None = None
 
     gives: str = ""
