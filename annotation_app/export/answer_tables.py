@@ -84,10 +84,7 @@ def safe_cell(value: object) -> object:
 
 
 def _flat(row: Record) -> Record:
-    return row | {
-        name: msgspec.json.encode(row[name]).decode() if row[name] else ""
-        for name in ("body", "metadata")
-    }
+    return row | {name: msgspec.json.encode(row[name]).decode() for name in ("body", "metadata")}
 
 
 def rows(session: Session, study: Study) -> Iterator[Record]:

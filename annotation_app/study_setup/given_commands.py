@@ -27,7 +27,7 @@ def put_commands(
     """Add the commands that aren't there yet; how many they are."""
     lock_set_up(session.connection())
     loader = AnswerLoader(session, study, f"study {study.name}", salt)
-    subjects = select(Item.subject).where(Item.study_id == study.id, Item.task == "describe")
+    subjects = select(Item.subject).where(Item.study_id == study.id, Item.subject.startswith(GIVEN))
     known = set(session.scalars(subjects))
     new = []
     for rank, given in enumerate(commands):
@@ -46,5 +46,5 @@ def put_commands(
         typed = loader.typed(command, given.video, rank)
         new.append(replace(typed, subject=subject, body={**typed.body, "metadata": metadata}))
     for answer in loader.answers(new):
-        answered(session, "describe", answer.id)
+        answered(session, answer.task, answer.id)
     return len(new)

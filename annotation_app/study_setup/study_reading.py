@@ -8,8 +8,9 @@ from typing import Any
 
 import msgspec
 
-from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.every_problem import every_problem, together
+from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from corpus_tools.world.scenarios.documents import Problem, read_document
 
@@ -63,17 +64,18 @@ def _problems(study: StudyConfig) -> Iterator[Problem]:
             field = ("tasks", task.name, "practice")
             yield Problem(field, "this task has no practice example", "leave it out")
         if of_task is not None and of_task.practice_items:
-            yield from _practice_problems(study, task.name)
+            yield from _practice_problems(of_task, task)
     ids = [question.id for question in study.questions]
     for i, name in enumerate(ids):
         if name in ids[:i]:
             yield Problem(("questions", i, "id"), "two questions have this id", "change one")
 
 
-def _practice_problems(study: StudyConfig, task: str) -> Iterator[Problem]:
-    field = ("tasks", task, "practice_items")
-    if task not in ("describe", "rate"):
+def _practice_problems(of_task: TaskConfig, task: Task) -> Iterator[Problem]:
+    field = ("tasks", task.name, "practice_items")
+    if not task.practises:
         yield Problem(field, "this task has no practice items of a study's own", "leave them out")
-    for i, item in enumerate(study.tasks[task].practice_items):
-        if task == "rate" and item.command is None:
-            yield Problem((*field, i), "there is no command to rate", "add command")
+    for i, item in enumerate(of_task.practice_items):
+        for name in task.practises:
+            if getattr(item, name) is None:
+                yield Problem((*field, i), f"there is no {name} to practise with", f"add {name}")

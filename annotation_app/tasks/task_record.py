@@ -187,6 +187,8 @@ class Task:
         Whether the page leaves out the study's title, which may name what is in the videos.
     needs_scenes
         Whether it must be known what is where in the videos.
+    practises
+        What a study's own practice items must have; empty if the task has none.
     warm_up
         Called before the app serves a study with the task.
 
@@ -232,6 +234,7 @@ class Task:
     example: Callable[[PracticeExample], Record] | None = None
     hides_title: bool = False
     needs_scenes: bool = False
+    practises: tuple[str, ...] = ()
     warm_up: Callable[[], None] | None = None
 
     gives: str = ""

@@ -169,4 +169,4 @@ def test_what_fits_the_form_is_checked_all_at_once_too(tmp_path: Path) -> None:
     told = str(error.value)
     assert "3 things are wrong" in told
     assert "two questions have this id" in told
-    assert "there is no command to rate (add command)" in told
+    assert "there is no command to practise with (add command)" in told
