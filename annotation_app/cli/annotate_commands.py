@@ -17,8 +17,11 @@ from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from annotation_app.core.config import Config
     from annotation_app.studies.study_file import StudyConfig
+    from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo
     from annotation_app.study_setup.rendered_study import Rendered
 
 STUDY_NAME = click.option(
@@ -62,8 +65,9 @@ def annotate() -> None:
 )
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="Folder that `ct render-videos` has filled, instead of the study's.",
+    type=click.Path(path_type=Path, exists=True),
+    help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
+    "instead of the study's.",
 )
 @INSTALLATION
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
@@ -366,17 +370,34 @@ def _demo(config: Config, videos: Path | None) -> int:
     return render_rest(folder, put)
 
 
-def _read(file: Path, videos: Path | None) -> tuple[StudyConfig, list[Rendered]]:
-    from annotation_app.study_setup.rendered_study import rendered_videos
+def _read(
+    file: Path, videos: Path | None
+) -> tuple[StudyConfig, Sequence[Rendered | OwnVideo], list[GivenCommand]]:
+    from annotation_app.study_setup.rendered_study import check_videos
     from annotation_app.study_setup.study_reading import read_study
+    from annotation_app.study_setup.study_videos import study_commands, study_videos
 
     study = read_study(file)
-    return study, rendered_videos(videos or file.parent / study.videos, study.only)
+    found = study_videos(videos or file.parent / study.videos, study.only)
+    check_videos(study, found)
+    return study, found, study_commands(study, file.parent, found)
 
 
-def _put(config: Config, study: StudyConfig, videos: list[Rendered]) -> None:
+def _put(
+    config: Config,
+    study: StudyConfig,
+    videos: Sequence[Rendered | OwnVideo],
+    commands: Sequence[GivenCommand] = (),
+) -> None:
     from annotation_app.store.database import opened, transaction
+    from annotation_app.store.salt import installation_salt
+    from annotation_app.study_setup.given_commands import put_commands
     from annotation_app.study_setup.rendered_study import put_study
+    from annotation_app.study_setup.study_videos import prepared
 
-    with opened(config.database) as engine, transaction(engine) as session:
-        put_study(session, study, videos)
+    ready = prepared(videos, config.instance / "own-videos" / study.name)
+    with opened(config.database) as engine:
+        salt = installation_salt(engine, config)
+        with transaction(engine) as session:
+            found = put_study(session, study, ready)
+            put_commands(session, found, commands, salt)

@@ -18,13 +18,19 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, exists=True),
+    help="Your own videos: a folder of mp4 and webm files, or a CSV or JSONL table of them.",
+)
 @FORMAT
-def init(*, study_file: Path, form: str) -> None:
+def init(*, study_file: Path, videos: Path | None, form: str) -> None:
     """Write a study's file to start from.
 
     \b
-    Example:
+    Examples:
       ct annotate init my-study.yaml
+      ct annotate init my-robot.yaml --videos clips
     """
     from annotation_app.studies.study_template import TEMPLATE
     from g3.errors import FormatError
@@ -32,8 +38,14 @@ def init(*, study_file: Path, form: str) -> None:
 
     if study_file.exists():
         raise FormatError("the file is there already", where=str(study_file), fix="name another")
-    write_bytes(study_file, TEMPLATE.format(name=slug(study_file.stem)).encode())
-    tell(form, {"files": [study_file]}, f"wrote {study_file}")
+    name, count = slug(study_file.stem), None
+    if videos is None:
+        text = TEMPLATE.format(name=name)
+    else:
+        text, count = _own_study(name, videos, study_file.parent)
+    write_bytes(study_file, text.encode())
+    shown = "" if count is None else f" for {count} video{'' if count == 1 else 's'}"
+    tell(form, {"files": [study_file], "videos": count}, f"wrote {study_file}{shown}")
 
 
 @click.command()
@@ -42,8 +54,9 @@ def init(*, study_file: Path, form: str) -> None:
 )
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="Folder that `ct render-videos` has filled, instead of the study's.",
+    type=click.Path(path_type=Path, exists=True),
+    help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
+    "instead of the study's.",
 )
 @INSTALLATION
 @FORMAT
@@ -69,6 +82,7 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
+    from annotation_app.study_setup.own_videos import OwnVideo, check_readable
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -76,8 +90,9 @@ def check(
         people_by_role,
         study_obstacles,
     )
-    from annotation_app.study_setup.rendered_study import check_videos, rendered_videos
+    from annotation_app.study_setup.rendered_study import check_videos
     from annotation_app.study_setup.study_reading import read_study
+    from annotation_app.study_setup.study_videos import study_commands, study_videos
     from g3.errors import CorpusError, FormatError
 
     found: list[Obstacle] = []
@@ -92,8 +107,10 @@ def check(
         for file in study_files:
             study = read_study(file)
             try:
-                folder = videos or file.parent / study.videos
-                check_videos(study, rendered_videos(folder, study.only))
+                shown = study_videos(videos or file.parent / study.videos, study.only)
+                check_videos(study, shown)
+                check_readable([item for item in shown if isinstance(item, OwnVideo)])
+                study_commands(study, file.parent, shown)
             except CorpusError as error:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
@@ -104,6 +121,28 @@ def check(
     record = {"obstacles": found}
     tell(form, record, *(map(str, found) if found else [f"{what}: nothing would stop people"]))
     ctx.exit(2 if found else 0)
+
+
+def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
+    """The file of a study of one's own videos, and how many these are."""
+    import json
+    import os
+
+    from annotation_app.studies.study_template import OWN_TEMPLATE
+    from annotation_app.study_setup.own_videos import (
+        TABLES,
+        check_readable,
+        has_commands,
+        own_videos,
+    )
+
+    found = own_videos(videos)
+    check_readable(found)
+    # From the study's file, and quoted as YAML wants it.
+    path = json.dumps(os.path.relpath(videos, folder))
+    has = videos.suffix.lower() in TABLES and has_commands(videos)
+    commands = f"commands: {path}" if has else "# commands: commands.csv"
+    return OWN_TEMPLATE.format(name=name, videos=path, commands=commands), len(found)
 
 
 def slug(text: str) -> str:

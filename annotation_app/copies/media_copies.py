@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.items.media import TYPES, public_name
+from annotation_app.items.media import TYPES, media_type, public_name
 from annotation_app.store.models import Media
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError
@@ -46,7 +46,7 @@ def copy_media(session: Session, target: str, on_progress: OnProgress = no_progr
     files = list(_files(session))
     copied = 0
     for number, (path, media) in enumerate(files, start=1):
-        copied += put(path, public_name(media), TYPES[media.role])
+        copied += put(path, public_name(media), media_type(media))
         on_progress("copying videos and pictures", number, len(files))
     return copied
 

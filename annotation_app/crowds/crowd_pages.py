@@ -26,6 +26,7 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Participation, Person, Study
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_registry import task_of
+from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.limits import arrivals, limited
 from annotation_app.work.handing_out import HOLD_S, take_work
 
@@ -150,6 +151,6 @@ def _preview(provider: Provider, offer: Offer, config: StudyConfig) -> str:
         title=config.title,
         provider=provider,
         offer=offer,
-        words=task_of(offer.task).words,
+        words=task_words(config, task_of(offer.task)),
         config=config,
     )

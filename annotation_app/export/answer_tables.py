@@ -11,6 +11,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
 from annotation_app.tasks.task_record import AnswerTable
@@ -20,7 +21,8 @@ from g3.errors import FormatError
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
-    "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "excluded", "reason",
+    "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "metadata", "excluded",
+    "reason",
 )  # fmt: skip
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -36,8 +38,7 @@ def to_csv(session: Session, study: Study, *, excluded: bool = False) -> bytes:
     writer = csv.writer(text)
     writer.writerow(FIELDS)
     for row in rows(session, study, excluded=excluded):
-        body = msgspec.json.encode(row["body"]).decode()
-        writer.writerow([safe_cell({**row, "body": body}[name]) for name in FIELDS])
+        writer.writerow([safe_cell(_flat(row)[name]) for name in FIELDS])
     return text.getvalue().encode()
 
 
@@ -61,10 +62,7 @@ def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> byt
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
     types |= dict.fromkeys(names, pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
-    listed = [
-        {**row, "body": msgspec.json.encode(row["body"]).decode()}
-        for row in rows(session, study, excluded=excluded)
-    ]
+    listed = [_flat(row) for row in rows(session, study, excluded=excluded)]
     content = io.BytesIO()
     pq.write_table(pa.Table.from_pylist(listed, schema=schema), content)
     return content.getvalue()
@@ -114,6 +112,10 @@ def safe_cell(value: object) -> object:
     return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
 
 
+def _flat(row: Record) -> Record:
+    return row | {name: msgspec.json.encode(row[name]).decode() for name in ("body", "metadata")}
+
+
 def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
     """The answers in the order in which they came, with fields `FIELDS`.
 
@@ -123,6 +125,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
         Whether those are there too that were left out.
     """
     reasons = _reasons(session, study) if excluded else {}
+    films = films_of(session, study.id)
     found = session.execute(
         select(Answer, Item, Person)
         .join(Item, Item.id == Answer.item_id)
@@ -150,6 +153,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
             "likeness": provenance.get("likeness"),
             "flags": "; ".join(flags),
             "body": answer.body,
+            "metadata": films[video].metadata if (video := item.payload["video"]) in films else {},
             "excluded": answer.excluded,
             "reason": reasons.get(answer.id, "") if answer.excluded else "",
         }

@@ -2,17 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from sqlalchemy.orm import Session
 
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.media import Files, media_files
-from annotation_app.items.scenes import Aliases, Scene, aliases, read_scene
+from annotation_app.items.new_items import videos_of
+from annotation_app.items.scenes import (
+    MANIFEST,
+    Aliases,
+    Film,
+    Scene,
+    aliases,
+    read_film,
+    read_scene,
+)
 from annotation_app.store.models import Record
 
 
 def scene_of(session: Session, study_id: str, video: str) -> Scene:
     """The world of a video."""
     return _shown(media_files(session, study_id, video), video)
+
+
+def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
+    """What is told of a study's videos, by their names; without those whose files are away."""
+    folders = {
+        video: files.paths["manifest"].parent
+        for video in videos_of(session, study_id)
+        for files in [media_files(session, study_id, video)]
+    }
+    return {
+        video: read_film(folder)
+        for video, folder in folders.items()
+        if (folder / MANIFEST).is_file()
+    }
 
 
 def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:
@@ -23,12 +48,16 @@ def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tupl
 
 def watched(session: Session, item: AnyItem) -> Record:
     """What a page needs to show an item's video: ``video``, ``poster`` and ``duration_s``."""
-    video = item.payload["video"]
-    files = media_files(session, item.study_id, video)
+    return watched_video(session, item.study_id, item.payload["video"])
+
+
+def watched_video(session: Session, study_id: str, video: str) -> Record:
+    """The same of one of a study's videos."""
+    files = media_files(session, study_id, video)
     return {
         "video": files.public.get("video"),
         "poster": files.public.get("poster"),
-        "duration_s": _shown(files, video).duration_s,
+        "duration_s": read_film(files.paths["manifest"].parent).duration_s,
     }
 
 

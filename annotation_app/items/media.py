@@ -21,6 +21,8 @@ from annotation_app.store.models import Media
 TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
 """What people may see, of the files that are kept of a video."""
 
+WEBM = "video/webm"
+
 blueprint = Blueprint("media", __name__)
 
 
@@ -40,12 +42,17 @@ def media(media_id: str) -> BaseResponse:
     if not Path(found.path).is_file():
         raise Refusal(404, "There is no such file.")
     response = send_file(
-        found.path, mimetype=TYPES[found.role], conditional=True, etag=found.sha256
+        found.path, mimetype=media_type(found), conditional=True, etag=found.sha256
     )
     response.headers["Cache-Control"] = "private, max-age=86400"
     response.headers.pop("Content-Disposition", None)
     response.headers.pop("Last-Modified", None)
     return response
+
+
+def media_type(found: Media) -> str:
+    """What sort of file it is."""
+    return WEBM if Path(found.path).suffix.lower() == ".webm" else TYPES[found.role]
 
 
 def public_name(found: Media) -> str:

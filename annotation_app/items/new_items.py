@@ -23,6 +23,9 @@ from annotation_app.studies.study_file import StudyConfig
 REPLACED = "replaced "
 """How the subjects of items begin that were made of an answer that has been replaced."""
 
+GIVEN = "given "
+"""How the subjects of items begin that came with their only answer."""
+
 
 @dataclass(frozen=True, slots=True)
 class NewItem:

@@ -77,6 +77,45 @@ def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -
     return _read(folder, corpus, context_id, stamp)
 
 
+@dataclass(frozen=True, slots=True)
+class Film:
+    """What a video's manifest tells.
+
+    Parameters
+    ----------
+    duration_s
+        Of the video.
+    has_scene
+        Whether it is known what is where; it isn't of videos from elsewhere.
+    metadata
+        What the study's owner tells of a video from elsewhere.
+    """
+
+    duration_s: float
+    has_scene: bool
+    metadata: Mapping[str, Any]
+
+
+def read_film(folder: Path) -> Film:
+    """What a video's manifest tells.
+
+    Raises
+    ------
+    FormatError
+        If it can't be read.
+    """
+    file = folder / MANIFEST
+    return _read_film(file, file.stat().st_mtime_ns if file.exists() else 0)
+
+
+@functools.lru_cache(maxsize=4096)
+def _read_film(file: Path, _stamp: int) -> Film:
+    manifest = _json(file)
+    has_scene = bool(manifest.get("has_scene", True))
+    metadata = manifest.get("metadata", {}) if not has_scene else {}
+    return Film(float(manifest["duration_s"]), has_scene, metadata)
+
+
 @functools.lru_cache(maxsize=256)
 def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Scene:
     manifest = _json(folder / MANIFEST)

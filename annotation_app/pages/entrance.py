@@ -21,7 +21,8 @@ from annotation_app.people.participants import (
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Record, Study
-from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.studies.safe_markdown import to_html
+from annotation_app.studies.study_file import StudyConfig, restored, told
 from annotation_app.web.limits import arrivals, limited
 from annotation_app.web.needs_login import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, find_study
@@ -29,6 +30,8 @@ from annotation_app.work.handing_out import EXPLANATIONS, find_study
 LONGEST_ANSWER = 500
 
 blueprint = Blueprint("entrance", __name__)
+blueprint.add_app_template_filter(to_html, "markdown")
+blueprint.add_app_template_filter(told, "told")
 
 
 @blueprint.get("/")

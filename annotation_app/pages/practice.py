@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import flask
+import msgspec
 from flask import Blueprint
 from sqlalchemy import select
 
 from annotation_app.core.problems import Refusal
+from annotation_app.items.item_scenes import watched_video
 from annotation_app.people.browser_sessions import current_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
+from annotation_app.studies.study_file import restored
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_registry import task_of
+from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import read_task
 
 blueprint = Blueprint("practice", __name__)
@@ -26,17 +30,35 @@ def practice_page(task_name: str) -> str:
     if of_task.example is None:
         raise Refusal(404, "There is no practice example for this task.")
     name = flask.request.args.get("study", "")
+    number = flask.request.args.get("item", 0, type=int)
     with reading(installation().engine) as session:
         study = session.scalars(select(Study).where(Study.name == name)).first()
         person = current_person(session)
+        config = restored(study.config) if study is not None else None
+        own = config.tasks[task].practice_items if config and task in config.tasks else ()
+        if study is None or person is None or not own:
+            own, payload = (), of_task.example(practice_example())
+        elif not 0 <= number < len(own):
+            raise Refusal(404, "There is no such practice item.")
+        else:
+            payload = {
+                "command": own[number].command,
+                **watched_video(session, study.id, own[number].video),
+            }
+    texts = page_texts(config, of_task, with_boat=not own)
     onwards = f"/s/{study.name}/{task}" if study is not None else "/"
+    if number + 1 < len(own):
+        onwards = f"/practice/{task}?study={name}&item={number + 1}"
     data = {
-        "item": f"practice-{task}",
+        "item": f"practice-{task}-{number}",
         "task": task,
         "draft": None,
-        "payload": of_task.example(practice_example()),
+        "payload": payload,
+        "own": msgspec.to_builtins(own[number]) if own else None,
+        "labels": labels_of(texts),
         "practice": True,
-        "signed_in": person is not None,
+        # Who has done the last one has practised.
+        "signed_in": person is not None and number + 1 >= len(own),
         "next": onwards,
         "who": "practice",
     }
@@ -45,7 +67,8 @@ def practice_page(task_name: str) -> str:
         study=study,
         title=None,
         task=task,
-        words=of_task.words,
+        words=task_words(config, of_task),
+        texts=texts,
         progress=None,
         person=person,
         data=data,

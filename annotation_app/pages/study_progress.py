@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.new_items import GIVEN
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Answer, Draft, Item, Person, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_record import TaskWords
 from annotation_app.tasks.task_registry import tasks
+from annotation_app.tasks.task_texts import task_words
 from annotation_app.work.handing_out import must_practise
 
 
@@ -53,7 +55,7 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
     return [
         TaskProgress(
             task.name,
-            task.words,
+            task_words(config, task),
             done.get(task.name, 0),
             max(total.get(task.name, 0), done.get(task.name, 0)),
             task.name in begun,
@@ -84,7 +86,11 @@ def _answered(session: Session, study: Study, person: Person) -> Mapping[TaskNam
 def _items(session: Session, study: Study) -> Mapping[TaskName, int]:
     rows = session.execute(
         select(Item.task, func.count())
-        .where(Item.study_id == study.id, Item.attention.is_(False))
+        .where(
+            Item.study_id == study.id,
+            Item.attention.is_(False),
+            ~Item.subject.startswith(GIVEN),
+        )
         .group_by(Item.task)
     )
     return dict(rows.all())

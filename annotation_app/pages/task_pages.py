@@ -15,6 +15,7 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import task_of
+from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import read_task
 from annotation_app.web.needs_login import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
@@ -48,12 +49,16 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     data["who"] = person.id[:WHO_CHARACTERS]
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)
+    config = restored(study.config)
+    texts = page_texts(config, of_task)
+    data["labels"] = labels_of(texts)
     return flask.render_template(
         of_task.template,
         study=study,
-        title=None if of_task.hides_title else restored(study.config).title,
+        title=None if of_task.hides_title else config.title,
         task=task,
-        words=of_task.words,
+        words=task_words(config, of_task),
+        texts=texts,
         has_practice=of_task.example is not None,
         progress=mine,
         person=person,
@@ -70,12 +75,13 @@ def _why(
     if reason == "role":
         return sign_in_page()
     others = [entry for entry in tasks if entry.task != task and entry.done < entry.items]
+    config = restored(study.config)
     return flask.render_template(
         "stopped.html",
         study=study,
-        config=restored(study.config),
+        config=config,
         task=task,
-        words=task_of(task).words,
+        words=task_words(config, task_of(task)),
         reason=reason,
         message=EXPLANATIONS[reason],
         tasks=others,

@@ -14,9 +14,44 @@ Line: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=1000)]
 Suggestions: TypeAlias = Literal["on", "off", "half"]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
 
-CONSENT = """You will watch short videos of a robot forklift, or read what others wrote about
+CONSENT = """You will watch short videos of a robot {robot}, or read what others wrote about
 them. What you type and choose is kept without your name and may be published for research.
 You may stop at any time by closing the page."""
+STATEMENT = "The {robot} in the video is executing the above spoken command."
+SCALE = ("Strongly disagree", "Disagree", "Neither agree nor disagree", "Agree", "Strongly agree")
+Scale: TypeAlias = tuple[Line, Line, Line, Line, Line]
+
+
+class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A practice item of a study's own, for the tasks describe and rate.
+
+    Parameters
+    ----------
+    video
+        Which of the study's videos it shows.
+    good
+        What people are told whose answer is right. Any description is.
+    command
+        What is rated.
+    right
+        The ratings that are right.
+    again
+        What people are told who rate otherwise.
+    """
+
+    video: Line
+    good: Line
+    command: Line | None = None
+    right: tuple[Annotated[int, msgspec.Meta(ge=1, le=5)], ...] = (4, 5)
+    again: Line = "Watch the video again."
+
+
+class Labels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What the pages call the things that they number, and the places that they letter."""
+
+    thing: Line = "Thing"
+    place: Line = "Place"
+    robot: Line = "the robot"
 
 
 class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -35,6 +70,12 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     suggestions
         Whether people see what a program suggests, if the task has suggestions: all do, nobody
         does, or for half of the items, drawn from the study's seed and the item's id.
+    practice_items
+        What people practise with, instead of the example with the boat.
+    title, summary
+        What people read of the task, instead of its own words.
+    instructions
+        The same, as Markdown without HTML and pictures.
     """
 
     answers: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
@@ -42,6 +83,10 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     role: Literal["worker", "annotator"] = "worker"
     practice: bool = True
     suggestions: Suggestions = "on"
+    practice_items: tuple[PracticeItem, ...] = ()
+    title: Line | None = None
+    summary: Line | None = None
+    instructions: Text = ""
 
 
 class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -87,11 +132,22 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     title
         What people read.
     videos
-        Folder that ``ct render-videos`` has filled, from the study's file.
+        Folder that ``ct render-videos`` has filled, folder of mp4 and webm files, or table (CSV or
+        JSONL) that names such files; from the study's file.
     only
         Names of the videos to use; all if empty.
+    commands
+        Table (CSV or JSONL) of commands for the videos, which nobody needs to type.
     tasks
         Those that are done.
+    robot
+        What ``{robot}`` stands for in the statement and the consent.
+    statement
+        What raters agree with, or don't.
+    scale
+        How much, from the least to the most.
+    labels
+        What things are called.
     access
         Whether anybody with the address may take part, or only who is invited.
     qualification
@@ -113,8 +169,13 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     title: Line
     videos: Line = "videos"
     only: tuple[str, ...] = ()
+    commands: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
+    robot: Line = "forklift"
+    statement: Line = STATEMENT
+    scale: Scale = SCALE
+    labels: Labels = Labels()
     consent: Text = CONSENT
     questions: tuple[Question, ...] = ()
     qualification: tuple[Line, ...] = ()
@@ -124,6 +185,11 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     pairs: tuple[RatedPair, ...] = ()
     seed: int = 0
     retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
+
+
+def told(text: str, robot: str) -> str:
+    """A text with the robot's name in it."""
+    return text.replace("{robot}", robot)
 
 
 def stored(config: StudyConfig) -> dict[str, Any]:

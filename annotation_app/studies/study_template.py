@@ -1,4 +1,4 @@
-"""The file that ``ct annotate init`` writes."""
+"""The files that ``ct annotate init`` writes."""
 
 TEMPLATE = """\
 # A study. docs/annotation.md lists all fields. Start it with: ct annotate {name}.yaml
@@ -22,8 +22,11 @@ tasks:
 # open: whoever has the address may take part; invited: who has a link of their own.
 access: open
 
+# What your robot is called. It takes the place of {{robot}} in consent and statement.
+robot: forklift
+
 consent: |
-  You will watch short videos of a robot forklift, or read what others wrote about them.
+  You will watch short videos of a robot {{robot}}, or read what others wrote about them.
   What you type and choose is kept without your name and may be published for research.
   You may stop at any time by closing the page.
 
@@ -40,4 +43,42 @@ payment: {{amount: 0.25, currency: USD}}
 # attention_checks: 0.1
 # known_commands:
 #   - {{text: Pick up the tires., video: pick_up_tires, wrong_video: drive_to_truck}}
+"""
+
+OWN_TEMPLATE = """\
+# A study of your own videos. docs/annotation.md lists all fields.
+# Check it with: ct annotate check {name}.yaml. Start it with: ct annotate {name}.yaml
+name: {name}
+title: Commands for a robot
+
+# A folder of mp4 and webm files, or a table (CSV or JSONL) with the columns video and, if you
+# like, id and others of your own, which exports tell too. Paths begin at this file.
+videos: {videos}
+
+# A table with the columns video and command, for commands that you have already:
+{commands}
+
+# What your robot is called. It takes the place of {{robot}} in consent and statement.
+robot: arm
+statement: The {{robot}} in the video is executing the above spoken command.
+scale: [Strongly disagree, Disagree, Neither agree nor disagree, Agree, Strongly agree]
+
+# The tasks ground and check need to know what is where, which no video file tells.
+# instructions are Markdown; left out, people read the task's own.
+tasks:
+  describe:
+    answers: 3
+    instructions: |
+      1. Watch the video to its end. You may watch it again as often as you like.
+      2. Imagine that you had told the robot to do **exactly this**. Type the command that you
+         would have given, in your own words.
+  segment: {{answers: 1, lease_minutes: 60}}
+  rate: {{answers: 3}}
+
+access: open
+
+consent: |
+  You will watch short videos of a robot {{robot}}, or read what others wrote about them.
+  What you type and choose is kept without your name and may be published for research.
+  You may stop at any time by closing the page.
 """

@@ -106,11 +106,11 @@ def import_corpus(
         for command in corpus.commands.values()
         if (video := contexts.get(command.id)) is not None
     ]
-    return _Loader(session, study, corpus.hash, salt).load(found)
+    return AnswerLoader(session, study, corpus.hash, salt).load(found)
 
 
 @dataclass(frozen=True, slots=True)
-class _Given:
+class GivenAnswer:
     """An answer, and what it answers."""
 
     task: TaskName
@@ -121,8 +121,18 @@ class _Given:
     rank: int
 
 
-class _Loader:
-    """Adds items with answers, those of one task after those of the other."""
+class AnswerLoader:
+    """Adds items with answers, those of one task after those of the other.
+
+    Parameters
+    ----------
+    session, study
+        Where they are added.
+    corpus_hash
+        Of what names people: the same name elsewhere is somebody else.
+    salt
+        Of the installation.
+    """
 
     def __init__(self, session: Session, study: Study, corpus_hash: str, salt: bytes) -> None:
         self.session = session
@@ -134,7 +144,7 @@ class _Loader:
     def load(self, found: Sequence[tuple[Command, str, list[Annotation]]]) -> Mapping[str, int]:
         """Add commands, each with its video and what it is annotated with; count them."""
         described = self.answers([self.typed(c, video, i) for i, (c, video, _) in enumerate(found)])
-        trees: list[tuple[Annotation, _Given]] = []
+        trees: list[tuple[Annotation, GivenAnswer]] = []
         for rank, (typed, (command, video, annotated)) in enumerate(
             zip(described, found, strict=True)
         ):
@@ -143,7 +153,7 @@ class _Loader:
                 self.session.add(self.item("segment", typed.subject, about, rank))
             for annotation in annotated:
                 sdcs = to_json(annotation.sdcs)
-                given = _Given(
+                given = GivenAnswer(
                     "segment",
                     f"study {self.study.name} {annotation.id}",
                     {**about, "suggestion": sdcs},
@@ -154,7 +164,7 @@ class _Loader:
                 trees.append((annotation, given))
         segmented = self.answers([given for _, given in trees])
         groundings = [
-            _Given(
+            GivenAnswer(
                 "ground",
                 about_answer(answer),
                 {name: given.payload[name] for name in ("text", "command", "video")} | given.body,
@@ -175,7 +185,7 @@ class _Loader:
             "groundings": len(grounded),
         }
 
-    def typed(self, command: Command, video: str, rank: int) -> _Given:
+    def typed(self, command: Command, video: str, rank: int) -> GivenAnswer:
         """A command as the answer of who typed it."""
         body = {
             "text": command.text,
@@ -186,7 +196,7 @@ class _Loader:
             "subject": command.subject,
         }
         subject = f"study {self.study.name} {command.id}"
-        return _Given("describe", subject, {"video": video}, self.person(command), body, rank)
+        return GivenAnswer("describe", subject, {"video": video}, self.person(command), body, rank)
 
     def person(self, command: Command) -> Person:
         """Whoever the command's subject stands for."""
@@ -223,7 +233,7 @@ class _Loader:
         item.slots = [Slot(answered=False)]
         return item
 
-    def answers(self, given: Sequence[_Given]) -> list[Answer]:
+    def answers(self, given: Sequence[GivenAnswer]) -> list[Answer]:
         """Add items that are answered."""
         at = now()
         items = [self.item(g.task, g.subject, g.payload, g.rank) for g in given]

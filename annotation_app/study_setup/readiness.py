@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Item, Person, Role, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.task_record import Task
+from annotation_app.tasks.task_record import COMMAND, Task
 from annotation_app.tasks.task_registry import find_task, tasks
 
 
@@ -136,6 +136,7 @@ def _nothing_comes(
         return
     before = [other.name for other in tasks() if other.gives == task.source.made_of]
     has_own = any(not new.attention for new in task.of_study(config))
+    has_own |= task.source.made_of == COMMAND and config.commands is not None
     if before and not has_own and not set(before) & (set(config.tasks) - {task.name}):
         yield Obstacle(
             config.name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +12,12 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.media import digest
-from annotation_app.items.new_items import NewItem, add_item
+from annotation_app.items.new_items import GIVEN, NewItem, add_item
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
 from annotation_app.studies.study_file import StudyConfig, stored
+from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.tasks.task_registry import tasks
 from g3.errors import FormatError
 
@@ -39,10 +40,13 @@ class Rendered:
         Id of the scenario or context that it shows.
     folder
         Where it is.
+    file
+        Where the video is, if it comes from elsewhere; then it has no scene.
     """
 
     video: str
     folder: Path
+    file: Path | None = None
 
 
 def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
@@ -61,7 +65,8 @@ def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
         raise FormatError(
             f"there is no video of {missing[0]}" if missing else "there are no videos",
             where=str(folder),
-            fix=f"make them with `ct render-videos --out {folder}`",
+            fix=f"make them with `ct render-videos --out {folder}`, or name a folder of mp4 or "
+            "webm files, or a table of them",
         )
     return [item for item in found if not only or item.video in only]
 
@@ -94,23 +99,26 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
     return study
 
 
-def check_videos(config: StudyConfig, videos: list[Rendered]) -> None:
-    """Check that the videos that a study names are there.
+def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> None:
+    """Check that the videos that a study names are there, and show what its tasks need.
 
     Raises
     ------
     FormatError
-        If an attention check or a pair names another one.
+        If an attention check, a pair or a practice item names another one, or a task needs to know
+        what is where.
     """
     names = {item.video for item in videos}
     _check_known_commands(config, names)
     _check_pairs(config, names)
+    _check_practice(config, names)
+    _check_scenes(config, videos)
 
 
 def add_video(session: Session, study_id: str, item: Rendered) -> None:
     """Give a video's files names that say nothing, or keep those that they have."""
     for role, name in FILES.items():
-        path = item.folder / name
+        path = item.file if role == "video" and item.file is not None else item.folder / name
         if path.is_file():
             put_media(session, study_id, item.video, role, path)
 
@@ -165,6 +173,29 @@ def _check_pairs(config: StudyConfig, videos: set[str]) -> None:
             )
 
 
+def _check_practice(config: StudyConfig, videos: set[str]) -> None:
+    for task, of_task in config.tasks.items():
+        for item in of_task.practice_items:
+            if item.video not in videos:
+                raise FormatError(
+                    f"a practice item of {task} names the video {item.video!r}, which isn't there",
+                    where=f"study {config.name}",
+                    fix=f"the videos are: {', '.join(sorted(videos)[:20])}",
+                )
+
+
+def _check_scenes(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> None:
+    needing = [task.name for task in tasks() if task.needs_scenes and task.name in config.tasks]
+    without = [item.video for item in videos if isinstance(item, OwnVideo) or item.file is not None]
+    if needing and without:
+        raise FormatError(
+            f"the task {' and the task '.join(needing)} must know what is where in a video, "
+            f"which nobody has told of {without[0]!r}",
+            where=f"study {config.name}",
+            fix=f"leave out {' and '.join(needing)}, or use videos of `ct render-videos`",
+        )
+
+
 def _check_known_commands(config: StudyConfig, videos: set[str]) -> None:
     for known in config.known_commands:
         for video in (known.video, known.wrong_video):
@@ -181,7 +212,12 @@ def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
         counts = session.execute(
             select(Item.id, func.count(Slot.id))
             .outerjoin(Slot)
-            .where(Item.study_id == study.id, Item.task == task, Item.attention.is_(False))
+            .where(
+                Item.study_id == study.id,
+                Item.task == task,
+                Item.attention.is_(False),
+                ~Item.subject.startswith(GIVEN),
+            )
             .group_by(Item.id)
         ).all()
         for item_id, count in counts:

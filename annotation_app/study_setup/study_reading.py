@@ -1,14 +1,18 @@
-"""Reading a study's file: errors name the line."""
+"""Reading a study's file: each error names the line, and all come at once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.study_setup.every_problem import every_problem, together
+from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
-from corpus_tools.world.scenarios.documents import Problem, convert, read_document
+from corpus_tools.world.scenarios.documents import Problem, read_document
 
 MANUAL = "docs/annotation.md"
 
@@ -19,39 +23,56 @@ def read_study(path: Path) -> StudyConfig:
     Raises
     ------
     FormatError
-        If something in it is wrong, with its line.
+        If something in it is wrong. It tells all that is wrong, each with its line.
     """
     document = read_document(path)
-    for name, value in _tasks(document.value):
-        wrong = convert(value, TaskConfig, ("tasks", name), MANUAL)
-        if find_task(name) is None:
-            fix = f"use {', '.join(task_names())}"
-            wrong = Problem(("tasks", name), "there is no such task", fix)
-        if isinstance(wrong, Problem):
-            raise document.error(wrong)
-    found = convert(document.value, StudyConfig, (), MANUAL)
-    problem = found if isinstance(found, Problem) else _problem(found)
-    if problem is not None:
-        raise document.error(problem)
-    assert isinstance(found, StudyConfig)  # noqa: S101 - else there is a problem
-    return found
+    problems = [
+        Problem(("tasks", name), "there is no such task", f"use {', '.join(task_names())}")
+        for name in _tasks(document.value)
+        if find_task(name) is None
+    ]
+    problems += every_problem(document.value, StudyConfig, (), MANUAL)
+    if not problems:
+        study = msgspec.convert(document.value, StudyConfig)
+        problems += _problems(study)
+    if problems:
+        errors = {document.error(problem): None for problem in problems}
+        raise together(sorted(errors, key=lambda error: _line(error.where, document.name)))
+    return study
 
 
-def _tasks(value: Any) -> Iterable[tuple[str, Any]]:
+def _line(where: str, name: str) -> tuple[int, ...]:
+    place = where.removeprefix(name).split(": ")[0]
+    return tuple(int(number) for number in place.split(":") if number)
+
+
+def _tasks(value: Any) -> Iterable[str]:
     named = value.get("tasks") if isinstance(value, dict) else None
-    return named.items() if isinstance(named, dict) else ()
+    return named if isinstance(named, dict) else ()
 
 
-def _problem(study: StudyConfig) -> Problem | None:
+def _problems(study: StudyConfig) -> Iterator[Problem]:
     if not study.tasks:
         fix = f"name some of {', '.join(task_names())}"
-        return Problem(("tasks",), "there are no tasks", fix)
+        yield Problem(("tasks",), "there are no tasks", fix)
     for task in tasks():
         problem = task.study_problem(study)
         if problem is not None:
-            return problem
+            yield problem
+        of_task = study.tasks.get(task.name)
+        if of_task is not None and of_task.practice_items:
+            yield from _practice_problems(of_task, task)
     ids = [question.id for question in study.questions]
     for i, name in enumerate(ids):
         if name in ids[:i]:
-            return Problem(("questions", i, "id"), "two questions have this id", "change one")
-    return None
+            yield Problem(("questions", i, "id"), "two questions have this id", "change one")
+
+
+def _practice_problems(of_task: TaskConfig, task: Task) -> Iterator[Problem]:
+    field = ("tasks", task.name, "practice_items")
+    if not task.practises:
+        yield Problem(field, "this task has no practice items of a study's own", "leave them out")
+    for i, item in enumerate(of_task.practice_items):
+        for name in task.practises:
+            if getattr(item, name) is None:
+                yield Problem((*field, i), f"there is no {name} to practise with", f"add {name}")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.items.item_scenes import scene_of
+from annotation_app.items.item_scenes import films_of, scene_of
 from annotation_app.items.media import media_path
 from annotation_app.items.new_items import REPLACED, videos_of
 from annotation_app.items.scenes import Scene
@@ -115,9 +115,14 @@ def _imported(session: Session, study: Study) -> Corpus | None:
 
 
 def _worlds(session: Session, study: Study) -> dict[str, World]:
-    """Logs of videos get a clock of their own each; a corpus's have theirs."""
-    worlds = {}
+    """Logs of videos get a clock of their own each; a corpus's have theirs.
+
+    Videos without a scene have no world.
+    """
+    worlds, films = {}, films_of(session, study.id)
     for number, video in enumerate(videos_of(session, study.id)):
+        if video in films and not films[video].has_scene:
+            continue
         scene = scene_of(session, study.id, video)
         context = scene.context
         if media_path(session, study.id, video, "corpus") is None:

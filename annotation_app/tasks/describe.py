@@ -115,6 +115,7 @@ DESCRIBE = Task(
     check=_check,
     example=lambda scene: scene.watched,
     hides_title=True,
+    practises=("video",),
     gives=COMMAND,
     of_video=_of_video,
     export=_export,

@@ -190,6 +190,10 @@ class Task:
         study or the draw withholds it, as ``"suggestion"`` of its payload.
     likeness
         How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it.
+    needs_scenes
+        Whether it must be known what is where in the videos.
+    practises
+        What a study's own practice items must have; empty if the task has none.
     warm_up
         Called before the app serves a study with the task.
 
@@ -236,6 +240,8 @@ class Task:
     hides_title: bool = False
     suggestion: Callable[[Item], Any] | None = None
     likeness: Callable[[Any, Record], float] | None = None
+    needs_scenes: bool = False
+    practises: tuple[str, ...] = ()
     warm_up: Callable[[], None] | None = None
 
     gives: str = ""

@@ -34,6 +34,10 @@ ELSEWHERE = {
         "tests/annotation_app/cli/test_annotate_commands.py",
         "serves",
     ),
+    r"ct annotate init .*--videos": (
+        "tests/annotation_app/study_setup/test_own_videos.py",
+        "needs videos",
+    ),
     r"ct annotate (backup|verify|restore|export|import)": (
         "tests/annotation_app/cli/test_annotate_commands.py",
         "needs a study with answers",

@@ -6,7 +6,7 @@ import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
 import { checkFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
-import { begin, payload } from "./work.js";
+import { begin, data, payload } from "./work.js";
 
 const { clauses } = payload;
 const VERDICTS = [
@@ -97,8 +97,8 @@ function draw(state) {
 function parts(clause, scene, verdict) {
   const { shown } = clause;
   const names = [
-    ...scene.things.filter((t) => shown.objects.includes(t.id)).map((t) => `thing ${t.number}`),
-    ...scene.zones.filter((z) => shown.places.includes(z.id)).map((z) => `place ${z.letter}`),
+    ...scene.things.filter((t) => shown.objects.includes(t.id)).map((t) => `${data.labels.thing} ${t.number}`),
+    ...scene.zones.filter((z) => shown.places.includes(z.id)).map((z) => `${data.labels.place} ${z.letter}`),
   ];
   const phrase = h("q", {}, h("bdi", {}, clause.phrase));
   const heading = names.length

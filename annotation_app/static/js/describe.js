@@ -1,9 +1,9 @@
 // Describe: watch a video, type the command.
 
 import { $ } from "./dom.js";
-import { describeFeedback } from "./practice.js";
+import { describeFeedback, ownFeedback } from "./practice.js";
 import { showVideo } from "./player.js";
-import { begin, payload } from "./work.js";
+import { begin, data, payload } from "./work.js";
 
 const text = $("text");
 
@@ -24,7 +24,7 @@ const work = begin({
     }
     return found;
   },
-  feedback: describeFeedback,
+  feedback: data.own ? ownFeedback : describeFeedback,
 });
 
 text.addEventListener("input", () => work.change({ ...work.state, text: text.value }));

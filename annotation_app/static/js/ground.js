@@ -11,7 +11,7 @@ import { begin, data, payload } from "./work.js";
 const scene = numbered(payload);
 const { clauses } = scene;
 const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
-const ROBOT = data.practice ? " (the boat)" : " (the robot)";
+const LABELS = data.labels;
 const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
 
 const isAsked = (clause) => isThing(clause) || payload.asks_parts;
@@ -76,14 +76,14 @@ function toggleObject(id) {
   const { objects } = of(work.state, work.state.current);
   const { number } = scene.things.find((thing) => thing.id === id);
   const has = objects.includes(id);
-  set({ objects: has ? objects.filter((o) => o !== id) : [...objects, id] }, `Thing ${number} ${has ? "not " : ""}chosen`);
+  set({ objects: has ? objects.filter((o) => o !== id) : [...objects, id] }, `${LABELS.thing} ${number} ${has ? "not " : ""}chosen`);
 }
 
 function togglePlace(id) {
   const { places } = of(work.state, work.state.current);
   const has = places.some((place) => place.place === id);
   const { letter } = scene.zones.find((zone) => zone.id === id);
-  set({ places: has ? places.filter((p) => p.place !== id) : [...places, { place: id }] }, `Place ${letter} ${has ? "not " : ""}chosen`);
+  set({ places: has ? places.filter((p) => p.place !== id) : [...places, { place: id }] }, `${LABELS.place} ${letter} ${has ? "not " : ""}chosen`);
 }
 
 function addPlace(xy) {
@@ -174,10 +174,10 @@ function askParts(clause, grounding) {
 function listParts(grounding) {
   const box = (name, label, checked, onchange, key) => choice("checkbox", name, label, checked, onchange, { "data-key": key });
   const things = scene.things.map((thing) =>
-    box("object", `Thing ${thing.number}${thing.isRobot ? ROBOT : ""}`, grounding.objects.includes(thing.id), () => toggleObject(thing.id), thing.id),
+    box("object", `${LABELS.thing} ${thing.number}${thing.isRobot ? ` (${LABELS.robot})` : ""}`, grounding.objects.includes(thing.id), () => toggleObject(thing.id), thing.id),
   );
   const zones = scene.zones.map((zone) =>
-    box("place", `Place ${zone.letter}`, grounding.places.some((p) => p.place === zone.id), () => togglePlace(zone.id), zone.id),
+    box("place", `${LABELS.place} ${zone.letter}`, grounding.places.some((p) => p.place === zone.id), () => togglePlace(zone.id), zone.id),
   );
   return [
     h("div", { class: "panel" }, h("fieldset", {}, h("legend", {}, "Things"), h("div", { class: "choices" }, things))),

@@ -1,6 +1,14 @@
 // What people are told about their answers to the practice examples, which are about a boat.
 
+import { data } from "./work.js";
+
 const answer = (good, text) => ({ good, text });
+
+/** What the study's file says to an answer to a practice item of its own. */
+export function ownFeedback({ rating }) {
+  const isRight = rating === undefined || data.own.right.includes(rating);
+  return answer(isRight, isRight ? data.own.good : data.own.again);
+}
 
 /** No pattern can tell a good command from a bad one: people compare theirs with some. */
 export function describeFeedback() {

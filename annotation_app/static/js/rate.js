@@ -2,8 +2,8 @@
 
 import { $, announce, isShortcut } from "./dom.js";
 import { showVideo } from "./player.js";
-import { rateFeedback } from "./practice.js";
-import { begin, payload } from "./work.js";
+import { ownFeedback, rateFeedback } from "./practice.js";
+import { begin, data, payload } from "./work.js";
 
 const radios = [...document.querySelectorAll('input[name="rating"]')];
 $("command").textContent = payload.command;
@@ -21,7 +21,7 @@ const work = begin({
     if (!state.rating) found.push("Choose how much you agree.");
     return found;
   },
-  feedback: rateFeedback,
+  feedback: data.own ? ownFeedback : rateFeedback,
 });
 
 const rate = (rating) => work.change({ ...work.state, rating });

@@ -109,7 +109,8 @@ def test_tables(app: Flask, tmp_path: Path) -> None:
     lines = [json.loads(line) for line in files["jsonl"].read_text().splitlines()]
     assert lines[0]["body"]["text"] == '=HYPERLINK("http://evil")'
     columns = pyarrow.parquet.read_table(files["parquet"]).to_pylist()
-    assert [{**row, "body": json.loads(row["body"])} for row in columns] == lines
+    told = [{name: json.loads(row[name]) for name in ("body", "metadata")} for row in columns]
+    assert [row | more for row, more in zip(columns, told, strict=True)] == lines
 
 
 def test_a_backup_is_restored(app: Flask, tmp_path: Path) -> None:

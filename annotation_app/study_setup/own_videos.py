@@ -1,0 +1,278 @@
+"""Videos from elsewhere: a folder of files, or a table that names them, and commands for them."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from annotation_app.items.media import digest
+from annotation_app.study_setup.every_problem import together
+from g3.errors import CorpusError, FormatError
+from g3.storage.atomic_file import write_bytes
+
+SUFFIXES = (".mp4", ".webm")
+TABLES = (".csv", ".jsonl")
+PLAYED = ("avc1", "h264", "vp80", "vp90", "av01")
+"""What browsers play, as OpenCV calls it."""
+LONGEST_ID = 200
+
+
+@dataclass(frozen=True, slots=True)
+class OwnVideo:
+    """A video from elsewhere.
+
+    Parameters
+    ----------
+    video
+        Its name in the study: the table's ``id``, else the file's name without its ending.
+    file
+        Where it is.
+    metadata
+        What else the table tells of it; exports tell it too.
+    """
+
+    video: str
+    file: Path
+    metadata: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class GivenCommand:
+    """A command from a table.
+
+    Parameters
+    ----------
+    text, video
+        What somebody said for which of the study's videos.
+    metadata
+        What else the table tells of it.
+    """
+
+    text: str
+    video: str
+    metadata: Mapping[str, Any]
+
+
+def is_own(path: Path) -> bool:
+    """Whether a path is a table, or a folder with videos from elsewhere."""
+    return path.suffix.lower() in TABLES or (path.is_dir() and bool(_files(path)))
+
+
+def own_videos(path: Path) -> list[OwnVideo]:
+    """The videos of a folder or a table.
+
+    Raises
+    ------
+    CorpusError
+        If a file isn't there, or two videos have one name. It tells all that is wrong.
+    """
+    if path.is_dir():
+        found = [(str(path), OwnVideo(file.stem, file.resolve(), {})) for file in _files(path)]
+    else:
+        found = [(where, _video(path, row)) for where, row in _rows(path, ("video",))]
+    videos: dict[str, OwnVideo] = {}
+    errors: list[CorpusError] = []
+    for where, item in found:
+        known = videos.setdefault(item.video, item)
+        if known.file != item.file:
+            fix = "rename one of the files" if path.is_dir() else "give each an id of its own"
+            what = f"two files are called {item.video!r}: {known.file.name} and {item.file.name}"
+            errors.append(FormatError(what, where=where, fix=fix))
+        elif known is item and not item.file.is_file():
+            fix = "correct the path, which begins at the table's folder"
+            errors.append(FormatError(f"there is no file {item.file}", where=where, fix=fix))
+        elif item.file.suffix.lower() not in SUFFIXES:
+            what = f"{item.file.name} is no {' or '.join(s[1:] for s in SUFFIXES)} file"
+            errors.append(FormatError(what, where=where, fix=f"convert it: {_to_mp4(item.file)}"))
+    if not errors and not videos:
+        errors.append(FormatError("there are no videos", where=str(path), fix="add rows"))
+    if errors:
+        raise together(errors)
+    return list(videos.values())
+
+
+def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCommand]:
+    """The commands of a table, whose column ``video`` has names or files of videos.
+
+    Rows without a command are left out: a table of videos may be a table of commands, too.
+
+    Parameters
+    ----------
+    videos
+        The study's; of those of ``ct render-videos`` the names.
+
+    Raises
+    ------
+    CorpusError
+        If a row names no video of the study. It tells all such rows.
+    """
+    names = {item if isinstance(item, str) else item.video for item in videos}
+    files = {item.file: item.video for item in videos if not isinstance(item, str)}
+    commands, errors = [], []
+    for where, row in _rows(path, ("video", "command")):
+        text, named = " ".join(str(row["command"]).split()), str(row["video"])
+        video = named if named in names else str(row.get("id", ""))
+        if video not in names:
+            video = files.get((path.parent / named).resolve(), "")
+        if not text:
+            continue
+        if not video:
+            fix = f"the videos are: {', '.join(sorted(names)[:20])}"
+            errors.append(FormatError(f"the study has no video {named!r}", where=where, fix=fix))
+        commands.append(GivenCommand(text, video, _others(row, ("id", "video", "command"))))
+    if errors:
+        raise together(errors)
+    return commands
+
+
+def has_commands(table: Path) -> bool:
+    """Whether a table names commands, too."""
+    return any(row.get("command") for _, row in _rows(table, ("video",)))
+
+
+def check_readable(videos: Sequence[OwnVideo]) -> None:
+    """Check that browsers can play videos.
+
+    Raises
+    ------
+    CorpusError
+        If a file is no video, or of a kind that browsers don't play. It tells all such files.
+    """
+    errors = []
+    for item in videos:
+        try:
+            _first_frame(item.file)
+        except CorpusError as error:
+            errors.append(error)
+    if errors:
+        raise together(errors)
+
+
+def prepare(item: OwnVideo, base: Path) -> Path:
+    """The folder with a video's manifest and poster, made if it isn't there.
+
+    Parameters
+    ----------
+    base
+        Where such folders of the study are.
+
+    Raises
+    ------
+    FormatError
+        If the video can't be read.
+    """
+    folder = base / hashlib.sha256(item.video.encode()).hexdigest()[:20]
+    manifest, poster = folder / "manifest.json", folder / "poster.png"
+    sha256 = digest(item.file)
+    told = {"id": item.video, "has_scene": False, "steps": [], "metadata": dict(item.metadata)}
+    if manifest.is_file() and poster.is_file():
+        known = msgspec.json.decode(manifest.read_bytes())
+        if known == {**told, "sha256": sha256, "duration_s": known.get("duration_s")}:
+            return folder
+    duration_s, picture = _first_frame(item.file)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_bytes(poster, picture)
+    write_bytes(manifest, msgspec.json.encode({**told, "sha256": sha256, "duration_s": duration_s}))
+    return folder
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and f.is_file())
+
+
+def _video(table: Path, row: Mapping[str, Any]) -> OwnVideo:
+    file = (table.parent / str(row["video"])).resolve()
+    name = str(row.get("id") or file.stem)[:LONGEST_ID]
+    return OwnVideo(name, file, _others(row, ("id", "video", "command", "subject")))
+
+
+def _others(row: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
+    return {name: value for name, value in row.items() if name not in known and value != ""}
+
+
+def _rows(path: Path, needed: Sequence[str]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The rows of a table, each with the place that errors name."""
+    try:
+        text = path.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FormatError(
+            f"the table can't be read: {error}", where=str(path), fix="save it as UTF-8 text"
+        ) from error
+    read = _csv_rows if path.suffix.lower() == ".csv" else _jsonl_rows
+    for line, row in read(text, path):
+        where = f"{path}:{line}"
+        missing = [name for name in needed if name not in row]
+        if missing:
+            columns = ", ".join(needed)
+            raise FormatError(
+                f"there is no {missing[0]!r}", where=where, fix=f"the columns are {columns}"
+            )
+        yield where, row
+
+
+def _csv_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    reader = csv.DictReader(text.splitlines(keepends=True))
+    for row in reader:
+        if None in row or None in row.values():
+            raise FormatError(
+                "this row has more or fewer cells than the first",
+                where=f"{path}:{reader.line_num}",
+                fix="put cells with commas between quotation marks",
+            )
+        yield reader.line_num, row
+
+
+def _jsonl_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip():
+            continue
+        try:
+            yield number, msgspec.json.decode(line, type=dict[str, str | int | float | bool])
+        except msgspec.DecodeError as error:
+            raise FormatError(
+                f"this is no object of texts and numbers: {error}",
+                where=f"{path}:{number}",
+                fix='write it as {"video": "clip.mp4", "command": "Go."}',
+            ) from error
+
+
+def _first_frame(file: Path) -> tuple[float, bytes]:
+    """How long a video is, in seconds, and its first frame as PNG."""
+    try:
+        import cv2  # noqa: PLC0415 - large, and not always installed
+    except ImportError as error:
+        raise FormatError(
+            "pictures of videos are made with OpenCV, which isn't installed",
+            fix="pip install 'corpus-tools-g3[render]'",
+        ) from error
+    film = cv2.VideoCapture(str(file))
+    try:
+        rate, frames = film.get(cv2.CAP_PROP_FPS), film.get(cv2.CAP_PROP_FRAME_COUNT)
+        code = max(int(film.get(cv2.CAP_PROP_FOURCC)), 0)
+        kind = code.to_bytes(4, "little").decode("latin-1")
+        is_read, frame = film.read()
+    finally:
+        film.release()
+    if not is_read or rate <= 0:
+        raise FormatError(
+            "the video can't be read", where=str(file), fix=f"make it anew: {_to_mp4(file)}"
+        )
+    if kind.lower() not in PLAYED:
+        raise FormatError(
+            f"browsers don't play videos of the kind {kind!r}",
+            where=str(file),
+            fix=f"convert it: {_to_mp4(file)}",
+        )
+    is_written, picture = cv2.imencode(".png", frame)
+    assert is_written  # noqa: S101 - any frame can be
+    return max(frames / rate, 1 / rate), picture.tobytes()
+
+
+def _to_mp4(file: Path) -> str:
+    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {file.stem}-new.mp4"
