@@ -39,6 +39,10 @@ class Browser:
     def lease(self, task: str, study: str = "tests") -> Any:
         return self.send("POST", f"/api/studies/{study}/tasks/{task}/lease", {})
 
+    def practise(self, *tasks: str) -> None:
+        for task in tasks:
+            assert self.send("POST", f"/api/practice/{task}", {}).status_code < 300
+
     def take(self, task: str) -> dict[str, Any]:
         response = self.lease(task)
         assert response.status_code == 200, response.text

@@ -31,6 +31,8 @@ def main(folder: Path, file: Path) -> dict[str, Any]:
     with opened(database) as engine:
         app = create_app(config, engine)
         author, other = (Browser(app, study=study.name) for _ in range(2))
+        for browser in (author, other):
+            browser.practise("describe", "segment", "rate")
         leased = author.lease("describe", study.name).json
         author.answer(leased["item"], described())
         practice = other.client.get(f"/practice/paraphrase?study={study.name}")

@@ -86,6 +86,7 @@ def test_without_the_example_its_studies_stay_readable(
     with opened(config.instance / DATABASE_FILE) as engine:
         app = create_app(config, engine)
         worker = Browser(app, study="other-words")
+        worker.practise("describe")
         assert worker.client.get("/s/other-words").status_code == 200
         assert worker.lease("paraphrase", "other-words").status_code == 404
         assert worker.lease("describe", "other-words").status_code == 200

@@ -64,6 +64,7 @@ def test_from_a_folder_to_exported_answers(
             pass
     with set_up(file) as app:
         worker = Browser(app, study="my-arm")
+        worker.practise("describe", "segment", "rate")
         seen = set()
         for _ in range(2):
             page = worker.lease("describe", "my-arm").json
@@ -76,6 +77,7 @@ def test_from_a_folder_to_exported_answers(
             assert worker.answer(page["item"], described("Push the cup.")).status_code == 200
         assert seen == {"video/mp4", "video/webm"}
         other = Browser(app, study="my-arm")
+        other.practise("segment", "rate")
         page = other.lease("segment", "my-arm").json
         sdcs = to_json(parse_brackets(TREE, command="Push the cup."))
         assert other.answer(page["item"], {"sdcs": sdcs}).status_code == 200
@@ -119,6 +121,8 @@ def test_tables_of_videos_and_commands(clips: Path, tmp_path: Path, suffix: str)
     with set_up(file) as app:
         worker = Browser(app, study="arm")
         other = Browser(app, study="arm")
+        for browser in (worker, other):
+            browser.practise("describe", "segment", "rate")
         texts = set()
         for _ in range(2):
             page = other.lease("segment", "arm").json

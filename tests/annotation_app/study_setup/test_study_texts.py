@@ -63,6 +63,8 @@ def is_harmless(page: str) -> bool:
 
 def test_each_task_has_the_studys_texts(app: Flask) -> None:
     worker, other = Browser(app), Browser(app)
+    for browser in (worker, other):
+        browser.practise("describe", "segment", "ground", "check", "rate")
     other.do("describe", described())
     overview = worker.client.get("/s/tests").text
     for task in ("describe", "segment", "rate"):
