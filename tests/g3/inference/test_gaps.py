@@ -62,6 +62,12 @@ def diagonal_on_a_deck() -> bool:
     return has(spots(load, others=(TRAILER,)), 1.5, 0.85, 0.85)
 
 
+def side_of_a_narrow_deck() -> bool:
+    """The left of a deck that has room for one load across, and a bit."""
+    narrow = box("trailer", "trailer", (0, 0, 0), (6.0, 2.0), (0.4, 0.85))
+    return has(spots(narrow), 0, 0.4, 0.85, within=0.2)
+
+
 def so_far_away() -> bool:
     """Five metres to the left of the crate."""
     return has(spots(CRATE), 0, 5.6, 0)
@@ -89,6 +95,7 @@ GAPS: dict[str, Callable[[], bool]] = {
     "top of a load": top_of_a_load,
     "corner of a thing": corner_of_a_thing,
     "diagonal on a deck": diagonal_on_a_deck,
+    "side of a narrow deck": side_of_a_narrow_deck,
     "so far away": so_far_away,
     "where the robot stands": where_the_robot_stands,
     "bend in a row": bend_in_a_row,
