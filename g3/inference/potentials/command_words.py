@@ -28,7 +28,7 @@ from g3.language.lexicon.field_words import figure_words, normalise
 from g3.learning.load_choice import LoadChoice
 
 WEIGHT = -8.0
-"""Chosen by what is right in held-out worlds."""
+"""Of 3, 5 and 8, what is right most often on random tasks, in folds by world."""
 
 
 @potential("command-load", kind="argument", types=("EVENT",), roles=("theme",), weight=WEIGHT)
