@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import random
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -25,7 +26,17 @@ from sqlalchemy.sql.dml import ReturningUpdate
 
 from annotation_app.items.elapsed import since_boot
 from annotation_app.store.database import core, dialect_of, inserting
-from annotation_app.store.models import Answer, Handout, Item, Person, Record, Slot, Study, TaskName
+from annotation_app.store.models import (
+    Answer,
+    Handout,
+    Item,
+    Person,
+    Record,
+    Slot,
+    Study,
+    TaskName,
+    queue_of,
+)
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
 """Why somebody gets no item: they have done all there is for them, they may not take
@@ -44,6 +55,8 @@ _ITEM_ID: BindParameter[str] = bindparam("item")
 _NOW: BindParameter[float] = bindparam("at_present")
 _UNTIL: BindParameter[float] = bindparam("until", type_=Float)
 _LATEST: BindParameter[float] = bindparam("latest", type_=Float)
+_QUEUE: BindParameter[str] = bindparam("of_queue")
+_PLACE: BindParameter[float] = bindparam("place", type_=Float)
 SLACK_S = 3600.0
 """How much longer than a new lease an earlier one may last."""
 
@@ -117,20 +130,39 @@ def take(
     about = {"of_study": study_id, "of_task": task, "who": person.id}
     until = now + (lease_s if hold_s is None else min(hold_s, lease_s))
     times = {"at_present": now, "until": until, "latest": now + lease_s}
-    held = session.scalar(_HELD, about)
+    queue = {**about, **times, "of_queue": queue_of(study_id, task), "place": 0.0}
+    held = session.execute(_HELD, queue).all()
     if held:
-        kept = session.scalar(_HOLD, {"item": held, "who": person.id, **times})
+        _, item_id = min(held)
+        kept = session.scalar(_HOLD, {"item": item_id, "who": person.id, **times})
         if kept is not None:
-            return Lease(held, kept)
+            return Lease(item_id, kept)
     if _wants_attention(session, about, attention_share):
         item_id = session.scalar(_ATTENTION, about)
         if item_id is not None:  # with a slot of the person's own
-            session.add(Slot(item_id=item_id, person_id=person.id, expires_at=until))
+            session.add(
+                Slot(
+                    item_id=item_id,
+                    queue=queue["of_queue"],
+                    person_id=person.id,
+                    expires_at=until,
+                )
+            )
             return _handed_out(session, item_id, person, now=now, until=until)
-    taken = session.scalar(_TAKE_ANY if in_random_order else _TAKE, {**about, **times})
+    taken = _take_any(session, queue) if in_random_order else session.scalar(_TAKE, queue)
     if taken is None:
         return _reason(session, about)
     return _handed_out(session, taken, person, now=now, until=until)
+
+
+def _take_any(session: Session, queue: Mapping[str, Any]) -> str | None:
+    """Take a slot at random.
+
+    The slots' lots are drawn independently of everything, so the first one after a random
+    place, or else the first one of all, is as likely any of them as another.
+    """
+    after = session.scalar(_TAKE_ANY, {**queue, "place": random.random()})  # noqa: S311 - no secret
+    return after or session.scalar(_TAKE_ANY, queue)
 
 
 def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
@@ -207,11 +239,15 @@ _OWN = (SLOT.c.item_id == _ITEM_ID, SLOT.c.person_id == _WHO, SLOT.c.answered.is
 
 
 def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
-    """Take the first free slot."""
+    """Take the first free slot, of those that come at or after a place in an order.
+
+    An index of the unanswered slots has the order, so that the number of them hardly matters.
+    """
     free = (
         select(SLOT.c.id)
         .join(ITEM)
-        .where(*_OF_TASK, ITEM.c.attention.is_(False), *_can_be_taken(), *_is_new())
+        .where(SLOT.c.queue == _QUEUE, order[0] >= _PLACE, ITEM.c.attention.is_(False))
+        .where(*_can_be_taken(), *_is_new())
         .order_by(*order)
         .limit(1)
         .with_for_update(of=SLOT, skip_locked=True)
@@ -224,8 +260,8 @@ def _take(*order: ColumnElement[Any]) -> ReturningUpdate[str]:
     )
 
 
-_TAKE = _take(ITEM.c.rank, ITEM.c.id, SLOT.c.id)
-_TAKE_ANY = _take(func.random())
+_TAKE = _take(SLOT.c.rank, SLOT.c.item_id)
+_TAKE_ANY = _take(SLOT.c.lot)
 _LOCK = select(PERSON.c.id).where(PERSON.c.id == _WHO).with_for_update()
 _EXTEND = update(SLOT).where(*_OWN).values(expires_at=_UNTIL).returning(SLOT.c.id)
 # What ends after the latest time that a new lease may end was made while the clock was ahead.
@@ -265,12 +301,8 @@ _UNANSWERED = (
 )
 _UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
 _ANSWERED = select(ANSWER.c.id).join(ITEM).where(*_OF_TASK, ANSWER.c.person_id == _WHO).limit(1)
-_HELD = (
-    select(ITEM.c.id)
-    .join(SLOT)
-    .where(*_OF_TASK, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
-    .order_by(ITEM.c.rank, ITEM.c.id)
-    .limit(1)
+_HELD = select(SLOT.c.rank, SLOT.c.item_id).where(
+    SLOT.c.queue == _QUEUE, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False)
 )
 _HANDED_OUT = (
     select(

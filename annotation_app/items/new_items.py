@@ -17,7 +17,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
-from annotation_app.store.models import Answer, Item, Media, Record, Slot, Study, TaskName
+from annotation_app.store.models import Answer, Item, Media, Record, Slot, Study, TaskName, queue_of
 from annotation_app.studies.study_file import StudyConfig
 
 REPLACED = "replaced "
@@ -74,9 +74,15 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
         attention=new.attention,
     )
     slots = 0 if new.attention else config.tasks[new.task].answers
-    item.slots = [Slot(answered=False) for _ in range(slots)]
+    item.slots = new_slots(item, slots)
     session.add(item)
     return item
+
+
+def new_slots(item: Item, count: int) -> list[Slot]:
+    """Room for so many more answers to an item, not yet added to its own."""
+    queue = queue_of(item.study_id, item.task)
+    return [Slot(item_id=item.id, queue=queue, rank=item.rank) for _ in range(count)]
 
 
 def about_answer(answer: Answer) -> str:

@@ -8,6 +8,7 @@ Times are seconds since 1970 in UTC.
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -93,8 +94,8 @@ class Item(Base):
     subject: Mapped[str] = mapped_column(String(500))
     payload: Mapped[Record]
     """What the server knows of it; its task shows people their part."""
-    rank: Mapped[float] = mapped_column(index=True)
-    """Items with a lower rank are given out first, ratings in random order."""
+    rank: Mapped[float]
+    """Items with a lower rank are given out first; its slots know it too."""
     video: Mapped[str] = mapped_column(default=_of_payload("video", 200), server_default="")
     """As in the payload, for searches: they read no JSON."""
     command: Mapped[str] = mapped_column(
@@ -131,6 +132,18 @@ class Person(Base):
     """What the person can show to have their data erased, without telling who they are."""
 
 
+def queue_of(study_id: str, task: TaskName) -> str:
+    """What the slots of a study's task have in common."""
+    return f"{study_id} {task}"
+
+
+def _of_open_slots(name: str, *columns: str) -> Index:
+    """An index of the slots that wait for an answer, which are fewer and fewer."""
+    # An index of some rows is used where a statement has its very condition.
+    sqlite, postgresql = text("answered IS 0"), text("answered IS false")
+    return Index(name, *columns, sqlite_where=sqlite, postgresql_where=postgresql)
+
+
 class Slot(Base):
     """Room for one answer to an item."""
 
@@ -138,14 +151,23 @@ class Slot(Base):
     __table_args__ = (
         UniqueConstraint("item_id", "person_id"),
         Index("ix_slot_free", "item_id", "answered", "expires_at"),
+        Index("ix_slot_person", "person_id", "queue"),
+        _of_open_slots("ix_slot_rank", "queue", "rank", "item_id"),
+        _of_open_slots("ix_slot_lot", "queue", "lot"),
         CheckConstraint("(person_id IS NULL) = (expires_at IS NULL)", name="leased_until"),
     )
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
-    person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"), index=True)
+    person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
     expires_at: Mapped[float | None]
     answered: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+    queue: Mapped[str] = mapped_column(server_default="")
+    """The item's study and task, here so that one index leads to the next free slot."""
+    rank: Mapped[float] = mapped_column(server_default=text("0"))
+    """The item's rank."""
+    lot: Mapped[float] = mapped_column(default=random.random, server_default=text("0"))
+    """Drawn at random: who is given any item begins to look at a random number."""
 
     item: Mapped[Item] = relationship(back_populates="slots")
 

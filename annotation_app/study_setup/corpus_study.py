@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
-from annotation_app.items.new_items import about_answer
+from annotation_app.items.new_items import about_answer, new_slots
 from annotation_app.people.participants import hashed
 from annotation_app.store.installation import now
 from annotation_app.store.models import (
@@ -22,7 +22,6 @@ from annotation_app.store.models import (
     Item,
     Person,
     Record,
-    Slot,
     Study,
     TaskName,
 )
@@ -230,7 +229,7 @@ class AnswerLoader:
             rank=float(rank),
             attention=False,
         )
-        item.slots = [Slot(answered=False)]
+        item.slots = new_slots(item, 1)
         return item
 
     def answers(self, given: Sequence[GivenAnswer]) -> list[Answer]:

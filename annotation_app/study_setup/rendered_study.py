@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.media import digest
-from annotation_app.items.new_items import GIVEN, NewItem, add_item
+from annotation_app.items.new_items import GIVEN, NewItem, add_item, new_slots
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
@@ -210,7 +210,7 @@ def _check_known_commands(config: StudyConfig, videos: set[str]) -> None:
 def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
     for task, task_config in config.tasks.items():
         counts = session.execute(
-            select(Item.id, func.count(Slot.id))
+            select(Item, func.count(Slot.id))
             .outerjoin(Slot)
             .where(
                 Item.study_id == study.id,
@@ -220,8 +220,6 @@ def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
             )
             .group_by(Item.id)
         ).all()
-        for item_id, count in counts:
-            session.add_all(
-                Slot(item_id=item_id, answered=False) for _ in range(task_config.answers - count)
-            )
+        for item, count in counts:
+            session.add_all(new_slots(item, task_config.answers - count))
     session.flush()

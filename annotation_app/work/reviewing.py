@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.core.sent_text import clean_text
-from annotation_app.items.new_items import REPLACED, about_answer
+from annotation_app.items.new_items import REPLACED, about_answer, new_slots
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.models import Answer, Item, Person, Record, Remark, Slot, Study
 from annotation_app.tasks.task_registry import task_of
@@ -162,7 +162,7 @@ def _restore(session: Session, withdrawn: list[Record]) -> None:
         )
         if session.scalar(taken) is None:
             item.subject = one["subject"]
-            session.add_all(Slot(item_id=item.id, answered=False) for _ in range(one["slots"]))
+            session.add_all(new_slots(item, one["slots"]))
             session.flush()
 
 
@@ -183,7 +183,7 @@ def _free_slot(session: Session, answer: Answer) -> None:
         select(Slot).where(Slot.item_id == answer.item_id, Slot.person_id == answer.person_id)
     ).first()
     if mine is None:  # it came late: somebody else has its place
-        session.add(Slot(item_id=answer.item_id, answered=False))
+        session.add_all(new_slots(session.get_one(Item, answer.item_id), 1))
     else:
         mine.person_id, mine.expires_at, mine.answered = None, None, False
 

@@ -1,16 +1,18 @@
 """Functions as machine code, for sums over many pairs of shapes.
 
 A step on arrays reads and writes all of them; machine code keeps what it needs of a pair in
-registers. Numba takes half a second to load: a module that uses this one is imported where it is
-first needed.
+registers. Numba takes half a second to load: a module that compiles is imported where it is
+first needed. Numba comes with the extra ``speed``; without it, such sums are made on arrays.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any, TypeVar, cast
 
-import numba
+HAS_COMPILER = find_spec("numba") is not None
+"""Whether Numba is there."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -37,5 +39,7 @@ def compiled(signature: str) -> Callable[[Function], Function]:
 
 
 def _compile(function: Function, signature: str, *, keep: bool) -> Function:
+    import numba  # noqa: PLC0415 - comes with the extra "speed"
+
     make = numba.njit(signature, cache=keep, nogil=True, error_model="numpy")
     return cast("Function", make(function))

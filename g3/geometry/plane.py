@@ -14,7 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from g3.geometry.compiled import HAS_COMPILER
 from g3.groundings import FloatArray
+
+_BLOCK = 4096
+"""Pairs that are looked at together where there is no machine code."""
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
@@ -168,9 +172,13 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     rows
         Which of them each pair has; left out, those in the same place.
     """
+    in_place = np.arange(len(a))
+    if not HAS_COMPILER:
+        one, other = rows or (in_place, in_place)
+        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in _blocks(len(one))]
+        return np.concatenate([_separations(p, q) for p, q in pairs])
     from g3.geometry.separation import separations  # noqa: PLC0415 - see g3.geometry.compiled
 
-    in_place = np.arange(len(a))
     first, second = (
         _polygons(polygons, row)
         for polygons, row in zip((a, b), rows or (in_place, in_place), strict=True)
@@ -178,6 +186,20 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     result = np.empty(len(first[2]))
     separations(first, second, result)
     return result
+
+
+def _blocks(count: int) -> Iterable[int]:
+    """Where blocks of rows begin; one that is empty if there are none."""
+    return range(0, max(count, 1), _BLOCK)
+
+
+def _separations(a: FloatArray, b: FloatArray) -> FloatArray:
+    """What :func:`g3.geometry.separation.separations` gives, in steps on arrays."""
+    (of_a, from_a), (of_b, from_b) = _from_edges(b, a), _from_edges(a, b)
+    low, high = _shared_extent(a, b)
+    apart = np.minimum(of_a.max(axis=0).min(axis=0), of_b.max(axis=0).min(axis=0)) < 0
+    apart |= (low > high).any(axis=1)
+    return np.where(apart, np.minimum(from_a.min(axis=0), from_b.min(axis=0)), 0.0)
 
 
 def _polygons(

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.features.bodies import IntArray, Singles
+from g3.geometry.compiled import HAS_COMPILER
 from g3.geometry.plane import centroid, corner_count, cross, following, length
 from g3.groundings import FloatArray
 
@@ -114,7 +115,10 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
-    from g3.features.avs.attention import degrees  # noqa: PLC0415 - see g3.geometry.compiled
+    if HAS_COMPILER:
+        from g3.features.avs.attention import degrees  # noqa: PLC0415 - see g3.geometry.compiled
+    else:
+        from g3.features.avs.attention_arrays import degrees  # noqa: PLC0415
 
     frames, n = yaw.shape
     turn = yaw.astype(np.float32)

@@ -15,15 +15,15 @@ from typing import Any
 
 import pytest
 from flask import Flask
-from sqlalchemy import inspect, select
+from sqlalchemy import inspect, select, update
 
 from annotation_app.copies import backups
 from annotation_app.copies.backups import back_up
 from annotation_app.copies.restoring import restore, verify
 from annotation_app.core.config import Config, open_instance
 from annotation_app.core.key_file import KEY_FILE, new_keys, write_keys
-from annotation_app.store.database import opened, reading
-from annotation_app.store.models import Draft, Person
+from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.models import Draft, Person, Slot
 from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
@@ -259,6 +259,9 @@ def test_an_old_backup_is_restored_and_brought_up_to_date(
     assert "only readable, not verified" in said
     made = open_instance(tmp_path / "new", database[1] if database else None)
     assert (made.secret_key, made.salt) == (KEY.encode(), SALT)
+    for config in (filled, made):  # lots are drawn anew
+        with opened(config.database) as engine, transaction(engine) as session:
+            session.execute(update(Slot).values(lot=0.5))
     before, after = rows(filled), rows(made)
     for table in ("study", "item", "event", "answer", "slot", "media"):
         assert after[table] == before[table]

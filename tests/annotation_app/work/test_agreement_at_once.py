@@ -10,6 +10,7 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
+from annotation_app.items.new_items import new_slots
 from annotation_app.items.submissions import submit
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
@@ -26,7 +27,7 @@ def test_the_last_two_answers_are_adopted_though_neither_saw_the_other(app: Flas
     with transaction(engine) as session:
         segmenting = session.scalars(select(Item).where(Item.task == "segment")).one()
         slots = session.scalars(select(Slot).where(Slot.item_id == segmenting.id)).all()
-        session.add_all(Slot(item_id=segmenting.id) for _ in range(2 - len(slots)))
+        session.add_all(new_slots(segmenting, 2 - len(slots)))
     assert {person.take("segment")["item"] for person in people} == {segmenting.id}
     both_written = Barrier(2, timeout=30)
 

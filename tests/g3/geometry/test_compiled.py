@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from g3.features.avs import attention
+from g3.features.avs import attention, attention_arrays, vector_sums
 from g3.features.avs.vector_sums import avs_directions, footprints
-from g3.geometry import separation
+from g3.geometry import plane, separation
 from g3.geometry.compiled import compiled
 from g3.geometry.plane import corner_count, gap
 from g3.groundings import FloatArray
@@ -48,6 +48,35 @@ def test_machine_code_of_directions_does_what_is_written(monkeypatch: pytest.Mon
     with np.errstate(divide="ignore", invalid="ignore"):
         written = avs_directions(points, landmarks, yaw)
     assert_allclose(expected, written, atol=1e-4)
+
+
+@pytest.mark.parametrize("count", [0, 1, 700])
+def test_arrays_give_the_same_distances(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.zeros((3, 5, 2))
+    a = np.concatenate((boxes(count, 1), points))
+    b = np.concatenate((boxes(count, 2), points + 1))
+    expected, backwards = gap(a, b), np.arange(len(a))[::-1]
+    monkeypatch.setattr(plane, "HAS_COMPILER", False)
+    monkeypatch.setattr(plane, "_BLOCK", 300)
+    assert_allclose(gap(a, b), expected, atol=1e-12)
+    assert_allclose(gap(a, b, (backwards, backwards)), expected[::-1], atol=1e-12)
+    assert gap(a[:0], b[:0]).shape == (0,)
+
+
+def test_arrays_give_the_same_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Single precision may round to the next hundredth of a degree, which is 0.00006."""
+    rng = np.random.default_rng(11)
+    flat = np.array([[(0, 0), (3, 0), (3, 0), (3, 0), (3, 0)]])
+    shapes = np.concatenate((boxes(20, 3), flat))
+    landmarks = footprints(shapes, rng.integers(len(shapes), size=900))
+    points, yaw = rng.uniform(-15, 15, (900, 2)), rng.uniform(-4, 4, (2, 900))
+    expected = avs_directions(points, landmarks, yaw)
+    monkeypatch.setattr(vector_sums, "HAS_COMPILER", False)
+    monkeypatch.setattr(attention_arrays, "BLOCK", 500)
+    found = avs_directions(points, landmarks, yaw)
+    assert_allclose(found, expected, atol=2e-3)
+    assert np.mean(np.abs(found - expected) > 1e-4) < 0.01
+    assert expected.std() > 0.1
 
 
 def test_exponentials_and_angles_are_as_exact_as_single_precision() -> None:

@@ -1,0 +1,105 @@
+"""Attentional vector sums in steps on arrays: without Numba, the same within its precision.
+
+:mod:`g3.features.avs.attention` has the formulas. Here all rows of a block, all edges and all
+places on them are looked at in one step each.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.features.avs.attention_constants import (
+    ATTENTION_WIDTH,
+    CORNER_INSET,
+    INTERCEPT,
+    NEAR,
+    PLACES,
+    PRECISION_DEG,
+    SLOPE_PER_DEGREE,
+    WEIGHTS,
+)
+from g3.features.bodies import IntArray, Singles
+from g3.geometry.plane import following
+from g3.groundings import FloatArray
+
+BLOCK = 4096
+"""Rows that are looked at together."""
+
+
+def degrees(
+    landmarks: tuple[Singles, npt.NDArray[np.uint8], FloatArray, IntArray],
+    points: FloatArray,
+    heading: Singles,
+    result: FloatArray,
+) -> None:
+    """Degrees to which points lie ahead, left, behind and right of landmarks.
+
+    Parameters and result are those of :func:`g3.features.avs.attention.degrees`.
+    """
+    seen, _, centre, row = landmarks
+    for start in range(0, len(row), BLOCK):
+        block = slice(start, start + BLOCK)
+        place = row[block]
+        figure = (points[block] - centre[place]).astype(np.float32)
+        for frame in range(heading.shape[1]):
+            cos, sin = heading[:, frame, block]
+            result[block, frame, 0::2] = _along(seen[place], figure, cos, sin)
+            result[block, frame, 1::2] = _along(seen[place], figure, -sin, cos)
+
+
+def _along(landmark: Singles, figure: Singles, cos: Singles, sin: Singles) -> FloatArray:
+    """Degrees to which figures (n, 2) lie along a direction of landmarks (n, k, 2), and against.
+
+    Returns
+    -------
+    FloatArray
+        Shape (n, 2).
+    """
+    corners = _turned(landmark, cos[:, None], sin[:, None])
+    ahead, aside = np.moveaxis(_turned(figure, cos, sin), -1, 0)
+    low, high = corners[..., 1].min(axis=1), corners[..., 1].max(axis=1)
+    inset = np.float32(CORNER_INSET) * (high - low)
+    line = np.clip(aside, low + inset, high - inset)
+    corners[..., 1] -= line[:, None]
+    along, across = np.moveaxis(following(corners) - corners, -1, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # edges without a length
+        met = corners[..., 0] - along / across * corners[..., 1]
+    # Corners run counter-clockwise, so that edges that face ahead lead to the left.
+    front = np.where(across > 0, met, np.inf).min(axis=1)
+    back = np.where(across < 0, met, -np.inf).max(axis=1)
+    return np.column_stack(
+        [
+            _degree(corners, focus, (ahead - focus, aside - line), sign)
+            for focus, sign in ((front, 1), (back, -1))
+        ]
+    )
+
+
+def _turned(points: Singles, cos: Singles, sin: Singles) -> Singles:
+    """How far points are ahead and to the left, in the last axis."""
+    x, y = points[..., 0], points[..., 1]
+    return np.stack((x * cos + y * sin, y * cos - x * sin), axis=-1)
+
+
+def _degree(
+    corners: Singles, focus: Singles, figure: tuple[Singles, Singles], sign: int
+) -> FloatArray:
+    """The degree of the direction of `sign` from the attention around a focus, shape (n,)."""
+    ahead, aside = figure
+    scale = 1 / (ATTENTION_WIDTH * np.maximum(np.hypot(ahead, aside), np.float32(1e-6)))
+    start = corners - np.stack((focus, np.zeros_like(focus)), axis=-1)[:, None]
+    edge = following(corners) - corners
+    twice = start[..., 0] * edge[..., 1] - start[..., 1] * edge[..., 0]
+    share = twice[..., None] * WEIGHTS
+    x, y = np.moveaxis(start[:, :, None] + PLACES[:, None] * edge[:, :, None], -1, 0)
+    ray = np.maximum(np.hypot(x, y) * scale[:, None, None], np.float32(NEAR))
+    attention, part = np.exp(-ray), 1 / ray
+    lone = (1 - (1 + ray) * attention) * part * part
+    drawn = (lone + lone - attention) * part * share
+    total, *mean = ((v).sum(axis=(1, 2)) for v in (lone * share, x * drawn, y * drawn))
+    vector = total * ahead - mean[0], total * aside - mean[1]
+    deviation = np.degrees(np.arctan2(np.abs(vector[1]), sign * vector[0]))
+    rounded = np.floor(deviation / PRECISION_DEG + 0.5) * PRECISION_DEG
+    degree: FloatArray = np.clip(INTERCEPT + SLOPE_PER_DEGREE * rounded.astype(float), 0.0, 1.0)
+    return degree

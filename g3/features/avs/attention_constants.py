@@ -1,0 +1,28 @@
+"""What an attentional vector sum is made with, whatever computes it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SLOPE_PER_DEGREE = -0.006
+INTERCEPT = 1.007
+"""Acceptability falls linearly with the angular deviation; the values that Regier and Carlson
+(2001) fitted."""
+
+ATTENTION_WIDTH = 1.0
+"""Lambda: how fast attention falls with distance, in units of the figure's distance."""
+
+CORNER_INSET = 0.01
+"""How far from a corner attention stays, as part of the landmark's width: right at the end of
+a side that runs along the direction, the noise of its corners would choose between the two."""
+
+NEAR = 0.03
+"""Nearer to the focus than this, in units of the figure's distance, attention is as at this
+distance: it is all but the same there, and single precision loses its differences."""
+
+_NODES, _SHARES = np.array(np.polynomial.legendre.leggauss(3), dtype=np.float32)
+PLACES, WEIGHTS = (_NODES + 1) / 2, _SHARES / 2
+"""Where on each edge of the landmark the sum is looked at, and what it counts there."""
+
+PRECISION_DEG = 0.01
+"""Directions are rounded to this."""
