@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 from g3.groundings import Context, Grounding
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 Source = Literal["positive", "random", "easy", "hard"]
 """How an annotation's groundings came about.
@@ -23,6 +24,7 @@ Rating = Literal["SD", "D", "N", "A", "SA"]
 RATINGS: tuple[Rating, ...] = get_args(Rating)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Command:
     """What one subject typed for one video.
@@ -48,6 +50,7 @@ class Command:
     subject: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Annotation:
     """A command's SDC trees with a grounding and a label for each clause.
@@ -80,6 +83,7 @@ class Annotation:
     source: Source
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Judgment:
     """One person's rating of a command shown with a video (Table 2).
@@ -125,6 +129,7 @@ not understood.
 UNKNOWNS: tuple[Unknown, ...] = get_args(Unknown)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
     """What the robot did in a task. A video may show several, in the order of their log.

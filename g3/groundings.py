@@ -12,6 +12,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from g3.short_repr import short_repr
+
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 
@@ -38,6 +40,7 @@ def _same(a: object, b: object) -> bool:
     return True
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Prism:
     """An upright prism: a simple polygon between two heights.
@@ -68,6 +71,7 @@ class Prism:
         return hash((len(self.xy), self.z_min, self.z_max))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """Poses over time.
@@ -106,6 +110,7 @@ class Trajectory:
         return hash((len(self.t), float(self.t[0])))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class PhysicalObject:
     """A thing in the world: a pallet, a truck, a person, the robot itself.
@@ -131,6 +136,7 @@ class PhysicalObject:
     liftable: bool | None = None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Place:
     """A region of the world, named or not."""
@@ -139,6 +145,7 @@ class Place:
     name: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Path:
     """A path or a fragment of a path through the world."""
@@ -152,6 +159,7 @@ Aspect = Literal["labels", "size", "position", "heading"]
 """What of an object may be assumed."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Context:
     """The semantic map that a command was given in.

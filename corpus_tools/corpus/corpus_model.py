@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Corpus:
     """Commands, the worlds they were given in, their annotations and judgments.

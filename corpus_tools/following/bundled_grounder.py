@@ -33,6 +33,7 @@ from g3.inference.training.search_training import TOLERANCE, search_sets, traini
 from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.model_file import TrainingCard
+from g3.short_repr import short_repr
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 4
@@ -66,6 +67,7 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
         return GroundingModel.load(path)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
     """A plan as a script.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import msgspec
 
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 REPORT = "import-report.json"
 
@@ -64,6 +65,7 @@ class ImportReport(msgspec.Struct, frozen=True):
         return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
 
 
+@short_repr
 @dataclass(slots=True)
 class Journal:
     """Collects what an importer comes across."""

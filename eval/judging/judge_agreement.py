@@ -9,11 +9,13 @@ import numpy as np
 
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
+from g3.short_repr import short_repr
 
 Resampled = Callable[[FloatArray], FloatArray]
 """Makes sums over resampled videos from counts by video."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Agreement:
     """A verdict against the majority of people.

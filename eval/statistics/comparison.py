@@ -13,8 +13,10 @@ from scipy import special
 from eval.statistics.estimates import Estimate, FloatArray, IntArray
 from eval.statistics.intervals import percentiles
 from eval.statistics.resampling import resampled_sums
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Two configurations on the same commands.

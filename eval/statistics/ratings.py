@@ -11,11 +11,13 @@ import numpy as np
 from eval.statistics.estimates import BoolArray, IntArray
 from g3.annotation import RATINGS, Judgment
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 AGREES = 4
 """From this of the five points on, somebody agrees that the video shows the command."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Ratings:
     """Judgments of commands with videos, each array of shape (n,).

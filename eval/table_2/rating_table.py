@@ -23,6 +23,7 @@ from eval.tables.formats import Format, comments, delimited, document, interval,
 from eval.tables.latex import estimate, tabular
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
+from g3.short_repr import short_repr
 
 Configuration = Literal["original", "random"]
 PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
@@ -35,6 +36,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Row:
     """A configuration of Table 2.
@@ -72,6 +74,7 @@ class Row:
     model: Estimate | None = None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Results:
     """Table 2, and what else the judgments say.

@@ -11,8 +11,10 @@ from g3.actions.logged_actions import at_rest, loaded
 from g3.features.bodies import moved_corners
 from g3.geometry.plane import hull_centre
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class State:
     """The world between two actions.

@@ -32,6 +32,7 @@ from g3.inference.tree_choice import best_plans, does_something
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from g3.language.parsing.extractor import Parse
@@ -42,6 +43,7 @@ LIKELY_NOTHING = 0.3
 """A plan less probable than this is no answer. What fits nothing at all has 0.27."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class GroundedClause:
     """What a clause was grounded in.
@@ -77,6 +79,7 @@ class GroundedClause:
         return " ".join(word.text for word in all_words(self.sdc))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Plan:
     """One way to follow a command.
@@ -105,6 +108,7 @@ class Plan:
     evidence: tuple[float, ...] = ()
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Result:
     """What came of a command.

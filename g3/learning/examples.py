@@ -14,10 +14,12 @@ from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Trajectory
 from g3.language.lexicon.field_words import field_words, figure_name, figure_words
 from g3.sdc.clauses import SDC, SDC_TYPES, Field, all_words, breadth_first, child_indices
+from g3.short_repr import short_repr
 
 Groundings = tuple[Grounding, ...]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Example:
     """One clause with groundings for its factor's arguments, and whether they are right.

@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from g3.short_repr import short_repr
+
 SDCType = Literal["EVENT", "OBJECT", "PLACE", "PATH"]
 SDC_TYPES: tuple[SDCType, ...] = get_args(SDCType)
 
@@ -43,6 +45,7 @@ class Span:
         return self.start + len(self.text)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class SDC:
     """One clause of a command.

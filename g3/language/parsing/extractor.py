@@ -28,6 +28,7 @@ from g3.language.parsing.tree_assembly import Clause, assemble
 from g3.language.parsing.word_features import features
 from g3.language.parsing.word_roles import Role
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class Tree(NamedTuple):
     probability: float
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Parse:
     """What was extracted from a command.
@@ -81,6 +83,7 @@ class Parse:
         return self.trees[0].sdcs if self.trees else ()
 
 
+@short_repr
 @dataclass(eq=False)
 class SDCExtractor(Estimator):
     """Learns from annotated trees how commands are divided into clauses.
