@@ -6,6 +6,7 @@ all coordinates are in the frame of the site that the context describes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
@@ -154,6 +155,12 @@ class Path:
 
 
 Grounding: TypeAlias = PhysicalObject | Place | Path
+
+
+def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:
+    """Ids of the objects of a grounding."""
+    return tuple(g.id for g in group if isinstance(g, PhysicalObject))
+
 
 Aspect = Literal["labels", "size", "position", "heading"]
 """What of an object may be assumed."""
