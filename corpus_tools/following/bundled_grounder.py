@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
 from corpus_tools.runtime.progress import OnProgress
@@ -31,7 +32,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place, Prism
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.examples import examples
-from g3.learning.grounding_model import GroundingModel
+from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 from g3.learning.model_file import TrainingCard
 from g3.short_repr import short_repr
 
@@ -56,15 +57,22 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     try:
         return GroundingModel.load(path, corpus_hash=corpus.hash)
     except ModelError:
-        data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
-        card: TrainingCard = {
-            "corpus_hash": corpus.hash,
-            "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
-            "training": {"corpus": corpus.name},
-        }
         path.parent.mkdir(parents=True, exist_ok=True)
-        GroundingModel(tolerance=TOLERANCE, card=card).fit(data).save(path)
+        following_model(corpus, on_progress=on_progress).save(path)
         return GroundingModel.load(path)
+
+
+def following_model(
+    corpus: Corpus, *, l2: float = DEFAULT_L2, on_progress: OnProgress | None = None
+) -> GroundingModel:
+    """Train a model that follows commands: on what search would consider in a corpus's scenes."""
+    data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
+    card: TrainingCard = {
+        "corpus_hash": corpus.hash,
+        "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
+        "training": {"corpus": corpus.name},
+    }
+    return GroundingModel(l2=l2, tolerance=TOLERANCE, card=card).fit(data)
 
 
 @short_repr

@@ -28,17 +28,17 @@ class ResultTable:
         What it is, in a few words.
     render
         Writes it in a format.
+
+    Attributes
+    ----------
+    document
+        All that was measured, with seeds and corpora, as ``ct eval --json`` writes it.
     """
 
     def __init__(self, title: str, render: Callable[[Format], str]) -> None:
         self.title = title
         self._render = render
-
-    @cached_property
-    def document(self) -> Mapping[str, Any]:
-        """All that was measured, with seeds and corpora, as ``ct eval --json`` writes it."""
-        found: Mapping[str, Any] = json.loads(self._render("json"))
-        return found
+        self.document: Row = json.loads(render("json"))
 
     @cached_property
     def text(self) -> str:
