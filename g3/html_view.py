@@ -33,7 +33,8 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def preformatted(words: str) -> str:
     """Words as they are printed, in letters of one width."""
-    return f'<pre style="line-height: 1.2">{escape(_printable(words, keep=chr(10)))}</pre>'
+    shown = escape(_printable(words, keep="\n"))
+    return f'<pre style="line-height: 1.2; overflow-x: auto">{shown}</pre>'
 
 
 def text(words: str) -> str:

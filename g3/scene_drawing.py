@@ -131,4 +131,7 @@ def _way(points: FloatArray, number: int) -> str:
 def _name(thing: PhysicalObject, view: _View) -> str:
     ((x, y),) = view.at(thing.prism.xy.mean(axis=0)[None])
     name = escape(shortened(" ".join(thing.labels) or thing.id, LETTERS))
-    return f'<text x="{x:.1f}" y="{y + 4:.1f}" fill="{INK}">{name}</text>'
+    return (
+        f'<text x="{x:.1f}" y="{y + 4:.1f}" fill="{INK}" stroke="white" stroke-width="3" '
+        f'paint-order="stroke">{name}</text>'
+    )

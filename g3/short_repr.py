@@ -6,7 +6,7 @@ shows one hangs.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from itertools import islice
 from pathlib import PurePath
@@ -23,23 +23,27 @@ FEW = 3
 
 
 def short_repr(cls: type[T]) -> type[T]:
-    """Give a dataclass a repr that is short, and is made without looking at all that it holds.
+    """Give a class with fields a repr that is short, and is made without looking at all it holds.
 
     Fields that are at their default are left out, as are those that have no part in a repr. Put it
-    above ``@dataclass``.
+    above ``@dataclass``, or above a :class:`msgspec.Struct`.
     """
     cls.__repr__ = _repr  # type: ignore[method-assign]
     return cls
 
 
 def _repr(self: Any) -> str:
-    shown = (
-        (f.name, getattr(self, f.name))
-        for f in fields(self)
-        if f.repr and getattr(self, f.name) is not f.default
-    )
-    inside = ", ".join(f"{name}={brief(value)}" for name, value in shown)
+    inside = ", ".join(f"{name}={brief(getattr(self, name))}" for name in _shown(self))
     return f"{type(self).__name__}({shortened(inside, LONGEST)})"
+
+
+def _shown(self: Any) -> Iterator[str]:
+    if not is_dataclass(self):
+        yield from self.__struct_fields__
+        return
+    for field in fields(self):
+        if field.repr and getattr(self, field.name) is not field.default:
+            yield field.name
 
 
 def brief(value: object, *, inside: bool = False) -> str:

@@ -28,6 +28,7 @@ class Skipped(msgspec.Struct, frozen=True):
         return FormatError(self.reason, where=where, fix=self.fix)
 
 
+@short_repr
 class Note(msgspec.Struct, frozen=True):
     """Something unusual that was read all the same, and the records that have it."""
 
@@ -43,6 +44,7 @@ class SourceFile(msgspec.Struct, frozen=True):
     records: int
 
 
+@short_repr
 class ImportReport(msgspec.Struct, frozen=True):
     """The file import-report.json."""
 
