@@ -66,7 +66,7 @@ def agreement(
     whole = tables.sum(axis=0)
 
     def bounded(figure: Callable[[FloatArray], FloatArray]) -> Estimate:
-        return percentiles(float(figure(whole)), figure(drawn))
+        return percentiles(float(figure(whole)), figure(drawn), len(tables))
 
     return Agreement(
         counts, bounded(cohens_kappa), bounded(_precision), bounded(_recall), bounded(_accuracy)

@@ -246,7 +246,7 @@ def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
     said = np.array([p.verdicts[ENDS].correct for p in pairs])
     mean = np.array([np.mean(p.ratings) for p in pairs])
     counts = _levels(said, mean, codes([p.command_video for p in pairs]))
-    return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)))
+    return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)), len(counts))
 
 
 def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:

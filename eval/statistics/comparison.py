@@ -89,7 +89,7 @@ def _difference(
     """Their mean, with whole clusters resampled."""
     counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
     sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
-    return percentiles(float(differences.mean()), sums / sizes)
+    return percentiles(float(differences.mean()), sums / sizes, len(counted))
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
