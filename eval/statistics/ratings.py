@@ -34,6 +34,8 @@ class Ratings:
         Index of the command.
     video
         Index of the video that the command was typed for.
+    shown
+        Index of the video that it was shown with.
     rater
         Index of the person.
     """
@@ -43,6 +45,7 @@ class Ratings:
     pair: IntArray
     command: IntArray
     video: IntArray
+    shown: IntArray
     rater: IntArray
 
     def __len__(self) -> int:
@@ -63,6 +66,7 @@ class Ratings:
             self.pair[chosen],
             self.command[chosen],
             self.video[chosen],
+            self.shown[chosen],
             self.rater[chosen],
         )
 
@@ -82,6 +86,7 @@ def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
         codes([(j.command, j.command_video, j.shown_video) for j in rows]),
         codes([(j.command, j.command_video) for j in rows]),
         codes([j.command_video for j in rows]),
+        codes([j.shown_video for j in rows]),
         codes([j.subject for j in rows]),
     )
 
