@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -52,14 +53,19 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     version of the features.
     """
     corpus = open_corpus(DEFAULT_CORPUS)
-    name = f"follow{TRAINING_VERSION}-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
-    path = cache_folder() / name
+    path = kept_at(corpus)
     try:
         return GroundingModel.load(path, corpus_hash=corpus.hash)
     except ModelError:
         path.parent.mkdir(parents=True, exist_ok=True)
         following_model(corpus, on_progress=on_progress).save(path)
         return GroundingModel.load(path)
+
+
+def kept_at(corpus: Corpus) -> Path:
+    """Where the model that was trained on a bundled corpus is kept."""
+    digest = corpus.hash.rpartition(":")[2][:16]
+    return cache_folder() / f"follow{TRAINING_VERSION}-{digest}-{CATALOGUE_VERSION}"
 
 
 def following_model(
