@@ -13,6 +13,7 @@ from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.following.bundled_grounder import following_model, kept_at
 from corpus_tools.importers.authored.bundled import open_corpus
 from ct.acting import _bundled
+from docs.notebook_pages import cells
 from g3.features import feature_registry as registry
 from g3.inference.potentials.potential_registry import KINDS, potentials
 from tests.docs.blocks import ROOT, pages
@@ -21,6 +22,7 @@ DOCS = ROOT / "docs"
 MADE = DOCS / "_made"
 LINK = re.compile(r"\]\(([^)#\s:]+)(?:#[^)]*)?\)")
 TOCTREE = re.compile(r"```{toctree}\n.*?\n\n(.*?)```", re.DOTALL)
+PACKAGES = ("ct", "g3", "corpus_tools", "eval", "annotation_app")
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -130,3 +132,29 @@ def test_inference_lists_every_potential() -> None:
     listed = re.findall(r"^\| `[\w-]+` \|.*\|$", page, re.MULTILINE)
     assert listed == rows
     assert all(f"### `{kind}`: {about}\n" in page for kind, about in KINDS.items())
+
+
+def test_every_public_module_is_in_the_reference() -> None:
+    """Public is what pages, notebooks and examples import, and what `ct` hands over to."""
+    codes = [block for page in pages() for block in PYTHON.findall(page.read_text())]
+    notebooks = [cells(path.read_text()) for path in (DOCS / "notebooks").glob("*.md")]
+    codes += [
+        re.sub("^!.*$", "", cell.source, flags=re.MULTILINE)
+        for notebook in notebooks
+        for cell in notebook
+        if cell.kind == "code"
+    ]
+    files = [*(ROOT / "examples").rglob("*.py"), *(ROOT / "ct").glob("*.py")]
+    codes += [path.read_text() for path in files]
+    public = {_module(source, name) for code in codes for source, name in _imports(code) if source}
+    ours = {name for name in public if name.split(".")[0] in PACKAGES}
+    assert len(ours) > 60
+    listed = re.findall(r"automodule:: ([\w.]+)", (DOCS / "reference/python.md").read_text())
+    assert sorted(ours - set(listed)) == []
+    assert len(listed) == len(set(listed))
+
+
+def _module(source: str, name: str) -> str:
+    """What is imported from, or the module that is imported."""
+    file = ROOT / f"{source.replace('.', '/')}/{name}.py"
+    return f"{source}.{name}" if file.exists() else source
