@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -106,7 +107,9 @@ def run_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
     name = f"{Path(page).name}.ipynb"
     (folder / name).write_text(notebook_pages.to_ipynb(source[0]), encoding="utf-8")
     download = f"{{download}}`As a Jupyter notebook <../_made/{name}>`"
-    source[0] = f"{notebook_pages.page(source[0])}\n\n{download}\n"
+    command = [sys.executable, notebook_pages.__file__, str(DOCS / f"{page}.md")]
+    shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout  # noqa: S603
+    source[0] = f"{shown}\n\n{download}\n"
 
 
 def show_examples(_app: Sphinx, _command: click.Context, lines: list[str]) -> None:
