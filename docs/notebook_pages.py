@@ -96,7 +96,8 @@ def page(text: str) -> str:
 
 
 def _shown(output: Output, cell: Cell) -> str:
-    blocks = [f"```python\n{cell.source}\n```"]
+    language = "text" if cell.source.startswith("!") else "python"
+    blocks = [f"```{language}\n{cell.source}\n```"]
     if output.printed:
         blocks.append(f"```text\n{output.printed.rstrip()}\n```")
     if output.html:

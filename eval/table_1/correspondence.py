@@ -29,7 +29,7 @@ from g3.short_repr import short_repr
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-StrArray: TypeAlias = npt.NDArray[np.str_]
+StrArray: TypeAlias = npt.NDArray[np.character]
 
 RowType = Literal["OBJECT", "PLACE", "PATH", "EVENT", "overall"]
 ROW_TYPES: tuple[RowType, ...] = get_args(RowType)

@@ -342,8 +342,8 @@ def _flat(row: Row) -> dict[str, object]:
         for bound, value in _bounds(getattr(row, name)).items():
             found[f"{name}_{bound}"] = value
     for name, one in (("gee", row.model), ("crossed", row.crossed)):
-        value, low, high = one or (None, None, None)
-        found |= {name: value, f"{name}_low": low, f"{name}_high": high}
+        columns = (name, f"{name}_low", f"{name}_high")
+        found |= dict(zip(columns, one or (None,) * 3, strict=True))
     return found
 
 
