@@ -7,11 +7,11 @@ from collections import Counter
 
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
-from corpus_tools.following.plan_words import described
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.as_said import RELATIONS, done_as_said, mentions
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.search_examples import data_of
+from g3.actions.action_words import described
 from g3.inference.grounder import Grounder
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import click
@@ -13,6 +15,9 @@ from corpus_tools import __version__
 from g3.graph.graph_drawing import to_svg
 from g3.graph.grounding_graph import grounding_graph
 from g3.sdc.sdc_notation import parse_brackets
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import notebook_pages
 
 project = "corpus-tools-g3"
 author = "The corpus-tools authors"
@@ -93,6 +98,20 @@ def read_copy(app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = _LINK.sub(led, source[0])
 
 
+def run_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Run a notebook's cells for its page, and offer it in Jupyter's format."""
+    if not page.startswith("notebooks/"):
+        return
+    folder = DOCS / "_made"
+    folder.mkdir(exist_ok=True)
+    name = f"{Path(page).name}.ipynb"
+    (folder / name).write_text(notebook_pages.to_ipynb(source[0]), encoding="utf-8")
+    download = f"{{download}}`As a Jupyter notebook <../_made/{name}>`"
+    command = [sys.executable, notebook_pages.__file__, str(DOCS / f"{page}.md")]
+    shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout  # noqa: S603
+    source[0] = f"{shown}\n\n{download}\n"
+
+
 def show_examples(_app: Sphinx, _command: click.Context, lines: list[str]) -> None:
     """Set the examples of a command's help as what they are: lines of a shell."""
     shown = []
@@ -108,5 +127,6 @@ def setup(app: Sphinx) -> None:
     """Connect what is done while the site is built."""
     draw_figures()
     app.connect("source-read", read_copy)
+    app.connect("source-read", run_notebook)
     for part in ("description", "epilog"):
         app.connect(f"sphinx-click-process-{part}", show_examples)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import CorpusError
+from g3.short_repr import short_repr
 
 IntArray: TypeAlias = npt.NDArray[np.intp]
 
@@ -21,6 +22,7 @@ HELD_OUT = 1 / 3
 """Fraction of the scenarios that a drawn split holds out, about as in the paper."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
     """One division of examples.

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from g3.groundings import Context, Grounding
-from g3.sdc.clauses import SDC
+from g3 import html_view
+from g3.groundings import Context, Grounding, PhysicalObject, Place
+from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.sdc_drawing import to_svg
+from g3.short_repr import short_repr
 
 Source = Literal["positive", "random", "easy", "hard"]
 """How an annotation's groundings came about.
@@ -18,11 +21,22 @@ re-annotated where it happens to be right. ``easy``: an object that is plainly w
 """
 SOURCES: tuple[Source, ...] = get_args(Source)
 
+_LABELS = {True: "right", False: "wrong", None: "-"}
+
+
+def _called(grounding: Grounding) -> str:
+    """What a grounding is called."""
+    if isinstance(grounding, PhysicalObject):
+        return f"{' '.join(grounding.labels)} {grounding.id}"
+    return grounding.name or "a place" if isinstance(grounding, Place) else "a path"
+
+
 Rating = Literal["SD", "D", "N", "A", "SA"]
 """Strongly disagree, disagree, neutral, agree, strongly agree."""
 RATINGS: tuple[Rating, ...] = get_args(Rating)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Command:
     """What one subject typed for one video.
@@ -48,6 +62,7 @@ class Command:
     subject: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Annotation:
     """A command's SDC trees with a grounding and a label for each clause.
@@ -79,7 +94,28 @@ class Annotation:
     correct: tuple[bool | None, ...]
     source: Source
 
+    def _repr_html_(self) -> str:
+        """The command, its clauses drawn, and what each is grounded in."""
+        clauses = breadth_first(self.sdcs)
+        rows = [
+            (
+                clause.type,
+                " ".join(w.text for w in all_words(clause)) or "(implicit)",
+                ", ".join(map(_called, group)) or "-",
+                _LABELS[label],
+            )
+            for clause, group, label in zip(clauses, self.groundings, self.correct, strict=True)
+        ]
+        return "\n".join(
+            [
+                html_view.heading(self.command.text, self.id, self.source),
+                to_svg(self.sdcs),
+                html_view.table(("clause", "words", "grounded in", "label"), rows),
+            ]
+        )
 
+
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Judgment:
     """One person's rating of a command shown with a video (Table 2).
@@ -125,6 +161,7 @@ not understood.
 UNKNOWNS: tuple[Unknown, ...] = get_args(Unknown)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
     """What the robot did in a task. A video may show several, in the order of their log.

@@ -6,11 +6,14 @@ all coordinates are in the frame of the site that the context describes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+from g3.short_repr import short_repr
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
@@ -38,6 +41,7 @@ def _same(a: object, b: object) -> bool:
     return True
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Prism:
     """An upright prism: a simple polygon between two heights.
@@ -68,6 +72,7 @@ class Prism:
         return hash((len(self.xy), self.z_min, self.z_max))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """Poses over time.
@@ -106,6 +111,7 @@ class Trajectory:
         return hash((len(self.t), float(self.t[0])))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class PhysicalObject:
     """A thing in the world: a pallet, a truck, a person, the robot itself.
@@ -131,6 +137,7 @@ class PhysicalObject:
     liftable: bool | None = None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Place:
     """A region of the world, named or not."""
@@ -139,6 +146,7 @@ class Place:
     name: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Path:
     """A path or a fragment of a path through the world."""
@@ -148,10 +156,17 @@ class Path:
 
 Grounding: TypeAlias = PhysicalObject | Place | Path
 
+
+def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:
+    """Ids of the objects of a grounding."""
+    return tuple(g.id for g in group if isinstance(g, PhysicalObject))
+
+
 Aspect = Literal["labels", "size", "position", "heading"]
 """What of an object may be assumed."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Context:
     """The semantic map that a command was given in.

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 
 grimp = pytest.importorskip("grimp")
 
-PACKAGES = ("g3", "corpus_tools", "eval", "annotation_app")
+PACKAGES = ("g3", "corpus_tools", "eval", "annotation_app", "ct")
 
 
 def circles() -> list[set[str]]:

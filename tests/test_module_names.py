@@ -4,7 +4,7 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("g3", "corpus_tools", "annotation_app", "eval", "benchmarks", "examples")
+FOLDERS = ("g3", "corpus_tools", "annotation_app", "eval", "ct", "benchmarks", "examples")
 
 
 def test_no_two_modules_share_a_name():

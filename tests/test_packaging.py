@@ -8,13 +8,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 from hatchling.builders.wheel import WheelBuilder
 
 import corpus_tools
 from corpus_tools.runtime.extras import extra_of
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("annotation_app", "corpus_tools", "eval", "g3")
+PACKAGES = ("annotation_app", "corpus_tools", "ct", "eval", "g3")
 RUNTIME = ("", "app", "cluster", "embeddings", "language", "parquet", "render", "study")
 NAME = re.compile(r"[\w.-]+")
 
@@ -93,3 +94,16 @@ def test_the_bill_of_materials_is_of_what_is_locked():
 def test_a_missing_extra_can_be_named(requirements):
     assert extra_of("waitress") == "app"
     assert set(RUNTIME[1:]) < set(requirements)
+
+
+def test_the_citation_is_of_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["version"] == corpus_tools.__version__
+    assert citation["license"] == "MIT"
+
+
+def test_the_installing_page_has_every_extra_and_the_wheels_name(requirements, wheel):
+    page = (ROOT / "docs/installing.md").read_text()
+    listed = set(re.findall(r"^\| `([\w-]+)` \|", page, re.MULTILINE))
+    assert listed == {*RUNTIME[1:], "all"}
+    assert Path(str(wheel.filename)).name in page

@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT))
 from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
-EXTRAS = ("study", "language", "render", "parquet", "app", "cluster", "embeddings")
+EXTRAS = ("study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings")
 SMALL = "--size 160x120 --fps 4 --quality draft"
 
 
@@ -64,7 +64,7 @@ TRIALS = (
     Trial((), "ct train g3 --corpus tiny --out tiny.npz"),
     Trial((), "ct eval --table 1 --corpus tiny --cv scenario --json"),
     Trial((), "ct eval --table 2 --corpus rated"),
-    Trial((), "ct eval --learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"),
+    Trial(("plot",), "ct eval --learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"),
     Trial(("study",), "ct eval --table 2 --corpus rated --models"),
     Trial(("study",), "ct eval --report report --corpus tiny --repeats 0", tells=False),
     Trial(("language",), "ct parse 'Go to the truck'"),

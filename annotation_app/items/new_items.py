@@ -19,6 +19,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.random_ids import new_id
 from annotation_app.store.models import Answer, Item, Media, Record, Slot, Study, TaskName, queue_of
 from annotation_app.studies.study_file import StudyConfig
+from g3.short_repr import short_repr
 
 REPLACED = "replaced "
 """How the subjects of items begin that were made of an answer that has been replaced."""
@@ -27,6 +28,7 @@ GIVEN = "given "
 """How the subjects of items begin that came with their only answer."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class NewItem:
     """An item to be made, if there is none about its subject yet.

@@ -19,11 +19,13 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 LOG_INTERVAL_S = 10_000.0
 """Logs of different videos don't overlap on the corpus's clock."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class World:
     """A video's scene and its context on the corpus's clock."""
@@ -37,6 +39,7 @@ class World:
         return float(self.context.agent.trajectory.t[0])
 
 
+@short_repr
 @dataclass(slots=True)
 class CorpusParts:
     """What tasks add to: those whose answers are commands first, then the others in their order.

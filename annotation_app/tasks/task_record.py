@@ -23,6 +23,7 @@ from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.corpus_parts import CorpusParts
 from annotation_app.tasks.practice_example import PracticeExample
 from corpus_tools.world.scenarios.documents import Problem
+from g3.short_repr import short_repr
 
 COMMAND, CLAUSES, GROUNDINGS = "command", "clauses", "groundings"
 """What answers give, and items are made of."""
@@ -30,6 +31,7 @@ LONGEST_NAME = 20
 """Characters that the database has for a task's name."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class TaskWords:
     """A task in words. They name no object and no action of any video.
@@ -55,6 +57,7 @@ class TaskWords:
     keys: tuple[tuple[str, str], ...] = (("Ctrl Enter", "send"),)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Source:
     """Where a task's items come from, if they are made of adopted answers.
@@ -77,6 +80,7 @@ class Source:
     shows: Callable[[Record, Answer], bool] = lambda _payload, _answer: False
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Compared:
     """Several answers to an item, as the page shows them that decides between them.
@@ -93,6 +97,7 @@ class Compared:
     about: Mapping[str, Any] = field(default_factory=dict)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Adjudication:
     """How people decide between answers to an item that differ.
@@ -119,6 +124,7 @@ class Adjudication:
     template: str
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Counts:
     """What the dashboard counts of a task's answers.
@@ -141,6 +147,7 @@ class Counts:
     template: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class AnswerTable:
     """A file that can be made of answers: what its button says, its type, how it is written."""
@@ -158,6 +165,7 @@ def _as_kept(_session: Session, _item: Item, body: Record, _salt: bytes) -> Reco
     return body
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
     """A task. What has a default here can be left out.

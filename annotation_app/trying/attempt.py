@@ -220,7 +220,7 @@ def _start(scenario: str) -> State:
 
 def _plan(result: Result, places: list[Place]) -> Plan:
     """What is shown of a result; places that are named are added to `places`."""
-    from corpus_tools.following.plan_words import described  # noqa: PLC0415 - as above
+    from g3.actions.action_words import described  # noqa: PLC0415 - as above
 
     question = result.question
     return Plan(

@@ -196,28 +196,13 @@ def _check_options(
 
 
 def _start(scenario: str | None, context_name: str | None) -> State:
-    from g3.actions.robot_state import start_state
+    from corpus_tools.following.start_states import context_start, scenario_start
 
     if scenario is not None:
-        from corpus_tools.world.scenarios.contexts import scenario_context
-        from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
-        from corpus_tools.world.scenarios.scenario_reading import read_scenario
-
-        path = scenario_file(scenario, dataset_folder("warehouse"))
-        return start_state(scenario_context(read_scenario(path)))
-    from corpus_tools.importers.authored.bundled import open_corpus
-
-    corpus, _, name = str(context_name).rpartition(":")
-    if not corpus:
+        return scenario_start(scenario)
+    if not str(context_name).rpartition(":")[0]:
         raise click.UsageError("--context needs a corpus and the id of a context: CORPUS:ID.")
-    contexts = open_corpus(corpus).contexts
-    if name not in contexts:
-        raise CorpusError(
-            f"there is no context {name!r}",
-            where=corpus,
-            fix=f"the contexts are: {', '.join(sorted(contexts))}",
-        )
-    return start_state(contexts[name])
+    return context_start(str(context_name))
 
 
 def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:

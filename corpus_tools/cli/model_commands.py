@@ -284,6 +284,7 @@ def g3(
       ct train g3 --shards shards --jobs 2 --out g3.npz
     """
     from corpus_tools.corpus.labelled_corpus import Options
+    from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.learning.trained import from_corpus, from_shards
     from g3.learning.grounding_model import DEFAULT_L2
     from g3.learning.model_file import model_files
@@ -294,7 +295,7 @@ def g3(
         trained = from_shards(shards, strength, workers, optimizer)
     else:
         options = Options(negatives, seed, ablate, plus)
-        trained = from_corpus(name or "", strength, options, optimizer)
+        trained = from_corpus(open_corpus(name or ""), strength, options, optimizer)
     model = trained.model
     model.save(out)
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
@@ -365,27 +366,17 @@ def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> No
       ct train sdc --corpus aaai11 --corpus warehouse --out sdc.npz
       ct parse "Put the pallet on the truck" --model sdc.npz
     """
-    from corpus_tools.corpus.annotated_trees import annotated_trees
     from corpus_tools.importers.authored.bundled import open_corpus
-    from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor
-    from g3.language.parsing.training.extractor_training import prepare
+    from corpus_tools.learning.trained import extractor_from
 
     corpora = [open_corpus(name) for name in names]
-    first, *others = [annotated_trees(corpus) for corpus in corpora]
-    items = [*first, *(item for part in others for item in part)]
-    strength = DEFAULT_L2 if l2 is None else l2
-    card = {
-        "corpora": {corpus.name: corpus.hash for corpus in corpora},
-        "commands": len(items),
-        "l2": strength,
-        "scenarios": sorted({item.command.scenario for item in items}),
-    }
-    lessons = prepare(items)
-    own, besides = lessons[: len(first)], lessons[len(first) :]
-    SDCExtractor(l2=strength, card=card).fit(own, others=besides).save(out)
+    extractor = extractor_from(corpora, l2)
+    extractor.save(out)
+    card = extractor.card
     tell(
         form,
         {**card, "files": [out]},
-        f"corpora {', '.join(c.name for c in corpora)}: {len(items)} commands, l2 {strength:g}",
+        f"corpora {', '.join(c.name for c in corpora)}: {card['commands']} commands, "
+        f"l2 {extractor.l2:g}",
         f"wrote {out} ({out.stat().st_size / 1024:.0f} KiB)",
     )

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, overload
 
+from corpus_tools.corpus.corpus_entries import Entry, entries, entries_table
+from g3 import html_view
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context
+from g3.short_repr import brief
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SAMPLE = 8
+"""So many commands a notebook shows of a corpus, from all of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Corpus:
     """Commands, the worlds they were given in, their annotations and judgments.
+
+    ``len(corpus)`` is the number of its commands. Iterating gives each with all that is known of
+    it (:class:`~corpus_tools.corpus.corpus_entries.Entry`); so do ``corpus[0]`` and ``corpus[id]``.
 
     Make one with :func:`corpus_tools.corpus.encoding.make_corpus`, which computes the
     hash, or read one with :func:`corpus_tools.corpus.corpus_reading.load_corpus`.
@@ -47,3 +60,55 @@ class Corpus:
     licence: str
     hash: str
     outcomes: tuple[TaskOutcome, ...] = ()
+    _entries: list[Entry] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def __len__(self) -> int:
+        """How many commands there are."""
+        return len(self.commands)
+
+    def __iter__(self) -> Iterator[Entry]:
+        """The commands, each with all that is known of it."""
+        return iter(self._all())
+
+    @overload
+    def __getitem__(self, which: int | str) -> Entry: ...
+    @overload
+    def __getitem__(self, which: slice) -> list[Entry]: ...
+    def __getitem__(self, which: int | str | slice) -> Entry | list[Entry]:
+        """A command by its number or its id, or some of them."""
+        if isinstance(which, str):
+            return self._all()[list(self.commands).index(self.commands[which].id)]
+        return self._all()[which]
+
+    def _all(self) -> list[Entry]:
+        if len(self._entries) != len(self.commands):
+            found = entries(self.commands, self.annotations, self.contexts, self.outcomes)
+            self._entries[:] = found
+        return self._entries
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A row for each command."""
+        return entries_table(self)
+
+    def _counts(self) -> tuple[str, ...]:
+        held = (self.contexts, self.commands, self.annotations, self.judgments, self.outcomes)
+        names = ("contexts", "commands", "annotations", "judgments", "outcomes")
+        return tuple(
+            f"{len(things)} {name}" for things, name in zip(held, names, strict=True) if things
+        )
+
+    def __repr__(self) -> str:
+        return f"Corpus({', '.join((brief(self.name), *self._counts()))})"
+
+    def _repr_html_(self) -> str:
+        """Where it is from, what it holds, and some of its commands."""
+        step = max(1, len(self) // SAMPLE)
+        some = self[::step][:SAMPLE]
+        rows = [(e.id, e.text, e.command.scenario, "yes" if e.annotations else "no") for e in some]
+        return "\n".join(
+            [
+                html_view.heading(f"Corpus {self.name}", *self._counts()),
+                html_view.paragraph(f"{self.source} · {self.licence}"),
+                html_view.table(("id", "command", "scenario", "annotated"), rows),
+            ]
+        )

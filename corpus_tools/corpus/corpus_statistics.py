@@ -11,6 +11,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
 from g3.annotation import SOURCES, UNKNOWNS, Annotation, TaskOutcome, Unknown
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
+from g3.short_repr import short_repr
 
 PAPER = {"subjects": 45.0, "videos": 22.0, "commands_per_video": 13.0}
 """What section 4.1 says of the corpus of AAAI-11."""
@@ -23,6 +24,7 @@ class Examples(msgspec.Struct, frozen=True):
     false: int
 
 
+@short_repr
 class Statistics(msgspec.Struct, frozen=True):
     """What is in a corpus.
 

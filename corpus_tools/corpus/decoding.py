@@ -31,11 +31,13 @@ from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span, breadth_first
+from g3.short_repr import short_repr
 
 GetTrajectory = Callable[[int, str], Trajectory]
 """The trajectory with a number; the second argument is the field that asks for it."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class World:
     """What annotations refer to, each by its id."""

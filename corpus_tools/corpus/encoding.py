@@ -31,8 +31,10 @@ from corpus_tools.corpus.trajectory_arrays import Arrays, pack
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Tables:
     """The records of a corpus, file by file."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
+from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import encode
-from corpus_tools.corpus.task_outcomes import belongs_to
 from corpus_tools.corpus.trajectory_arrays import Arrays
 
 

@@ -14,6 +14,7 @@ from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.groundings import Context
 from g3.learning.examples import Example, examples
+from g3.short_repr import short_repr
 
 Negatives = Literal["random", "hard"]
 """``random``: the corpus's own, the paper's protocol. ``hard``: other plausible groundings
@@ -21,6 +22,7 @@ in the same scene, made from the positives (:func:`g3.negatives.hard_negatives.h
 NEGATIVES: tuple[Negatives, ...] = get_args(Negatives)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Options:
     """Which examples and features a model is made of: see `corpus_tools.options.model_options`."""

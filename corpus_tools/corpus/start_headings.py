@@ -18,12 +18,14 @@ from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, Grounding, PhysicalObject, Prism, Trajectory
+from g3.short_repr import short_repr
 
 Toward: TypeAlias = Literal["loads", "things", "east"]
 LOAD = "pallet"
 """What loads are labelled."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class HeadingRule:
     """A direction, and how far the robot is turned from it.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 
 from g3.errors import CorpusError
@@ -100,18 +99,17 @@ def disk() -> str:
 
 
 def extras() -> str:
-    """Whether the packages of the other extras are there."""
-    missing = [extra for extra, package in _EXTRAS.items() if find_spec(package) is None]
+    """Whether all packages of the extras are there."""
+    from corpus_tools.runtime import extras as known  # noqa: PLC0415 - keeps the module's import light
+
+    missing = {extra: lacking for extra in known.extras() if (lacking := known.missing_of(extra))}
     if missing:
-        wanted = ",".join(missing)
+        listed = "; ".join(f"{extra} ({', '.join(names)})" for extra, names in missing.items())
         raise CorpusError(
-            f"extras that aren't installed: {', '.join(missing)}",
-            fix=f"if you want them: pip install 'corpus-tools-g3[{wanted}]'",
+            f"extras that aren't installed: {listed}",
+            fix=f"if you want them: pip install '{known.DISTRIBUTION}[{','.join(missing)}]'",
         )
-    return ", ".join(_EXTRAS)
-
-
-_EXTRAS = {"app": "flask", "embeddings": "wordllama", "parquet": "pyarrow", "study": "statsmodels"}
+    return ", ".join(known.extras())
 
 
 def _nearest(folder: Path) -> Path:

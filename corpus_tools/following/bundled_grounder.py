@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
 from corpus_tools.runtime.progress import OnProgress
@@ -31,8 +33,9 @@ from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place, Prism
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.examples import examples
-from g3.learning.grounding_model import GroundingModel
+from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 from g3.learning.model_file import TrainingCard
+from g3.short_repr import short_repr
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 4
@@ -50,22 +53,35 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     version of the features.
     """
     corpus = open_corpus(DEFAULT_CORPUS)
-    name = f"follow{TRAINING_VERSION}-{corpus.hash.rpartition(':')[2][:16]}-{CATALOGUE_VERSION}"
-    path = cache_folder() / name
+    path = kept_at(corpus)
     try:
         return GroundingModel.load(path, corpus_hash=corpus.hash)
     except ModelError:
-        data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
-        card: TrainingCard = {
-            "corpus_hash": corpus.hash,
-            "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
-            "training": {"corpus": corpus.name},
-        }
         path.parent.mkdir(parents=True, exist_ok=True)
-        GroundingModel(tolerance=TOLERANCE, card=card).fit(data).save(path)
+        following_model(corpus, on_progress=on_progress).save(path)
         return GroundingModel.load(path)
 
 
+def kept_at(corpus: Corpus) -> Path:
+    """Where the model that was trained on a bundled corpus is kept."""
+    digest = corpus.hash.rpartition(":")[2][:16]
+    return cache_folder() / f"follow{TRAINING_VERSION}-{digest}-{CATALOGUE_VERSION}"
+
+
+def following_model(
+    corpus: Corpus, *, l2: float = DEFAULT_L2, on_progress: OnProgress | None = None
+) -> GroundingModel:
+    """Train a model that follows commands: on what search would consider in a corpus's scenes."""
+    data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
+    card: TrainingCard = {
+        "corpus_hash": corpus.hash,
+        "scenarios": tuple(sorted(scenario_ids(examples(corpus.annotations)))),
+        "training": {"corpus": corpus.name},
+    }
+    return GroundingModel(l2=l2, tolerance=TOLERANCE, card=card).fit(data)
+
+
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
     """A plan as a script.

@@ -4,27 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from g3.actions.action_kinds import Action
-from g3.groundings import Grounding, Path, Place
-from g3.inference.grounder import Plan, Result, object_ids
+from g3.actions.action_words import described, grounded
+from g3.groundings import Grounding, object_ids
+from g3.inference.grounder import Plan, Result
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked
 from g3.inference.reasons.aspects import aspects
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import to_json
-
-
-def described(action: Action) -> str:
-    """What an action does, and to what."""
-    target = " and ".join(object_ids(action.target)) or ("a place" if action.target else "")
-    words = [action.kind.name, action.object_id, target]
-    if action.place is not None:
-        words.append(f"at {_spot(action.place)}, {action.place.prism.z_min:.1f} m up")
-    if action.kind.unit == "rad":
-        words.append(f"{np.rad2deg(action.amount):.0f} degrees")
-    return " ".join(word for word in words if word)
 
 
 def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
@@ -35,7 +23,7 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
     lines = []
     for found in plan.groundings:
         action = actions.get(found.node)
-        what = described(action) if action else _grounded(found.group)
+        what = described(action) if action else grounded(found.group)
         other = found.rival
         rival = f", rather than {_called(other)}" if other is not None else ""
         lines.append(f"{found.text!r}: {what} (fits {found.probability:.2f}){rival}")
@@ -47,20 +35,7 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
 
 
 def _called(rival: Action | Sequence[Grounding]) -> str:
-    return described(rival) if isinstance(rival, Action) else _grounded(rival)
-
-
-def _grounded(group: Sequence[Grounding]) -> str:
-    """What a clause is grounded in."""
-    if any(isinstance(g, Path) for g in group):
-        return "the way there"
-    places = [f"the place at {_spot(g)}" for g in group if isinstance(g, Place)]
-    return " and ".join((*object_ids(group), *places))
-
-
-def _spot(place: Place) -> str:
-    x, y = place.prism.xy.mean(axis=0)
-    return place.name or f"({x:.1f}, {y:.1f})"
+    return described(rival) if isinstance(rival, Action) else grounded(rival)
 
 
 def sentence(plan: Plan) -> str:

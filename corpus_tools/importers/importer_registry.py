@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 from g3.extensions import load_extensions
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from corpus_tools.corpus.corpus_model import Corpus
@@ -54,6 +55,7 @@ class ImportFunction(Protocol):
         """
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class ImportOption:
     """An option of an importer's command.
@@ -79,6 +81,7 @@ class ImportOption:
     metavar: str | None = None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Importer:
     """An importer, as the command line shows it.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import msgspec
 
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 REPORT = "import-report.json"
 
@@ -27,6 +28,7 @@ class Skipped(msgspec.Struct, frozen=True):
         return FormatError(self.reason, where=where, fix=self.fix)
 
 
+@short_repr
 class Note(msgspec.Struct, frozen=True):
     """Something unusual that was read all the same, and the records that have it."""
 
@@ -42,6 +44,7 @@ class SourceFile(msgspec.Struct, frozen=True):
     records: int
 
 
+@short_repr
 class ImportReport(msgspec.Struct, frozen=True):
     """The file import-report.json."""
 
@@ -64,6 +67,7 @@ class ImportReport(msgspec.Struct, frozen=True):
         return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
 
 
+@short_repr
 @dataclass(slots=True)
 class Journal:
     """Collects what an importer comes across."""

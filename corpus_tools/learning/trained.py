@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from corpus_tools.corpus.annotated_trees import annotated_trees
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples, scenario_ids
 from corpus_tools.corpus.load_choices import load_choices_of
-from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
 from g3.features.feature_registry import select
@@ -19,6 +20,7 @@ from g3.learning.optimum import Optimizer
 
 if TYPE_CHECKING:
     from corpus_tools.shards.shard_files import Manifest
+    from g3.language.parsing.extractor import SDCExtractor
 
 
 class Trained(NamedTuple):
@@ -29,10 +31,11 @@ class Trained(NamedTuple):
     sources: Mapping[str, int]
 
 
-def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "newton") -> Trained:
+def from_corpus(
+    corpus: Corpus, l2: float, options: Options, optimizer: Optimizer = "newton"
+) -> Trained:
     """Train on a corpus, in memory."""
     sets = select(without=options.ablated, plus=options.added)
-    corpus = open_corpus(name)
     items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
     sources: dict[str, int] = dict(sorted(Counter(e.source for e in items).items()))
     model = GroundingModel(
@@ -52,6 +55,25 @@ def from_corpus(name: str, l2: float, options: Options, optimizer: Optimizer = "
     )
     model.fit(items, load_choices=load_choices_of([corpus]))
     return Trained(model, f"corpus {corpus.name}", sources)
+
+
+def extractor_from(corpora: Sequence[Corpus], l2: float | None = None) -> SDCExtractor:
+    """Train the extractor of clauses on annotated trees; the first corpus's ways are followed."""
+    from g3.language.parsing import extractor as parsing  # noqa: PLC0415 - brings spaCy
+    from g3.language.parsing.training.extractor_training import prepare  # noqa: PLC0415 - as above
+
+    first, *others = [annotated_trees(corpus) for corpus in corpora]
+    items = [*first, *(item for part in others for item in part)]
+    strength = parsing.DEFAULT_L2 if l2 is None else l2
+    card = {
+        "corpora": {corpus.name: corpus.hash for corpus in corpora},
+        "commands": len(items),
+        "l2": strength,
+        "scenarios": sorted({item.command.scenario for item in items}),
+    }
+    lessons = prepare(items)
+    own, besides = lessons[: len(first)], lessons[len(first) :]
+    return parsing.SDCExtractor(l2=strength, card=card).fit(own, others=besides)
 
 
 def from_shards(

@@ -36,6 +36,7 @@ from corpus_tools.logs.log_records import (
 from corpus_tools.world.state.recording import NS_PER_S, Recording
 from g3.errors import FormatError
 from g3.groundings import Context, FloatArray
+from g3.short_repr import short_repr
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -43,6 +44,7 @@ _FIX = "restore the file, or render the scenario again"
 _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
     """What a log's file holds.

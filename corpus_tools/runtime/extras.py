@@ -14,6 +14,29 @@ _MODULES = {"cv2": "opencv_python_headless"}
 """Distributions of modules that have another name."""
 
 
+def extras() -> dict[str, list[str]]:
+    """The distributions that each extra brings, but for those that only bring others' or tools."""
+    found: dict[str, list[str]] = {}
+    for requirement in importlib.metadata.requires(DISTRIBUTION) or ():
+        match = _REQUIREMENT.fullmatch(requirement)
+        if match and match[2] not in _COLLECTIONS:
+            found.setdefault(match[2], []).append(match[1])
+    return dict(sorted(found.items()))
+
+
+def missing_of(extra: str) -> list[str]:
+    """The distributions of an extra that aren't installed."""
+    return [name for name in extras()[extra] if not _is_installed(name)]
+
+
+def _is_installed(name: str) -> bool:
+    try:
+        importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return False
+    return True
+
+
 def extra_of(module: str) -> str | None:
     """The extra that brings a module; None if none does.
 

@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from g3.errors import CorpusError
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -51,6 +52,7 @@ class Workers:
     scheduler: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Done(Generic[Item, Result]):
     """What came of an item: a result, or an error."""

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.features.matrix import FeatureSpace
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 MANIFEST = "shards.json"
@@ -28,6 +29,7 @@ these and of all arrays."""
 AGAIN = "make the shards again with: ct shards"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Shard:
     """Examples with equal features are one row, with how many of them there are.

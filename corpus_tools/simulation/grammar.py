@@ -22,6 +22,7 @@ from corpus_tools.world.state.robot_script import DRIVE_TO
 from g3.actions.forklift_actions import DRIVE_PAST, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 PICK = ("pick up", "lift", "get", "grab", "lift up")
 PLACE_VERBS = ("put", "place", "set", "leave")
@@ -34,6 +35,7 @@ LOOSE = ("pick up", "lift up", "put down", "set down")
 Sayer: TypeAlias = Callable[["_Speaker"], SDC]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
     """A command.

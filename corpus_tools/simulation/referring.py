@@ -15,6 +15,7 @@ import numpy as np
 from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
 from corpus_tools.simulation.wording import Wording, clause
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 CLEARLY_M = 1.0
 """What lies further to a side, or nearer, does so by this much at least."""
@@ -22,6 +23,7 @@ BY_M = 4.0
 """How far from a landmark a thing can stand that is "next to" it."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Noun:
     """A way to name a kind of thing.

@@ -12,8 +12,10 @@ from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Prism
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Seen:
     """A thing or a place as the robot's driver sees it at the start.
@@ -42,6 +44,7 @@ class Seen:
     at: tuple[float, float]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Scene:
     """All that can be seen, by id.

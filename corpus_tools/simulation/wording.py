@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from g3.sdc.clauses import SDC, SDCType, Span
+from g3.short_repr import short_repr
 
 Spell: TypeAlias = Callable[[str], str]
 """What somebody types for a word."""
 
 
+@short_repr
 @dataclass(slots=True)
 class Wording:
     """A command as it is typed.

@@ -14,9 +14,9 @@ from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 
 
-def film(recording: Recording, path: Path) -> None:
+def film(recording: Recording, path: Path, how: Settings | None = None) -> None:
     """Draw a recording into an MP4 file, as :class:`Settings` has it by default."""
-    how = Settings()
+    how = how or Settings()
     shown = sampled(recording, how.fps)
     world = build_world(recording.start)
     new = path.with_name(f".{path.name}.new.mp4")

@@ -19,12 +19,14 @@ from corpus_tools.video.drawing.shadows import LARGEST_MAP
 from corpus_tools.video.encode import Quality
 from corpus_tools.world.physics.build import World
 from corpus_tools.world.state.recording import Recording
+from g3.short_repr import short_repr
 
 SAMPLES = 4
 SHADOW_SIZE = 4096
 """Of MuJoCo's shadow map, for the highest quality."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
     """What a video needs of a recording.

@@ -21,10 +21,12 @@ from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.replay import replay
 from g3.errors import CorpusError, FormatError
 from g3.groundings import Context, PhysicalObject, Place
+from g3.short_repr import short_repr
 
 REPLAY_HZ = 50
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class ScenarioItem:
     """A scenario's file."""
@@ -42,6 +44,7 @@ class ContextItem:
     context_id: str
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Story:
     """What happens in a video.

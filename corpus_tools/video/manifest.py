@@ -17,6 +17,7 @@ from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.encode import Quality
 from corpus_tools.video.items import Story
 from corpus_tools.world.state.recording import Recording
+from g3.short_repr import short_repr
 
 SCHEMA_VERSION = 1
 MANIFEST = "manifest.json"
@@ -29,6 +30,7 @@ _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy"
 """Distributions that determine it too."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Settings:
     """How videos are made.

@@ -21,6 +21,7 @@ from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import BESIDE, ENDS, FLOOR, SIDES
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 SLACK_M = 0.5
 """What ends no further outside of an annotated region is in it."""
@@ -34,6 +35,7 @@ TURNS_M = 0.7
 """What is to go to a side goes at least so far that way."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Ending:
     """Where something comes to.

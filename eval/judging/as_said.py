@@ -23,6 +23,7 @@ from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
 from g3.inference.grounder import Plan
 from g3.inference.problem.phrases import is_measure, names_lift, names_robot
 from g3.sdc.clauses import SDC, Span, all_words
+from g3.short_repr import short_repr
 
 FARTHER_M = 1.0
 """What goes away from something ends so much farther from it, and what passes it so far beyond."""
@@ -58,6 +59,7 @@ class Mention:
     end: int
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Done:
     """What a plan does for the clause that mentions something.
@@ -157,6 +159,7 @@ def forks_of(state: State) -> float:
     return state.forks_m
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Relation:
     """Something that words ask for.

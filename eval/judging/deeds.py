@@ -12,6 +12,7 @@ from g3.actions.action_kinds import Action, move, result
 from g3.actions.logged_actions import moved, recorded
 from g3.actions.robot_state import State, start_state
 from g3.groundings import Context, FloatArray, PhysicalObject
+from g3.short_repr import short_repr
 
 LEAVES_M = 0.3
 """A load further than this from where it starts has been lifted, and set down as near its end."""
@@ -36,6 +37,7 @@ class Carried:
     lowered: int | None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Deeds:
     """What was done.

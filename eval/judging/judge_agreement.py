@@ -9,11 +9,13 @@ import numpy as np
 
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
+from g3.short_repr import short_repr
 
 Resampled = Callable[[FloatArray], FloatArray]
 """Makes sums over resampled videos from counts by video."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Agreement:
     """A verdict against the majority of people.
@@ -64,7 +66,7 @@ def agreement(
     whole = tables.sum(axis=0)
 
     def bounded(figure: Callable[[FloatArray], FloatArray]) -> Estimate:
-        return percentiles(float(figure(whole)), figure(drawn))
+        return percentiles(float(figure(whole)), figure(drawn), len(tables))
 
     return Agreement(
         counts, bounded(cohens_kappa), bounded(_precision), bounded(_recall), bounded(_accuracy)

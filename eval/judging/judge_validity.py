@@ -28,6 +28,7 @@ from eval.statistics.resampling import resampled_sums
 from g3.annotation import RATINGS, Annotation, Judgment
 from g3.errors import FormatError
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 ABSENT = "it moves something that the command's world doesn't have"
 ENDS, WORDS = "ends_where_log_ends", "does_what_words_say"
@@ -49,6 +50,7 @@ CHOSEN_ON = frozenset(
 other one of its 15 in the order of their names. All others are its test."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedPair:
     """A command with a video, as people and the judge see it.
@@ -81,6 +83,7 @@ class JudgedPair:
         return self.command_video == self.shown_video
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Validity:
     """How well the judge agrees with the majority of people.
@@ -243,7 +246,7 @@ def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
     said = np.array([p.verdicts[ENDS].correct for p in pairs])
     mean = np.array([np.mean(p.ratings) for p in pairs])
     counts = _levels(said, mean, codes([p.command_video for p in pairs]))
-    return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)))
+    return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)), len(counts))
 
 
 def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:

@@ -15,8 +15,10 @@ from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.word_sets import COPULAS
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedClause:
     """A top-level EVENT.

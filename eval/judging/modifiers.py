@@ -12,10 +12,12 @@ from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.word_sets import EXTREMES, ORDINALS, SELVES, TOWARD
 from g3.sdc.clauses import SDC, Span
+from g3.short_repr import short_repr
 
 _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
     """Words that tell of a thing where it is.

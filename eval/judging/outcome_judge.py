@@ -15,8 +15,10 @@ from eval.judging.judge import Verdict
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State
 from g3.annotation import TaskOutcome
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Expected:
     """What the outcomes of a command say together.

@@ -26,6 +26,7 @@ from g3.language.lexicon.word_sets import (
     QUANTIFIERS,
     THESE,
 )
+from g3.short_repr import short_repr
 
 Things = frozenset[str]
 """Ids of things."""
@@ -37,6 +38,7 @@ _FUNCTION = frozenset(
 )
 
 
+@short_repr
 @dataclass(frozen=True)
 class Worded:
     """A command's clauses, and what their annotated groundings are in a world.

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from g3.sdc.clauses import SDC, SDC_TYPES, Span, all_words, breadth_first
+from g3.short_repr import short_repr
 
 T = TypeVar("T")
 
@@ -52,6 +53,7 @@ class Counts:
         return 2 * self.same / both if both else float("nan")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """One command's trees against the annotated ones.

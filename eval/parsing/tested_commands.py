@@ -17,11 +17,13 @@ from eval.splits import leave_one_out
 from g3.errors import CorpusError
 from g3.language.parsing.extractor import DEFAULT_L2, Parse, SDCExtractor, default_extractor
 from g3.language.parsing.training.extractor_training import Lesson, prepare
+from g3.short_repr import short_repr
 
 AS_TYPED = ""
 """The name of commands that aren't perturbed."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class SDCChoices:
     """What the options of ``ct eval --sdc`` say.
@@ -53,6 +55,7 @@ class SDCChoices:
     seed: int = 0
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class TestedCommand:
     """One tested command."""

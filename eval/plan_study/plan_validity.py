@@ -126,7 +126,7 @@ def agreements(
         rng = np.random.default_rng(seed)
         drawn = figures(resampled_sums(counts, rng=rng, draws=draws))
         bounded = {
-            figure: percentiles(float(values[i]), drawn[:, i])
+            figure: percentiles(float(values[i]), drawn[:, i], len(counts))
             if np.isfinite(values[i])
             else Estimate(np.nan, np.nan, np.nan)
             for i, figure in enumerate(FIGURES)

@@ -13,8 +13,10 @@ from scipy import special
 from eval.statistics.estimates import Estimate, FloatArray, IntArray
 from eval.statistics.intervals import percentiles
 from eval.statistics.resampling import resampled_sums
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Two configurations on the same commands.
@@ -87,7 +89,7 @@ def _difference(
     """Their mean, with whole clusters resampled."""
     counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
     sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
-    return percentiles(float(differences.mean()), sums / sizes)
+    return percentiles(float(differences.mean()), sums / sizes, len(counted))
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:

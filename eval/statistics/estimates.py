@@ -27,6 +27,8 @@ CELLS = ("tp", "fp", "fn", "tn")
 FIGURES = ("precision", "recall", "f", "accuracy")
 """Order of the last axis of :func:`figures`."""
 LEVEL = 0.95
+FEWEST_CLUSTERS = 10
+"""Of fewer clusters a bootstrap's interval is far too narrow, so there is none."""
 ALIKE = 1e-12
 """Figures that differ by less are the same but for rounding."""
 
@@ -122,11 +124,11 @@ def cluster_bootstrap(
     Groups are resampled together. Clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
-    Draws in which a figure is undefined are left out of its interval. A figure that fewer
-    than two clusters say anything about has no interval. Its bounds are NaN, for
-    resampling one cluster can't show how clusters differ. Nor has a figure that is the same
-    in all clusters (:func:`percentile_bounds`). With few clusters (under 30 or so) percentile
-    intervals are too narrow.
+    Draws in which a figure is undefined are left out of its interval. A figure that fewer than
+    :data:`FEWEST_CLUSTERS` say anything about has no interval: its bounds are NaN. Resampling
+    few clusters can't show how clusters differ. Nor has a figure that is the same in all clusters
+    (:func:`percentile_bounds`). With under 30 clusters or so percentile intervals are still
+    somewhat too narrow.
 
     Parameters
     ----------
@@ -162,14 +164,14 @@ def cluster_bootstrap(
 
     values = statistic(resampled_sums(counts, rng=rng, draws=draws, executor=executor))
 
-    return percentile_bounds(np.where(informative < 2, np.nan, values), level)
+    return percentile_bounds(np.where(informative < FEWEST_CLUSTERS, np.nan, values), level)
 
 
 def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
     """Bounds that leave a part of resampled figures inside.
 
-    Where all draws are the same there are none. Clusters that don't differ are no evidence that
-    others won't, and an interval of no width would say that the figure is known exactly.
+    Where both bounds would be the same there are none. Clusters that don't differ are no evidence
+    that others won't, and an interval of no width would say that the figure is known exactly.
 
     Parameters
     ----------
@@ -182,6 +184,6 @@ def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArr
         Shape (...); NaN where there are none.
     """
     known = np.where(np.isnan(drawn).all(axis=0), 0.0, drawn)
-    alike = np.nanmax(known, axis=0) - np.nanmin(known, axis=0) < ALIKE
     low, high = np.nanquantile(known, ((1 - level) / 2, (1 + level) / 2), axis=0)
+    alike = high - low < ALIKE
     return np.where(alike, np.nan, low), np.where(alike, np.nan, high)

@@ -14,6 +14,7 @@ from scipy import special
 
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
+    FEWEST_CLUSTERS,
     LEVEL,
     BoolArray,
     Estimate,
@@ -70,7 +71,7 @@ def bootstrap(
     _, index = np.unique(cluster, return_inverse=True)
     counted = np.stack([np.bincount(index, weights=agrees), np.bincount(index)], axis=1)
     sums, counts = resampled_sums(counted, rng=rng, draws=draws, executor=executor).T
-    return percentiles(float(agrees.mean()), sums / counts, level)
+    return percentiles(float(agrees.mean()), sums / counts, len(counted), level)
 
 
 def two_way(
@@ -160,7 +161,21 @@ def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> float:
     return (between - within) / total if total else np.nan
 
 
-def percentiles(value: float, drawn: FloatArray, level: float = LEVEL) -> Estimate:
-    """A figure with the bounds of a percentile interval; NaN where it has none."""
+def percentiles(value: float, drawn: FloatArray, clusters: int, level: float = LEVEL) -> Estimate:
+    """A figure with the bounds of a percentile interval; NaN where it has none.
+
+    Parameters
+    ----------
+    value
+        The figure.
+    drawn
+        The same of each resample.
+    clusters
+        How many clusters were resampled; of fewer than `FEWEST_CLUSTERS` there is no interval.
+    level
+        Probability that the interval leaves inside.
+    """
+    if clusters < FEWEST_CLUSTERS:
+        return Estimate(value, np.nan, np.nan)
     low, high = percentile_bounds(drawn, level)
     return Estimate(value, float(low), float(high))

@@ -8,8 +8,10 @@ import numpy as np
 from scipy import special
 
 from eval.statistics.estimates import LEVEL, Estimate, FloatArray, IntArray
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class CumulativeLink:
     """A proportional-odds model: logit P(rating ≤ j) = θ_j − β·x.

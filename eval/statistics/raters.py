@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from eval.statistics.estimates import BoolArray, FloatArray, IntArray
+from g3.short_repr import short_repr
 
 TOLERANCE = 1e-8
 MOST_STEPS = 2000
@@ -20,6 +21,7 @@ def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
     return found
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DawidSkene:
     """A model of raters who err, each in their own way.

@@ -11,11 +11,13 @@ import numpy as np
 from eval.statistics.estimates import BoolArray, IntArray
 from g3.annotation import RATINGS, Judgment
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 AGREES = 4
 """From this of the five points on, somebody agrees that the video shows the command."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Ratings:
     """Judgments of commands with videos, each array of shape (n,).
@@ -32,6 +34,8 @@ class Ratings:
         Index of the command.
     video
         Index of the video that the command was typed for.
+    shown
+        Index of the video that it was shown with.
     rater
         Index of the person.
     """
@@ -41,6 +45,7 @@ class Ratings:
     pair: IntArray
     command: IntArray
     video: IntArray
+    shown: IntArray
     rater: IntArray
 
     def __len__(self) -> int:
@@ -61,6 +66,7 @@ class Ratings:
             self.pair[chosen],
             self.command[chosen],
             self.video[chosen],
+            self.shown[chosen],
             self.rater[chosen],
         )
 
@@ -80,6 +86,7 @@ def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
         codes([(j.command, j.command_video, j.shown_video) for j in rows]),
         codes([(j.command, j.command_video) for j in rows]),
         codes([j.command_video for j in rows]),
+        codes([j.shown_video for j in rows]),
         codes([j.subject for j in rows]),
     )
 

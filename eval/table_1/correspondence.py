@@ -24,11 +24,12 @@ from eval.statistics.estimates import (
     confusion,
     figures,
 )
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-StrArray: TypeAlias = npt.NDArray[np.str_]
+StrArray: TypeAlias = npt.NDArray[np.character]
 
 RowType = Literal["OBJECT", "PLACE", "PATH", "EVENT", "overall"]
 ROW_TYPES: tuple[RowType, ...] = get_args(RowType)
@@ -61,6 +62,7 @@ PAPER_TABLE_1: Mapping[RowType, PaperRow] = MappingProxyType(
 """The paper's figures (:data:`PAPER_SOURCE`), measured on its own test set."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
     """Aligned arrays of what a model said of n examples; copied and read-only.
@@ -118,6 +120,7 @@ class Predictions:
         return len(self.label)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Row:
     """One row of Table 1.

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from rich.table import Table
 
-from eval.statistics.estimates import FIGURES, Estimate
+from eval.statistics.estimates import FEWEST_CLUSTERS, FIGURES, Estimate
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.tables.formats import FORMATS, Format, comments, delimited, document, interval, table_text
 from eval.tables.latex import RULE, estimate, tabular
@@ -103,7 +103,7 @@ def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: boo
     title = "Performance at predicting the correspondence variable"
     notes = (
         "95%: percentile interval of a bootstrap over clusters of examples",
-        "-: none, for all clusters say the same, or only one says anything",
+        f"-: none, for fewer than {FEWEST_CLUSTERS} clusters tell, or all say the same",
         f"paper: {PAPER_SOURCE}, on its own corpus",
     )
     return table_text({title: table}, notes, metadata, terminal=terminal)

@@ -22,11 +22,13 @@ from g3.learning.examples import Example, labels
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import all_words
+from g3.short_repr import short_repr
 
 SMALLEST_SIZE = 50
 """Annotated SDCs at the first point of a learning curve; each further point has twice as many."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
     """What was predicted of the tested examples.

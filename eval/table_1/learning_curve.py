@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from eval.table_1.correspondence import ROW_TYPES, Row, RowType
 from eval.tables.formats import delimited, metadata_text
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ TEXT_HEIGHT = 0.052
 """Height of a line of text beside the plot, as a fraction of the axes."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
     """The test error of models trained on so many SDCs.

@@ -21,6 +21,7 @@ from g3.features.feature_registry import CATALOGUE_VERSION, FeatureSet, select
 from g3.inference.potentials.potential_registry import ablation
 from g3.learning.examples import Example
 from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
+from g3.short_repr import short_repr
 
 Division = Literal["cv", "split"]
 Metadata = dict[str, object]
@@ -29,6 +30,7 @@ _STREAM = 2
 """Tells these random numbers from others that are drawn with the same seed."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Choices:
     """What the options of ``ct eval`` say.
@@ -86,6 +88,7 @@ class Choices:
         return DEFAULT_L2 if self.l2 is None else self.l2
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """Examples, and how they are divided.

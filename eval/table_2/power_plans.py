@@ -21,6 +21,7 @@ from eval.statistics.ratings import of_study, ratings_of
 from eval.tables.formats import Format, comments, delimited, document, table_text
 from eval.tables.latex import tabular
 from g3.annotation import Judgment
+from g3.short_repr import short_repr
 
 JUDGES = (1, 3, 5, 10)
 SHARE, CORRELATION = 0.88, 0.44
@@ -32,6 +33,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Row:
     """A plan, and how it does in simulated studies.

@@ -14,6 +14,7 @@ from rich.table import Table
 from corpus_tools.corpus.rater_agreement import krippendorff_alpha
 from corpus_tools.runtime.parallel import Executor
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
+from eval.statistics.crossed_model import crossed
 from eval.statistics.estimates import BoolArray, Estimate
 from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
 from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link
@@ -23,18 +24,22 @@ from eval.tables.formats import Format, comments, delimited, document, interval,
 from eval.tables.latex import estimate, tabular
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
+from g3.short_repr import short_repr
 
 Configuration = Literal["original", "random"]
 PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
 PAPER_SOURCE = "Tellex et al. (AAAI 2011), Table 2"
 BOUNDS = "{:.3f} to {:.3f}"
+MODELS = ("GEE", "Crossed model")
 COLUMNS = (
     "configuration", "precision", "low", "high", "n", "pairs", "videos", "raters", "majority",
     "weighed", "wilson_low", "wilson_high", "exact_low", "exact_high", "two_way_low",
-    "two_way_high", "paper",
+    "two_way_high", "shown", "gee", "gee_low", "gee_high", "crossed", "crossed_low", "crossed_high",
+    "paper",
 )  # fmt: skip
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Row:
     """A configuration of Table 2.
@@ -48,7 +53,10 @@ class Row:
     wilson, exact
         The same with judgments taken for independent, which is too narrow.
     n, pairs, videos, raters
-        How many there are.
+        How many there are; `videos` are those that the commands were typed for, which are the
+        clusters.
+    shown
+        How many videos the commands were shown with.
     majority
         The part of the pairs of which more than half of the judgments agree.
     weighed
@@ -56,6 +64,8 @@ class Row:
         err each in their own way.
     model
         By generalised estimating equations, with videos as clusters; None unless asked for.
+    crossed
+        By a mixed model with crossed effects of videos and raters; None unless asked for.
     """
 
     configuration: Configuration
@@ -69,9 +79,12 @@ class Row:
     raters: int
     majority: float
     weighed: float
+    shown: int
     model: Estimate | None = None
+    crossed: Estimate | None = None
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Results:
     """Table 2, and what else the judgments say.
@@ -204,7 +217,9 @@ def _row(
         raters,
         float(majorities(agrees, ratings.pair).mean()),
         float(shows[np.unique(ratings.pair)].mean()),
+        len(np.unique(ratings.shown)),
         gee(agrees, ratings.video) if models else None,
+        crossed(agrees, ratings.video, ratings.rater) if models else None,
     )
 
 
@@ -234,7 +249,7 @@ def judged_by(study: str) -> str:
 def notes(results: Results) -> list[str]:
     """What a reader should know of the figures, and why they differ from the paper's."""
     found = [
-        "95%: percentile interval with whole videos resampled",
+        f"95%: percentile interval with whole videos resampled: {_clusters(results.rows)}",
         "videos, raters: both as clusters, which speaks for other raters too",
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
@@ -242,6 +257,11 @@ def notes(results: Results) -> list[str]:
         "whether single ones or pairs: each rater who differs lowers a share of judgments, and "
         "is outvoted in a majority",
     ]
+    if any(row.model is not None for row in results.rows):
+        found.append(
+            "GEE: estimating equations with videos as clusters; crossed model: linear, with random "
+            "effects of videos and of raters"
+        )
     if results.alpha is not None:
         found.append(f"Krippendorff's alpha of the five points: {results.alpha:.3f}")
     if not np.isnan(results.delta):
@@ -261,6 +281,12 @@ def notes(results: Results) -> list[str]:
         shares = ", ".join(f"{k} {v:.3f}" for k, v in of.items() if k != "judgments")
         found.append(f"left out: study {name}, {of['judgments']:.0f} judgments ({shares})")
     return found
+
+
+def _clusters(rows: Sequence[Row]) -> str:
+    """Which videos are the clusters, and how many."""
+    each = (f"{row.configuration} {row.videos}, shown with {row.shown}" for row in rows)
+    return f"those that the commands were typed for ({'; '.join(each)})"
 
 
 def _bounds(estimate: Estimate) -> dict[str, float]:
@@ -284,7 +310,9 @@ def _content(results: Results) -> dict[str, object]:
                 "two_way": _bounds(row.two_way),
                 "wilson": _bounds(row.wilson),
                 "clopper_pearson": _bounds(row.exact),
+                "shown": row.shown,
                 "gee": None if row.model is None else row.model._asdict(),
+                "crossed": None if row.crossed is None else row.crossed._asdict(),
                 "paper": PAPER[row.configuration],
             }
         )
@@ -308,11 +336,14 @@ def _flat(row: Row) -> dict[str, object]:
     }
     found |= {
         name: getattr(row, name)
-        for name in ("n", "pairs", "videos", "raters", "majority", "weighed")
+        for name in ("n", "pairs", "videos", "raters", "majority", "weighed", "shown")
     }
     for name in ("wilson", "exact", "two_way"):
         for bound, value in _bounds(getattr(row, name)).items():
             found[f"{name}_{bound}"] = value
+    for name, one in (("gee", row.model), ("crossed", row.crossed)):
+        columns = (name, f"{name}_low", f"{name}_high")
+        found |= dict(zip(columns, one or (None,) * 3, strict=True))
     return found
 
 
@@ -330,7 +361,8 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
         "n",
         "Pairs",
     )
-    for heading in headings:
+    has_models = any(row.model is not None for row in results.rows)
+    for heading in (*headings, *(MODELS if has_models else ())):
         table.add_column(heading, justify="right")
     for row in results.rows:
         table.add_row(
@@ -342,6 +374,7 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
             f"{PAPER[row.configuration]:.2f}",
             str(row.n),
             str(row.pairs),
+            *(f"{e[0]:.3f} ({interval(*e[1:], BOUNDS)})" for e in (row.model, row.crossed) if e),
         )
     title = f"{judged_by(results.study).capitalize()} who agree that the video shows the command"
     return table_text({title: table}, notes(results), metadata, terminal=terminal)
@@ -355,8 +388,10 @@ def _latex(results: Results, metadata: Mapping[str, object]) -> str:
             f"{row.majority:.2f}",
             f"{PAPER[row.configuration]:.2f}",
             str(row.n),
+            *(estimate(*one, "{:.3f}") for one in (row.model, row.crossed) if one),
         )
         for row in results.rows
     ]
-    headings = ("Video", "Agree", "Majority", "Paper", "$n$")
+    has_models = any(row.model is not None for row in results.rows)
+    headings = ("Video", "Agree", "Majority", "Paper", "$n$", *(MODELS if has_models else ()))
     return tabular(headings, cells, comments=[*comments(metadata), *notes(results)])

@@ -22,6 +22,7 @@ from g3.groundings import PhysicalObject, Place
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
 from g3.language.similarity import static_embeddings
+from g3.short_repr import short_repr
 
 LEAST_ALIKE = 0.3
 """Cosine from which words may name a label."""
@@ -38,6 +39,7 @@ Naming = tuple[Things, int]
 FindNamed = Callable[[Sequence[str], Sequence[tuple[str, ...]], Things], Naming | None]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Scene:
     """A command's words and what they may be about.

@@ -41,6 +41,7 @@ from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.training.search_training import search_sets
 from g3.language.parsing.extractor import Parse, SDCExtractor
 from g3.language.parsing.parser import parse_unsure
+from g3.short_repr import short_repr
 
 PERTURBED = ("keywords", "embeddings", "gold", "auto")
 """Configurations in which perturbed commands are followed."""
@@ -48,6 +49,7 @@ PERTURBED = ("keywords", "embeddings", "gold", "auto")
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class EndToEnd:
     """The outcomes of all commands by configuration.

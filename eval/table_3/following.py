@@ -15,8 +15,8 @@ from eval.table_3.outcomes import Outcome
 from g3.actions.action_kinds import Action
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
-from g3.groundings import PhysicalObject
-from g3.inference.grounder import Grounder, Result, object_ids
+from g3.groundings import PhysicalObject, object_ids
+from g3.inference.grounder import Grounder, Result
 from g3.inference.problem.command_tree import Tree
 from g3.language.parsing.extractor import Parse
 from g3.sdc.clauses import SDC

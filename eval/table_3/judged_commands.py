@@ -17,6 +17,7 @@ from g3.actions.loads import loads_of_context
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.groundings import Context, PhysicalObject
+from g3.short_repr import short_repr
 
 Subset: TypeAlias = Literal["all", "determined", "two-or-more"]
 SUBSETS: tuple[Subset, ...] = get_args(Subset)
@@ -24,6 +25,7 @@ LOGS, OUTCOMES, BOTH = "logs", "outcomes", "logs and outcomes"
 """What plans are compared with."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedCommand:
     """A command that plans can be judged for.

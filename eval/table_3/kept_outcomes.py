@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from eval.table_3.outcomes import Outcome
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 SUFFIX = ".part"
@@ -33,6 +34,7 @@ def _digest(content: _File) -> str:
     return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Kept:
     """The outcomes of scenarios that are done.

@@ -12,11 +12,13 @@ import numpy as np
 from eval.statistics.estimates import Estimate
 from eval.statistics.intervals import bootstrap
 from eval.statistics.ratings import codes
+from g3.short_repr import short_repr
 
 BINS = 10
 """Bins of the reliability diagram."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What became of one command in one configuration.

@@ -17,6 +17,7 @@ from eval.table_3.baselines import BASELINES
 from eval.table_3.judged_commands import SUBSETS, Facts, Subset
 from eval.table_3.outcomes import Outcome
 from eval.tables.comparison_report import compare_commands
+from g3.short_repr import short_repr
 
 TOP = 30
 """How many commands the paper's top rows have."""
@@ -35,6 +36,7 @@ ROWS: tuple[tuple[str, str, int], ...] = (
 Row: TypeAlias = dict[str, object]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Followed:
     """A command in a configuration, as shares of the headings in which it was followed.
@@ -179,6 +181,7 @@ def _whole(number: float) -> float | int:
     return round(number) if float(number).is_integer() else number
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Compared:
     """Comparisons of one verdict on one part of the commands."""

@@ -46,11 +46,21 @@ def metadata_text(metadata: Mapping[str, object]) -> str:
 
 def comments(metadata: Mapping[str, object]) -> list[str]:
     """Metadata as lines for a file that is handed on: of whole paths it has the names only."""
-    shown = {
-        key: Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
-        for key, value in metadata.items()
-    }
-    return metadata_text(shown).splitlines()
+    return metadata_text(
+        {key: _without_folders(value) for key, value in metadata.items()}
+    ).splitlines()
+
+
+def _without_folders(value: object) -> object:
+    """A value in which whole paths are names; of several with commas between, each one."""
+    if isinstance(value, Mapping):
+        return {key: _without_folders(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_folders(item) for item in value]
+    if isinstance(value, (str, Path)):
+        parts = str(value).split(",")
+        return ",".join(Path(p).name if Path(p).is_absolute() else p for p in parts)
+    return value
 
 
 def _one_line(value: object) -> str:

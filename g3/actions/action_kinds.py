@@ -20,10 +20,12 @@ from g3.actions.logged_actions import NOTHING, Handling, Outcome
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Grounding, PhysicalObject, Place, Trajectory
+from g3.short_repr import short_repr
 
 Group = tuple[Grounding, ...]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Action:
     """Something to do.
@@ -52,6 +54,7 @@ class Action:
     goal: int = -1
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Focus:
     """What a clause may be about, the candidates of its arguments.

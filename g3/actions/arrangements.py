@@ -17,6 +17,7 @@ from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.geometry.plane import BoolArray, cross, length
 from g3.groundings import FloatArray, PhysicalObject
+from g3.short_repr import short_repr
 
 UNEVEN = 1.75
 """In a row a gap is at most so many times the one before it."""
@@ -34,6 +35,7 @@ LEVEL_M = 0.35
 Things = tuple[PhysicalObject, ...]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Arrangements:
     """Which things stand together.

@@ -11,6 +11,7 @@ from g3.actions.driving import direction
 from g3.features.bodies import IntArray
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 RUN_IN_M = 2.5
 """How far loads are entered straight ahead."""
@@ -19,6 +20,7 @@ CLEAR_M = 1.6
 """Entering past the middle of another thing nearer than this is as good as blocked."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Stops:
     """Where n actions drive to next, each to the cheapest of h poses.
@@ -43,6 +45,7 @@ class Stops:
 NEVER = -1
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Course:
     """What n actions do one after the other.

@@ -10,6 +10,7 @@ import numpy as np
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Trajectory
+from g3.short_repr import short_repr
 
 REACH_M = 1.1
 """From the robot's position straight ahead to the middle of what is on the forks."""
@@ -40,6 +41,7 @@ NOTHING = Handling()
 """Loads are left alone: the action only drives."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """The log of an action.

@@ -16,6 +16,7 @@ from g3.actions.driving import CUSP_COST_M, arc, clear_cost, curve, direction
 from g3.features.bodies import METRES_PER_RADIAN, SAMPLES, IntArray
 from g3.geometry.plane import length, rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 SPEED_M_S, LIFT_M_S = 1.0, 0.1
 LIFT_M = 0.3
@@ -25,6 +26,7 @@ _BACKWARDS = np.array([(0.0, 0.0), (2.0, 0.0), (4.0, 1.2), (4.0, -1.2)])
 _FINE, _COARSE = np.linspace(0, 1, 21), np.linspace(0, 1, 9)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Motions:
     """n trajectories of the robot and of what it moves, evenly sampled along the robot's way.
@@ -52,6 +54,7 @@ class Motions:
         return len(self.t)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Legs:
     """n ways, each of m poses, with the forks' height over the load's first one.

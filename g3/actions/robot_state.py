@@ -11,8 +11,11 @@ from g3.actions.logged_actions import at_rest, loaded
 from g3.features.bodies import moved_corners
 from g3.geometry.plane import hull_centre
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
+from g3.scene_drawing import scene_svg
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class State:
     """The world between two actions.
@@ -36,6 +39,10 @@ class State:
         """The robot's x, y, yaw."""
         track = self.context.agent.trajectory
         return np.array([*track.xyz[0, :2], track.yaw[0]])
+
+    def _repr_html_(self) -> str:
+        """The scene from above."""
+        return scene_svg(self.context)
 
     def thing(self, object_id: str) -> PhysicalObject:
         """An object by its id."""

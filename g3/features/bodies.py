@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from g3.geometry.plane import area, centroid, convex_hull, cross, hull_centre, rotate, wrap
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
+from g3.short_repr import short_repr
 
 IntArray = npt.NDArray[np.intp]
 Singles = npt.NDArray[np.float32]
@@ -31,6 +32,7 @@ CLOCK_RESOLUTION_S = 1e-3
 """Times that differ by less are the same; sums of time stamps are no more exact."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Bodies:
     """m groundings as arrays; a plural's groundings form one body.

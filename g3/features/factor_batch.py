@@ -12,6 +12,7 @@ import numpy.typing as npt
 from g3.features.bodies import Bodies, IntArray
 from g3.geometry.plane import area, centroid
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 Role = Literal["figure", "landmark", "theme", "goal"]
 """What a grounding is to its factor.
@@ -31,6 +32,7 @@ T = TypeVar("T")
 FieldWords = dict[WordField, tuple[str, ...]]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Boxes:
     """n upright prisms, in metres.
@@ -52,6 +54,7 @@ class Boxes:
     area: FloatArray
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class FactorBatch:
     """n factor candidates.

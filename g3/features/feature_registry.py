@@ -14,6 +14,7 @@ from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, Role, WordField
 from g3.groundings import FloatArray
 from g3.sdc.clauses import SDC_TYPES, SDCType
+from g3.short_repr import short_repr
 
 CATALOGUE_VERSION = 3
 """Raised whenever a change makes older models read features differently."""
@@ -46,6 +47,7 @@ Columns = tuple[Column, ...]
 Compute = Callable[[FactorBatch], FloatArray]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class FeatureSet:
     """A named family of base features that share their computation.

@@ -14,6 +14,7 @@ from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.features.feature_registry import Columns, FeatureSet, scale_of, values
 from g3.groundings import FloatArray
 from g3.sdc.clauses import SDC_TYPES, SDCType
+from g3.short_repr import short_repr
 
 EDGE_TOLERANCE = 1e-6
 """A value this close below the edge of a bin, in bins, is on it: the last digits of a sum
@@ -27,6 +28,7 @@ ALONE = ""
 """Stands for no word: the base feature by itself."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class FeatureSpace:
     """The binary features of a model.

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache, reduce
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from g3.geometry.compiled import HAS_COMPILER
 from g3.groundings import FloatArray
+
+_Floats = TypeVar("_Floats", FloatArray, npt.NDArray[np.float32])
 
 _BLOCK = 4096
 """Pairs that are looked at together where there is no machine code."""
@@ -71,10 +73,11 @@ def wrap(angle: FloatArray) -> FloatArray:
     return wrapped
 
 
-def following(corners: FloatArray) -> FloatArray:
+def following(corners: _Floats) -> _Floats:
     """For each corner (n, k, ...) the next one, and after the last the first."""
     # np.roll does the same in three times the time.
-    return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
+    found: _Floats = np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
+    return found
 
 
 def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:

@@ -28,10 +28,12 @@ from typing import Literal
 
 from g3.sdc.clauses import SDC, Field, SDCType, Span, breadth_first, child_indices
 from g3.sdc.sdc_notation import check_sdc, has_implicit_figure
+from g3.short_repr import short_repr
 
 VariableKind = Literal["φ", "λ", "γ"]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Variable:
     """A random variable of the graph.
@@ -66,6 +68,7 @@ class Variable:
         return " ".join(word.text for word in self.words)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Factor:
     """A factor Ψ_i: how well the groundings of a clause's fields fit its words.
@@ -104,6 +107,7 @@ class Factor:
         return tuple(dict.fromkeys(arguments))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class GroundingGraph:
     """The bipartite factor graph of a command, without the values of its variables.

@@ -17,6 +17,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import is_pronoun
 from g3.inference.search.action_search import Choices, Hypothesis
 from g3.sdc.clauses import all_words
+from g3.short_repr import short_repr
 
 UNSURE_NATS = 0.5
 """Entropy over the objects that a clause may mean from which on it is asked."""
@@ -24,6 +25,7 @@ LIKELY = 0.1
 """Objects with a smaller share are not offered."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Question:
     """Which of several objects a clause means.

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from g3 import html_view
 from g3.actions.action_kinds import Action
+from g3.actions.action_words import described, grounded
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
-from g3.groundings import Context, FloatArray, Grounding, PhysicalObject
+from g3.groundings import Context, FloatArray, Grounding
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import plan_probability
 from g3.inference.clarification import Question, question_about
+from g3.inference.named_models import open_model
+from g3.inference.plan_marks import plan_marks
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
@@ -31,7 +36,10 @@ from g3.inference.search.thing_search import ground_others
 from g3.inference.tree_choice import best_plans, does_something
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
+from g3.scene_drawing import scene_svg
+from g3.sdc import sdc_drawing
 from g3.sdc.clauses import SDC, all_words
+from g3.short_repr import brief, short_repr
 
 if TYPE_CHECKING:
     from g3.language.parsing.extractor import Parse
@@ -42,6 +50,7 @@ LIKELY_NOTHING = 0.3
 """A plan less probable than this is no answer. What fits nothing at all has 0.27."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class GroundedClause:
     """What a clause was grounded in.
@@ -77,6 +86,7 @@ class GroundedClause:
         return " ".join(word.text for word in all_words(self.sdc))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Plan:
     """One way to follow a command.
@@ -105,6 +115,7 @@ class Plan:
     evidence: tuple[float, ...] = ()
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Result:
     """What came of a command.
@@ -122,6 +133,8 @@ class Result:
         What to ask back where it isn't clear which thing is meant; None if it is.
     missing
         Nouns that name nothing that there is. Then there is no plan, unless one was insisted on.
+    start
+        The state that it was asked in, for pictures.
     """
 
     sdcs: tuple[SDC, ...]
@@ -129,11 +142,40 @@ class Result:
     note: str = ""
     question: Question | None = None
     missing: tuple[str, ...] = ()
+    start: State | None = field(default=None, repr=False, compare=False)
 
     @property
     def plan(self) -> Plan | None:
         """The best plan."""
         return self.plans[0] if self.plans else None
+
+    def _repr_html_(self) -> str:
+        """The clauses, and the best plan with a map of what it means and where it leads."""
+        said = [sdc_drawing.to_svg(self.sdcs)] if self.sdcs else []
+        said += [html_view.paragraph(words) for words in self._words() if words]
+        plan = self.plan
+        if plan is None:
+            return "\n".join(said or [html_view.paragraph("no plan")])
+        groups = [clause.group for clause in plan.groundings]
+        if self.start is not None:
+            marks = plan_marks(self.start, plan.actions, groups)
+            said.append(scene_svg(self.start.context, marks))
+        steps = [(n, described(a)) for n, a in enumerate(plan.actions, start=1)]
+        rows = [
+            (c.text, c.sdc.type, grounded(c.group), f"{c.probability:.2f}") for c in plan.groundings
+        ]
+        return "\n".join(
+            [
+                *said,
+                html_view.heading("Plan", f"probability {plan.probability:.2f}"),
+                html_view.table(("", "what is done"), steps),
+                html_view.table(("words", "clause", "grounded in", "fits"), rows),
+            ]
+        )
+
+    def _words(self) -> tuple[str, ...]:
+        missing = f"there is no {' and no '.join(self.missing)} here" if self.missing else ""
+        return (self.note, missing, self.question.text if self.question else "")
 
 
 class Grounder:
@@ -157,9 +199,26 @@ class Grounder:
         self.without = check_potentials(without)
 
     @classmethod
-    def load(cls, model: GroundingModel, *, without: Iterable[str] = ()) -> Grounder:
-        """A grounder with the learned cost of a model."""
-        return cls(Scorer(model), without=without)
+    def load(cls, model: GroundingModel | Path | str, *, without: Iterable[str] = ()) -> Grounder:
+        """A grounder with the learned cost of a model.
+
+        Parameters
+        ----------
+        model
+            A model, its file, or its name (:func:`g3.inference.named_models.open_model`).
+        without
+            Names of potentials that are switched off.
+
+        Raises
+        ------
+        ModelError
+            If there is no such model, or no potential of such a name.
+        """
+        return cls(Scorer(open_model(model)), without=without)
+
+    def __repr__(self) -> str:
+        without = f", without={brief(sorted(self.without))}" if self.without else ""
+        return f"Grounder({brief(self.cost)}{without})"
 
     def follow(
         self,
@@ -222,7 +281,8 @@ class Grounder:
         if plans[0].probability < least * GUESSED_RIGHT ** len(_guessed(reading.tree)):
             return replace(reading, why="no plan is at all likely to be what was meant").refused()
         question = question_about(reading.tree, chosen[0].hypothesis, start)
-        return Result(reading.tree.sdcs, plans, _guesses(reading.tree), question, reading.missing)
+        note = _guesses(reading.tree)
+        return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
     def _search(
         self,
@@ -275,7 +335,8 @@ class _Reading:
     missing: tuple[str, ...] = ()
 
     def refused(self) -> Result:
-        return Result(self.tree.sdcs, (), self.why, missing=self.missing)
+        start = self.problem.state
+        return Result(self.tree.sdcs, (), self.why, missing=self.missing, start=start)
 
 
 def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float, tuple[SDC, ...]]]:
@@ -319,8 +380,3 @@ def _plan(reading: _Reading, hypothesis: Hypothesis, seen: FloatArray, cost: Cos
         hypothesis.state,
         tuple(seen.tolist()),
     )
-
-
-def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:
-    """Ids of the objects of a grounding."""
-    return tuple(g.id for g in group if isinstance(g, PhysicalObject))

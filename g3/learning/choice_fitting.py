@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 from scipy.special import expit
 
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 ROLES = ("first word", "each later word", "word after a preposition")
 """What tells whether a word names the load: weights of a logistic function."""
@@ -30,6 +31,7 @@ UNRELATED, RELATED = 1.0, 4.0
 besides those that were seen."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
     """What a command's words and a world say of its loads.
@@ -132,6 +134,7 @@ class _Rows:
         return mass / total[self.command], top + np.log(total)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
     """What was done for commands, and who wrote them.

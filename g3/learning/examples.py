@@ -8,16 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from g3 import html_view
 from g3.annotation import Annotation, Source
 from g3.features.bodies import pack
 from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Trajectory
 from g3.language.lexicon.field_words import field_words, figure_name, figure_words
 from g3.sdc.clauses import SDC, SDC_TYPES, Field, all_words, breadth_first, child_indices
+from g3.sdc.sdc_drawing import to_svg
+from g3.short_repr import short_repr
 
 Groundings = tuple[Grounding, ...]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Example:
     """One clause with groundings for its factor's arguments, and whether they are right.
@@ -52,6 +56,13 @@ class Example:
     def source(self) -> Source:
         """How the groundings came about."""
         return self.annotation.source
+
+    def _repr_html_(self) -> str:
+        """Which clause it is, drawn, and the annotation that it comes from."""
+        words = " ".join(w.text for w in all_words(self.sdc))
+        right = "right" if self.correct else "wrong"
+        about = html_view.heading(f"{self.sdc.type}: {words}", f"clause {self.node + 1}", right)
+        return "\n".join([about, to_svg([self.sdc]), self.annotation._repr_html_()])
 
 
 def examples(annotations: Iterable[Annotation]) -> list[Example]:

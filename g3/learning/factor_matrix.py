@@ -17,8 +17,10 @@ from g3.features.feature_registry import FeatureSet
 from g3.features.matrix import FeatureSpace, fit_space, joint_space
 from g3.learning.examples import Example, labels, to_batch
 from g3.sdc.clauses import SDC_TYPES
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Labelled:
     """n factors of one annotation's clause, with their correspondence variables, shape (n,)."""
@@ -28,6 +30,7 @@ class Labelled:
     correct: npt.NDArray[np.bool_]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class FactorMatrix:
     """Labelled factors with their features; ``factors[rows]`` are some of them.

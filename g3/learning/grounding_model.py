@@ -24,6 +24,7 @@ from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.load_choice import LoadChoice, LoadChooser
 from g3.learning.model_file import TrainingCard, chooser_of, read_model, write_model
 from g3.learning.optimum import Optimizer
+from g3.short_repr import short_repr
 
 DEFAULT_L2 = 1.0
 
@@ -41,6 +42,7 @@ def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]
     )
 
 
+@short_repr
 @dataclass(eq=False)
 class GroundingModel(Estimator):
     """Learns p(φ | words, groundings) from labelled factors.

@@ -24,6 +24,7 @@ from g3.language.lexicon.word_sets import ARTICLES, CONCEPT_WORDS, PLACE_PREPOSI
 from g3.language.similarity.learned_lexicon import Lexicon, Naming, Term, terms
 from g3.learning import choice_fitting
 from g3.learning.choice_fitting import ROLES, THINGS, Evidence, Seen, unknown_person
+from g3.short_repr import short_repr
 
 DEFAULT_L2 = 1.0
 PARAMETERS = (*ROLES, *THINGS)
@@ -51,6 +52,7 @@ class Load(NamedTuple):
     bearing: float
 
 
+@short_repr
 @dataclass(frozen=True)
 class LoadChoice:
     """A command, the loads of its world, and which of them was meant.
@@ -94,6 +96,7 @@ class LoadChoice:
         ]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadChooser:
     """What was learned of which load commands are about.

@@ -17,6 +17,7 @@ from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 Optimizer = Literal["newton", "lbfgs"]
 
@@ -27,6 +28,7 @@ KEPT = 100_000
 """How many rows a step takes the curvature of at most, on average."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Local:
     """A function of k weights, near some weights.
@@ -55,6 +57,7 @@ Look = Callable[[FloatArray, float], Local]
 others so many as make up for those that are left out."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Problem:
     """A convex function of k weights, to which half their square is added.

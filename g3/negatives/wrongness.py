@@ -17,6 +17,7 @@ from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, point_gap, rotate, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, Field, breadth_first, child_indices
+from g3.short_repr import short_repr
 
 ELSEWHERE_M = 3.0
 """A load put down this far from where the log puts it is somewhere else."""
@@ -34,6 +35,7 @@ OTHER_WAY_RAD = np.pi / 4
 Thing = PhysicalObject | Place
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Clause:
     """A clause of a positive annotation and what is grounded in it.

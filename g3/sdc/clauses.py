@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from g3.short_repr import brief
+
 SDCType = Literal["EVENT", "OBJECT", "PLACE", "PATH"]
 SDC_TYPES: tuple[SDCType, ...] = get_args(SDCType)
 
@@ -67,6 +69,10 @@ class SDC:
     figure: tuple[SDC, ...] = ()
     landmark1: tuple[SDC, ...] = ()
     landmark2: tuple[SDC, ...] = ()
+
+    def __repr__(self) -> str:
+        words = " ".join(span.text for span in all_words(self))
+        return f"SDC({self.type!r}, {brief(words)})"
 
     @property
     def is_leaf(self) -> bool:

@@ -13,6 +13,7 @@ from g3.errors import FormatError, SDCError
 from g3.groundings import Grounding, Path, PhysicalObject
 from g3.sdc.clauses import SDC, breadth_first
 from g3.sdc.sdc_notation import format_brackets, has_implicit_figure, parse_brackets
+from g3.short_repr import short_repr
 
 Groundings = tuple[Grounding, ...]
 
@@ -20,6 +21,7 @@ _HEAD = re.compile(r"\b((?:EVENT|OBJ|PLACE|PATH)_[0-9]+)\(")
 _WORD = re.compile(r"[\w']+")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Clauses:
     """A command's clauses, breadth first, with their right groundings.

@@ -25,6 +25,7 @@ from corpus_tools.world.scenarios.documents import (
 )
 from corpus_tools.world.scenarios.scenario_files import Utterance
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 MANUAL = "docs/authored-corpora.md"
 
@@ -39,6 +40,7 @@ class _DatasetFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words: dict[str, Any]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Dataset:
     """The file dataset.yaml: what all scenarios share.

@@ -14,8 +14,10 @@ from corpus_tools.world.state.recording import to_context
 from corpus_tools.world.state.robot_script import DRIVE_TO
 from g3.actions.forklift_actions import PICK_UP, PUT_DOWN, WAIT
 from g3.groundings import Context, PhysicalObject, Place
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class World:
     """A scenario's context with its log.

@@ -36,6 +36,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Command, TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 NAME = "forklift-automatic"
 OBJECTS = "objects.xml"
@@ -44,6 +45,7 @@ STATUS = "simSupervisorStatus.txt"
 READ = (ASSIGNMENTS, OBJECTS, PROPERTIES, STATUS)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class WorldFolders:
     """Where the worlds are: folders of videos in folders of groups, relative to `data`."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from corpus_tools.importers.slu_core.automatic_worlds import TRAILER, Remark
 from g3.annotation import TaskOutcome, Unknown
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 START = re.compile(rf"Teleporting to: ({NUMBER}), ({NUMBER})(?:, {NUMBER})*\.?")
@@ -29,6 +30,7 @@ SAYS_NOTHING = re.compile(
 """Lines that tell nothing of what was done."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class SupervisorLog:
     """What a log tells.

@@ -17,6 +17,7 @@ import numpy as np
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
 from g3.groundings import Aspect, Context, FloatArray, PhysicalObject, Prism, Trajectory
+from g3.short_repr import short_repr
 
 Remark = Callable[..., None]
 """Called with what is unusual about a world, and with what exactly."""
@@ -89,6 +90,7 @@ _NUMBERS = r"\s*([-+.\deE]+)[\s,]+([-+.\deE]+)[\s,]+([-+.\deE]+)(?:[\s,]+([-+.\d
 _NOT_IN_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Things:
     """What stands in a world, and what of it is assumed."""

@@ -13,6 +13,7 @@ import yaml_rs
 
 from corpus_tools.importers.report import Journal, SourceFile
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 IMPORTER = "slu-core"
 SOURCE = "The authors' release of the AAAI-11 corpus, https://github.com/h2r/slu_core"
@@ -29,6 +30,7 @@ NOT_IMPORTED = ("objects.xml", "properties.yaml")
 COMPRESSED = ".bz2"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
     """Where the files are. Names of files in messages and reports are relative to `data`."""

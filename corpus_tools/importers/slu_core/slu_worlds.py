@@ -24,6 +24,7 @@ from g3.groundings import (
     Prism,
     Trajectory,
 )
+from g3.short_repr import short_repr
 
 SAME_POSE_M = 1e-3
 """Poses closer than this are the same: the files differ by less in what they copy."""
@@ -43,6 +44,7 @@ TrajectoryKey = tuple[bytes, bytes]
 ObjectKey = tuple[str, tuple[str, ...], PrismKey, TrajectoryKey]
 
 
+@short_repr
 @dataclass(slots=True)
 class Instances:
     """One instance of each trajectory, prism, object and context that has been read."""

@@ -33,6 +33,7 @@ from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, PhysicalObject, Prism, Trajectory
 from g3.groundings import Path as PathGrounding
+from g3.short_repr import short_repr
 
 NAME = "spatial-relations"
 POINT_M = 0.1
@@ -42,6 +43,7 @@ SMALLEST_M = 0.01
 """Landmarks that are smaller are points."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class RelationFiles:
     """Where the examples are: files without the ending of compressed ones, relative to `data`."""

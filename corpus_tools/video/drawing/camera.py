@@ -13,10 +13,12 @@ from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import shape_of
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
     """A pinhole camera that is not rolled.

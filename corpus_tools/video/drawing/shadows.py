@@ -14,6 +14,7 @@ import numpy.typing as npt
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import MOVING, STILL, Canvas, Depth, Image
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 Float32Array = npt.NDArray[np.float32]
 
@@ -24,6 +25,7 @@ BIAS_TEXELS = 2.5
 NOTHING = np.float32(1e6)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
     """How far along the sunlight the first thing is.

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 PICTURE = Path(__file__).with_name("atlas.png")
 
@@ -41,6 +42,7 @@ _COLUMNS, _SWATCH_WIDTH, _SWATCH_HEIGHT = 4, 32, 16
 _DARKEST, _BRIGHTEST = 0.35, 1.1
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Finish:
     """How a surface is coloured: a rectangle of the atlas.

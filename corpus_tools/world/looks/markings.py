@@ -13,6 +13,7 @@ from corpus_tools.world.looks.atlas import Finish, colour
 from corpus_tools.world.looks.parts import Part, join, moved, quad, quads, tapered
 from g3.geometry.plane import convex_hull, rotate
 from g3.groundings import Context, FloatArray
+from g3.short_repr import short_repr
 
 MARGIN_M = 7.0
 """From the outermost object or place to the edge of the yard."""
@@ -28,6 +29,7 @@ _DASH, _DASH_EVERY = 1.5, 4.0
 _PIECE, _MOST_PIECES = 4.0, 40
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Yard:
     """A rectangle of ground.

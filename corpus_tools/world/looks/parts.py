@@ -17,11 +17,13 @@ import numpy.typing as npt
 from corpus_tools.world.looks.atlas import Finish
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 Point: TypeAlias = Sequence[float] | FloatArray
 Span: TypeAlias = tuple[float, float]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """A surface of triangles.

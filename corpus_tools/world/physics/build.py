@@ -17,6 +17,7 @@ from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.solids import FRICTION, SOLID_GROUP, add_solid
 from corpus_tools.world.state.thing_kinds import FORKLIFT, kind_of
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 Index = npt.NDArray[np.int64]
 
@@ -27,6 +28,7 @@ IMPRATIO = 10.0
 """How much stiffer friction is than the normal force: what is on the forks must not creep."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
     """A compiled model of a context, and where its objects are in the simulator's state.

@@ -19,6 +19,7 @@ from corpus_tools.world.state.start import moved, starting
 from g3.errors import CorpusError
 from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, Trajectory
+from g3.short_repr import short_repr
 
 SLIP_M = 0.10
 """A load that moves this far on the forks is lost."""
@@ -41,6 +42,7 @@ class ActionError(CorpusError):
     """Something that the robot could not do, or that went wrong while it did it."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Load:
     """What is on the forks, in the robot's frame.
@@ -58,6 +60,7 @@ class Load:
     yaw: float
 
 
+@short_repr
 @dataclass(slots=True, eq=False)
 class Simulation:
     """A world in motion: its physics, and the samples that its recording is made of."""

@@ -21,6 +21,7 @@ from g3.actions.logged_actions import loaded
 from g3.errors import CorpusError
 from g3.geometry.plane import wrap
 from g3.groundings import Context, Place
+from g3.short_repr import short_repr
 
 NEAR_M = 0.15
 NEAR_DEG = 5.0
@@ -31,6 +32,7 @@ PAUSE_S = 1.0
 """The world stands still so long before the first and after the last step."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a step ended.
@@ -54,6 +56,7 @@ class Outcome:
     lean_deg: float = 0.0
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Execution:
     """What came of a script.

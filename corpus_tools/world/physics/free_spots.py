@@ -14,6 +14,7 @@ from corpus_tools.world.state.thing_kinds import kind_of
 from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, cross, rotate
 from g3.groundings import FloatArray, Place
+from g3.short_repr import short_repr
 
 NUDGE_M = 0.1
 """What stands this far from the middle of a place is still where it was asked for."""
@@ -33,6 +34,7 @@ def axis_of(place: Place) -> float:
     return float(np.arctan2(y, x))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Support:
     """What a load put down in a place stands on.

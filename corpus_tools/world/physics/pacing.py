@@ -10,6 +10,7 @@ import numpy as np
 
 from corpus_tools.world.planning.curves import Way, poses_on
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +21,7 @@ class Pace:
     acceleration: float
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Limits:
     """How the robot drives: in m/s and m/s², and on the spot in rad/s and rad/s²."""

@@ -15,8 +15,10 @@ from typing import Any, TypeAlias
 from corpus_tools.world.physics.controller import Simulation
 from corpus_tools.world.state.robot_script import ScriptAction
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
     """Where an action wants something to be.

@@ -14,12 +14,14 @@ from scipy.ndimage import map_coordinates
 
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 _SPACING_M = 0.2
 _CELL_M = 0.1
 _FAR = 1e3
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
     """Upright boxes.
@@ -56,6 +58,7 @@ class Boxes:
         return corners
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Rect:
     """A rectangle in the robot's frame: from and to along x and y, in metres."""
@@ -97,6 +100,7 @@ def clearance(poses: FloatArray, points: FloatArray, boxes: Boxes) -> float:
     return float(room(poses, points, boxes).min())
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
     """Distances to boxes, looked up in a grid.

@@ -11,6 +11,7 @@ from corpus_tools.world.scenarios.scenario import ROBOT, Point, Region, Robot, T
 from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS, Kind
 from g3.geometry.plane import intersection_area, rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 FORK_HEEL_M = 0.56
 """From the robot's position straight ahead to where loads touch the heel of the forks."""
@@ -26,6 +27,7 @@ TOUCHING_M2 = 1e-4
 """Footprints that share less than this only touch."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
     """An upright box.

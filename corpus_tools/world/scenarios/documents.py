@@ -15,6 +15,7 @@ import msgspec
 import yaml
 
 from g3.errors import FormatError
+from g3.short_repr import short_repr
 
 Field: TypeAlias = tuple[str | int, ...]
 """Keys and indices that lead to a value from the top of a document."""
@@ -40,6 +41,7 @@ _OWN_WORDS = {
 """What people call msgspec's types."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Problem:
     """Something in a document that can't be so.
@@ -57,6 +59,7 @@ class Problem:
     fix: str
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Document:
     """A YAML file as it was read.

@@ -14,6 +14,7 @@ import msgspec
 
 from corpus_tools.world.state.robot_script import Script
 from corpus_tools.world.state.thing_kinds import KINDS
+from g3.short_repr import short_repr
 
 ROBOT = "forklift"
 """Id of the robot in every scenario."""
@@ -89,6 +90,7 @@ class Bounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     y: Point
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
     """A site: what is the same in all of its scenarios.
@@ -116,6 +118,7 @@ class Layout:
     places: Mapping[str, Region]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Scenario:
     """What stands where, and what the robot does.

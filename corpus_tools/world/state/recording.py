@@ -11,10 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.groundings import Context, FloatArray, PhysicalObject, Trajectory
+from g3.short_repr import short_repr
 
 NS_PER_S = 1_000_000_000
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Step:
     """A step of the robot's script, and when it was done.
@@ -35,6 +37,7 @@ class Step:
     end_s: float
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """The states of a world over time.

@@ -14,11 +14,13 @@ from typing import Literal, TypeAlias
 
 from g3.actions import forklift_actions as forklift
 from g3.actions.action_kinds import ActionKind
+from g3.short_repr import short_repr
 
 Argument: TypeAlias = Literal["object", "place", "number"]
 """What an action needs: the id of an object, the name of a place, or a number."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class ScriptAction:
     """Something that the robot can do.

@@ -8,8 +8,10 @@ import numpy as np
 
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Shape:
     """A box in the frame of an object: x along its heading, y to the left, z up.

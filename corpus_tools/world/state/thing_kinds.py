@@ -13,8 +13,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from g3.extensions import load_extensions
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Kind:
     """A kind of object. Its frame is at its pose: x ahead, y to the left, z up.

@@ -11,6 +11,7 @@ from g3.features.bodies import IntArray, Singles
 from g3.geometry.compiled import HAS_COMPILER
 from g3.geometry.plane import centroid, corner_count, cross, following, length
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 THICKNESS, LEAST_M = 1e-3, 1e-6
 """How wide a landmark without an area is, as part of its length, and at least."""
@@ -19,6 +20,7 @@ RECTANGLE = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Its corners, counter-clockwise: at which end and on which side."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Footprints:
     """Convex landmarks with an area: n of them, of which m differ.

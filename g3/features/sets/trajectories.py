@@ -17,6 +17,7 @@ from g3.features.feature_registry import Column, Columns, feature_set
 from g3.features.sets.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.geometry.plane import BoolArray, length, point_gap, rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 REACH_M = 3.0
 """A thing that moves while the agent's centre is further away is not moved by the agent."""
@@ -37,6 +38,7 @@ SHAPE_COLUMNS: Columns = (
 )
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Tracks:
     """n trajectories, evenly sampled: t (n, T), xyz (n, T, 3), yaw (n, T)."""
@@ -206,6 +208,7 @@ def event_to_theme(batch: FactorBatch) -> FloatArray:
     return approach(tracks(batch), target, _reach(batch, target))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Motion:
     """What becomes of the themes of n events.

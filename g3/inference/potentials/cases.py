@@ -23,6 +23,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group
 from g3.inference.problem.phrases import factor_type, is_complement, named_places
 from g3.sdc.clauses import SDC, SDCType
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from g3.actions.action_kinds import Action
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class CommandCase:
     """A command that the search is to begin with.
@@ -56,6 +58,7 @@ class CommandCase:
         return True
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class ReferentCase:
     """What a pronoun or "there" may stand for.
@@ -96,6 +99,7 @@ class ReferentCase:
         return role == "figure"
 
 
+@short_repr
 @dataclass(frozen=True)
 class CandidateCase:
     """What a clause names, or what another clause has as an argument.
@@ -161,6 +165,7 @@ class CandidateCase:
         return np.array([test(group) for group in self.groups], dtype=bool)
 
 
+@short_repr
 @dataclass(frozen=True)
 class FactorCase:
     """Rows of an OBJECT's or a PLACE's factor: figures with their landmarks.
@@ -246,6 +251,7 @@ def _filled(batch: FactorBatch, role: Role) -> BoolArray | bool:
     return has if has.any() != has.all() else bool(has.all())
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class SpotCase:
     """Spots where something can be put.
@@ -277,6 +283,7 @@ class SpotCase:
         return role == "figure" or (role == "theme" and self.problem.load is not None)
 
 
+@short_repr
 @dataclass(frozen=True)
 class ActionCase:
     """What the robot can do for a top-level clause.
@@ -350,6 +357,7 @@ class ActionCase:
         return result
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class PathCase:
     """What the robot can do for a clause with a PATH, together with the PATH's landmarks.

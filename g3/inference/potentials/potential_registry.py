@@ -25,6 +25,7 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.sdc.clauses import SDCType
+from g3.short_repr import short_repr
 
 Kind = Literal["command", "referent", "noun", "argument", "factor", "spot", "action", "path"]
 KINDS: dict[Kind, str] = {
@@ -77,6 +78,7 @@ Measure = Callable[[Any], Any]
 a command the reason why it is refused, empty for none."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Potential:
     """A rule of inference.
@@ -144,6 +146,7 @@ def potentials() -> tuple[Potential, ...]:
     return tuple(p for own in _BY_KIND.values() for p in own)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Ablation:
     """What is left out: feature sets of the model, and potentials of the search."""

@@ -23,10 +23,12 @@ from g3.language.lexicon.verb_chains import Verb, verb_of
 from g3.language.lexicon.word_sets import NOUNLESS
 from g3.learning.examples import factor_words
 from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
+from g3.short_repr import short_repr
 
 T = TypeVar("T")
 
 
+@short_repr
 @dataclass(frozen=True)
 class Tree:
     """A command's clauses with what is looked up again and again.

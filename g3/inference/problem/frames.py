@@ -27,12 +27,14 @@ from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, figure_words, normalise
 from g3.language.lexicon.word_sets import ABOARD, HANDLING_VERBS, LEAVING, PURPOSES, UNTIL
 from g3.sdc.clauses import Field, all_words
+from g3.short_repr import short_repr
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 _JOINED = len(" and ")
 """A clause that begins no further behind another one is joined to it by "and" at most."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Frame:
     """What a clause asks for.

@@ -13,6 +13,7 @@ from g3.actions.robot_state import State
 from g3.groundings import FloatArray, Grounding, PhysicalObject
 from g3.inference.problem.costs import Cost
 from g3.inference.problem.packed_scene import Scene
+from g3.short_repr import short_repr
 
 Group = tuple[Grounding, ...]
 
@@ -31,6 +32,7 @@ def group_key(group: Group) -> tuple[object, ...]:
     return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """A grounding of a clause.
@@ -50,6 +52,7 @@ class Candidate:
     nodes: Mapping[int, tuple[Group, float]]
 
 
+@short_repr
 @dataclass(frozen=True)
 class GroundingProblem:
     """What the first pass grounds clauses in.
@@ -131,6 +134,7 @@ class GroundingProblem:
         return frozenset(o.id for o in self.state.context.objects if is_surface(o))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Arguments:
     """Candidates of what a top-level clause is about.

@@ -13,10 +13,12 @@ from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.geometry.plane import area, centroid, convex_hull
 from g3.groundings import Context, FloatArray, Grounding, Place, Prism
 from g3.sdc.clauses import SDC_TYPES, SDCType
+from g3.short_repr import short_repr
 
 Group = tuple[Grounding, ...]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """The things of a state as bodies; places and motions are added behind them.

@@ -15,6 +15,7 @@ from g3.inference.reasons.explanation import BESIDES
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.word_sets import ARTICLES
 from g3.sdc.clauses import SDC, all_words
+from g3.short_repr import short_repr
 
 TELLING = float(np.log(1.1))
 """What changes the odds less than this is not told."""
@@ -71,6 +72,7 @@ ASPECTS = {
 """What feature sets tell of."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Aspect:
     """What speaks for a grounding or against it, summed over all features of a sort.

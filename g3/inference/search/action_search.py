@@ -40,6 +40,7 @@ from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, pat
 from g3.inference.search.thing_search import ground_thing
 from g3.language.discourse.anaphora import anaphors
 from g3.sdc.clauses import SDC_TYPES
+from g3.short_repr import short_repr
 
 Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]
@@ -52,6 +53,7 @@ WIDTH = 5
 """How many hypotheses go on from one top-level clause to the next."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
     """A plan for the clauses so far.

@@ -33,12 +33,14 @@ from g3.inference.search.thing_search import (
 from g3.language.discourse.groups import noun_words
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import BETWEEN
+from g3.short_repr import short_repr
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
 """How many are tried with actions that are about neither."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Rows:
     """Combinations of an action, a theme and a goal, as indices; -1 for none; each (n,)."""

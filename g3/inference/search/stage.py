@@ -18,8 +18,10 @@ from g3.inference.problem.costs import Cost
 from g3.inference.problem.grounding_problem import Arguments, Candidate
 from g3.inference.problem.packed_scene import Scene, carried_bodies, join, moving_bodies, scene_of
 from g3.inference.search.arguments import Rows, current
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Stage:
     """The bodies of a state with the robot's motions and the loads they move.
@@ -60,6 +62,7 @@ def stage_of(scene: Scene, motion: Motions, bodies: Bodies) -> Stage:
     return Stage(scene, everything, motion, first)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Trial:
     """The actions that are tried for a top-level clause in a state.
@@ -126,6 +129,7 @@ def event_batch(trial: Trial) -> tuple[FactorBatch, Stage, dict[int, IntArray]]:
     return batch, stage, places
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class PathFactor:
     """The factor of a PATH in a clause that actions are tried for.

@@ -42,12 +42,14 @@ from g3.inference.search.arguments import combine
 from g3.inference.search.stage import Trial, event_batch, path_batch
 from g3.learning.factor_matrix import Labelled
 from g3.negatives.wrongness import AWAY_M, other_actions
+from g3.short_repr import short_repr
 
 NEGATIVES = 14
 """Wrong actions that are taken for each right one."""
 OTHER_LANDMARKS = 3
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Log:
     """What a context's log does.

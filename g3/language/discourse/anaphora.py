@@ -34,6 +34,7 @@ from g3.language.lexicon.word_sets import (
     REST,
 )
 from g3.sdc.clauses import CHILD_FIELDS, SDC, Field, all_words, breadth_first, child_indices
+from g3.short_repr import short_repr
 
 Kind = Literal["same", "one", "other"]
 """``same``: the thing that the antecedent is ("it", "them", "that pallet"). ``one``: a thing of
@@ -82,6 +83,7 @@ class Features:
     in_negated: bool
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Antecedent:
     """An OBJECT that an anaphor can stand for.
@@ -101,6 +103,7 @@ class Antecedent:
     features: Features
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Anaphor:
     """An OBJECT whose meaning another one gives.

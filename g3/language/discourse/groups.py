@@ -16,6 +16,7 @@ from g3.language.lexicon.word_sets import (
     SINGULAR,
 )
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 Number = Literal["singular", "plural"]
 
@@ -24,6 +25,7 @@ _ORDINALS = ORDINALS | {"last": -1, "final": -1}
 _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Group:
     """How many things an OBJECT speaks of, as its words say.

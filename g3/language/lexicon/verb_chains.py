@@ -25,10 +25,12 @@ from g3.language.lexicon.word_sets import (
     VERBS,
     stems,
 )
+from g3.short_repr import short_repr
 
 _NO_VERBS = ("way", "side", "measure")
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Verb:
     """The verb of a clause that says what to do.

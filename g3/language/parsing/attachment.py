@@ -12,8 +12,10 @@ from g3.language.parsing.role_model import TABLE_BITS
 from g3.language.parsing.spacy_pipeline import Analysis
 from g3.language.parsing.tree_assembly import Clause
 from g3.language.parsing.word_features import PRIME, string_id
+from g3.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class AttachmentModel:
     """Weights of a log-linear choice, by the feature's bucket."""

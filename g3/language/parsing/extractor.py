@@ -19,6 +19,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from g3 import html_view
 from g3.estimator import Estimator, read_bytes
 from g3.language.parsing.attachment import AttachmentModel, probabilities
 from g3.language.parsing.extractor_file import from_bytes, to_bytes
@@ -27,7 +28,9 @@ from g3.language.parsing.spacy_pipeline import Analysis, analysed
 from g3.language.parsing.tree_assembly import Clause, assemble
 from g3.language.parsing.word_features import features
 from g3.language.parsing.word_roles import Role
+from g3.sdc import sdc_drawing
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
@@ -57,6 +60,7 @@ class Tree(NamedTuple):
     probability: float
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Parse:
     """What was extracted from a command.
@@ -80,7 +84,17 @@ class Parse:
         """The clauses of the best tree."""
         return self.trees[0].sdcs if self.trees else ()
 
+    def _repr_html_(self) -> str:
+        """The command with its trees drawn, the best first."""
+        drawn = [
+            html_view.paragraph(f"probability {tree.probability:.2f}")
+            + sdc_drawing.to_svg(tree.sdcs)
+            for tree in self.trees
+        ]
+        return "\n".join([html_view.heading(self.text, self.note), *drawn])
 
+
+@short_repr
 @dataclass(eq=False)
 class SDCExtractor(Estimator):
     """Learns from annotated trees how commands are divided into clauses.

@@ -17,6 +17,7 @@ import numpy as np
 from g3.errors import FormatError
 from g3.language.lexicon.word_sets import ARTICLES
 from g3.sdc.clauses import SDC, Span, breadth_first
+from g3.short_repr import short_repr
 
 SHORTEST_MISSPELT = 4
 """Shorter words aren't misspelt."""
@@ -34,6 +35,7 @@ class Edit(NamedTuple):
     text: str = ""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Perturbed:
     """A command as somebody else might type it.

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from g3.groundings import FloatArray
 from g3.language.parsing.word_features import Features, IdArray
 from g3.language.parsing.word_roles import ROLES, Role
+from g3.short_repr import short_repr
 
 IntArray = npt.NDArray[np.intp]
 ScoreArray = npt.NDArray[np.floating]
@@ -20,6 +21,7 @@ _TABLE_SHIFT = np.uint64(64 - TABLE_BITS)
 _FORBIDDEN = -1e4
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
     """Weights of hashed features.
@@ -62,6 +64,7 @@ def buckets(ids: IdArray) -> IntArray:
     return places
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class RoleModel:
     """Weights of the field.

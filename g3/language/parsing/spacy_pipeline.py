@@ -25,6 +25,7 @@ from g3.language.parsing.mending import mend
 from g3.language.parsing.spacy_import import import_spacy
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
+from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
     from spacy.language import Language
@@ -55,6 +56,7 @@ IntArray = npt.NDArray[np.int64]
 IdArray = npt.NDArray[np.uint64]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Analysis:
     """A command's n words as spaCy sees them.

@@ -16,12 +16,14 @@ from g3.language.lexicon.word_sets import (
 from g3.language.parsing.word_roles import BEGINS_EVENT, BEGINS_RELATION, Role
 from g3.sdc.clauses import SDC, SDCType, Span
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
+from g3.short_repr import short_repr
 
 DEEPEST = 24
 """How many clauses may follow a top-level EVENT before what follows begins anew: trees have a
 limited depth (:data:`g3.sdc.bracket_reader.MAX_DEPTH`)."""
 
 
+@short_repr
 @dataclass(slots=True, eq=False)
 class Clause:
     """A clause while the tree grows.

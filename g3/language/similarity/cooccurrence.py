@@ -18,6 +18,7 @@ from scipy import sparse
 from g3.errors import ModelError
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
+from g3.short_repr import short_repr
 from g3.storage.array_file import Array, Field, read_arrays, write_arrays
 
 MAX_TAGS_PER_IMAGE = 100
@@ -34,6 +35,7 @@ _LINES_AT_ONCE = 50_000
 _BUCKET = 1_000_000
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class TagTable:
     """Counts of tags and of pairs of tags.

@@ -37,6 +37,7 @@ from g3.language.lexicon.word_sets import (
 from g3.language.similarity import static_embeddings
 from g3.language.similarity.resources import wordnet_identity
 from g3.language.similarity.word_similarity import MEASURES
+from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 SCHEMA_VERSION = 1
@@ -56,6 +57,7 @@ NAMING_NOTHING = stems(
 MEND = "make it again with 'ct similarity learn'"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Naming:
     """A text that was about one kind of thing.
@@ -131,6 +133,7 @@ def term_of(words: str) -> Term:
     return Term(0, " ".join(map(normalise, own)), " ".join(own))
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Lexicon:
     """How much likelier words make names.

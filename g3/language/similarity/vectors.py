@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 MOST = 200_000
 """How many words are read: files have the frequent ones first."""
@@ -17,6 +18,7 @@ DECIMALS = 6
 """More than single precision has would depend on what is multiplied at once."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class WordVectors:
     """Vectors of v words.

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from g3.short_repr import short_repr
+
 Score = Literal["path", "wup", "lin"]
 
 _SYNSET = re.compile(rb"^(\d{8}) [^|\n]*", re.MULTILINE)
@@ -31,6 +33,7 @@ _ENDINGS = (
 """Endings of plurals and what stands there in the singular (``morphy(7WN)``)."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class WordNet:
     """The nouns of WordNet.

@@ -1,10 +1,22 @@
+import importlib.metadata
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from corpus_tools.runtime.extras import extra_of
+from corpus_tools.doctor import machine_checks
+from corpus_tools.runtime.extras import extra_of, extras, missing_of
+from g3.errors import CorpusError
+
+PYPROJECT = (Path(__file__).parents[3] / "pyproject.toml").read_text()
+_EXTRAS = PYPROJECT.partition("[project.optional-dependencies]\n")[2].partition("\n\n")[0]
+RUNTIME = set(re.findall(r"^([\w-]+) = ", _EXTRAS, re.MULTILINE)) - {
+    "all", "test", "docs", "release", "bench", "dev",
+}  # fmt: skip
+"""The extras that add something for users, as pyproject.toml has them."""
 
 
 @pytest.mark.parametrize(
@@ -39,3 +51,26 @@ def test_a_command_whose_extra_is_missing_names_it(tmp_path):
     assert done.stderr == (
         "ct: error: this needs the package waitress (pip install 'corpus-tools-g3[app]')\n"
     )
+
+
+def test_what_extras_bring(monkeypatch):
+    assert set(extras()) == RUNTIME
+    assert {"flask", "sqlalchemy"} <= set(extras()["app"])
+    assert missing_of("study") == []
+    version = importlib.metadata.version
+
+    def without_dask(name):
+        if name == "distributed":
+            raise importlib.metadata.PackageNotFoundError(name)
+        return version(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", without_dask)
+    assert missing_of("cluster") == ["distributed"]
+    with pytest.raises(CorpusError, match=r"cluster \(distributed\)") as error:
+        machine_checks.extras()
+    assert error.value.fix.endswith("pip install 'corpus-tools-g3[cluster]'")
+
+
+def test_the_doctor_looks_at_every_extra():
+    named = machine_checks.extras().split(", ")
+    assert set(named) == RUNTIME

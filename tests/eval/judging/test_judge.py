@@ -91,6 +91,10 @@ def test_risk_is_that_of_the_most_probable():
 
 def test_intervals_hold_the_mean_and_follow_the_seed():
     given = ("gold-all", [True, False, True, True], ["a", "a", "b", "c"])
+    few = judged_row(*given, draws=500, seed=1)
+    assert few["precision"] == 0.75
+    assert np.isnan([few["low"], few["high"]]).all()  # three scenarios tell too little
+    given = ("gold-all", [True, False, True, True] * 5, [*"aabcdefghijklmnopqrs"])
     row = judged_row(*given, draws=500, seed=1)
     assert row["low"] < row["precision"] == 0.75 < row["high"]
     assert row == judged_row(*given, draws=500, seed=1)

@@ -134,7 +134,7 @@ def test_figures_are_those_of_other_programs(whole, of_layout):
     assert found.together.kappa.value == pytest.approx(cohen_kappa_score(people, said))
     assert found.auc.value == pytest.approx(roc_auc_score(said, mean))
     assert found.together.accuracy.value == pytest.approx(8 / 9)
-    assert found.together.accuracy.low <= 8 / 9 <= found.together.accuracy.high
+    assert np.isnan(found.together.accuracy.low)  # three videos tell too little
     (one,) = found.disagreements
     assert (one.command_video, one.shown_video, one.ratings) == (first, first, (1, 1, 4))
     again = judge_validity(with_judgments(whole, of_layout, rating), seed=1, draws=200)

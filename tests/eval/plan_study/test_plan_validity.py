@@ -18,7 +18,7 @@ from tests.eval.plan_study.made_plans import plans_of, record, waiting
 
 def test_kappa_of_all_plans_by_hand():
     # Of eight wrong plans half were drawn, of four right ones all.
-    plans = plans_of(["wrong"] * 8 + ["right"] * 4)
+    plans = plans_of(["wrong"] * 8 + ["right"] * 4, scenarios=12)
     wrong = [p.run for p in plans if p.kind == "wrong"][:4]
     right = [p.run for p in plans if p.kind == "right"]
     sample = Sample(0, "log", dict.fromkeys(wrong, 0.5) | dict.fromkeys(right, 1.0))

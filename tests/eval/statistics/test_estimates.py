@@ -105,33 +105,34 @@ def test_clusters_that_say_the_same_give_no_interval(alike, clusters):
 
 
 def test_a_figure_that_is_always_the_same_has_no_interval_and_the_others_have():
-    counts = np.array([[3, 1, 0, 4], [2, 2, 0, 6], [5, 0, 0, 1]])
+    counts = np.array([[3, 1, 0, 4], [2, 2, 0, 6], [5, 0, 0, 1]] * 4)
     low, high = bootstrap(counts)
     assert np.isnan([low[1], high[1]]).all()  # nothing true is missed in any
     assert (low[[0, 2, 3]] < high[[0, 2, 3]]).all()
 
 
-def test_two_clusters_worked_by_hand():
-    # One cluster all right, one all wrong: draws have accuracy 0, 1/2 or 1, the ends with
-    # probability 1/4 each, so the 95% interval is the whole range and the 40% one the middle.
-    counts = np.array([[4, 0, 0, 0], [0, 0, 4, 0]])
+def test_ten_clusters_worked_by_hand():
+    # One cluster in two is all right, one all wrong: of ten drawn, the number of right ones is
+    # binomial. P(at most 1) = .011 and P(at most 2) = .055, so that the 95% interval is .2 to .8.
+    counts = np.array([[4, 0, 0, 0], [0, 0, 4, 0]] * 5)
     low, high = bootstrap(counts)
-    assert (low[3], high[3]) == (0, 1)
-    low, high = bootstrap(counts, level=0.4)
-    assert (low[3], high[3]) == (0.5, 0.5)
+    assert (low[3], high[3]) == (0.2, 0.8)
+    # P(at most 5) = .62 and P(at most 4) = .38: the 10% interval would have no width.
+    low, high = bootstrap(counts, level=0.1)
+    assert np.isnan([low[3], high[3]]).all()
 
 
-@pytest.mark.parametrize("clusters", [0, 1])
-def test_fewer_than_two_clusters_give_no_interval(clusters):
-    low, high = bootstrap(np.full((clusters, 4), 3))
+@pytest.mark.parametrize("clusters", [0, 1, 9])
+def test_fewer_than_ten_clusters_give_no_interval(clusters):
+    low, high = bootstrap(np.array([[3, 1, 0, 4], [1, 2, 3, 4], [0, 1, 5, 0]] * 3)[:clusters])
     assert np.isnan(low).all()
     assert np.isnan(high).all()
 
 
-def test_a_figure_that_only_one_cluster_informs_has_no_interval():
-    counts = np.array([[3, 1, 0, 0], [0, 0, 2, 2], [0, 0, 1, 5]])
+def test_a_figure_that_few_clusters_inform_has_no_interval():
+    counts = np.array([[3, 1, 0, 0], [0, 0, 2, 2], [0, 0, 1, 5]] * 5)
     low, _ = bootstrap(counts)
-    # Only the first cluster has anything predicted true.
+    # Only five clusters have anything predicted true.
     assert np.isnan(low[0])
     assert not np.isnan(low[1:]).any()
 

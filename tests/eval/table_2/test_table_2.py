@@ -107,6 +107,24 @@ def test_models():
     for row in results.rows:
         assert row.model is not None
         assert row.model.low < row.share.value < row.model.high
+        assert row.crossed is not None
+        assert row.crossed.low < row.share.value < row.crossed.high
+        for form in ("text", "csv", "latex"):
+            text = render(results, form, {})
+            assert f"{row.model.value:.3f}" in text, form
+            assert f"{row.crossed.value:.3f}" in text, form
+    assert "GEE" not in render(made(judgments()), "text", {})
+
+
+def test_it_says_which_videos_are_clusters():
+    rows = [j for j in judgments() if j.command_video < "v8"]
+    original, random = made(rows).rows
+    assert (original.videos, original.shown) == (8, 8)
+    assert (random.videos, random.shown) == (8, 8)
+    some = [j for j in rows if j.command_video != "v3" or j.shown_video == "v3"]
+    assert "(original 8, shown with 8; random 7, shown with 7)" in render(made(some), "text", {})
+    assert np.isnan(original.share.low)  # eight videos tell too little
+    assert original.two_way.low < original.share.value
 
 
 def test_one_configuration_alone():

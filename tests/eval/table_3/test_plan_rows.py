@@ -51,8 +51,7 @@ def test_a_row_for_each_configuration_and_part():
     assert (model["n"], model["precision"], model["theme"]) == (4, 0.5, 0.75)
     assert model["chance"] == pytest.approx((0.5 + 0.25 + 1.0 + 0.0) / 4)
     assert model["refusals"] == 1
-    assert model["low"] <= 0.5 <= model["high"]
-    assert model["theme_low"] <= 0.75 <= model["theme_high"]
+    assert math.isnan(model["low"])  # three worlds tell too little
     assert model["two_way_low"] < 0.5 < model["two_way_high"]
     part = found["auto-all", "two-or-more"]
     assert (part["n"], part["precision"], part["theme"]) == (2, 0.5, 1.0)
@@ -87,7 +86,15 @@ def test_people_that_nobody_knows_have_no_interval():
     unknown = {name: replace(f, person="") for name, f in FACTS.items()}
     (row, *_) = rows({"nearest": made("ab", "a")}, unknown, {}, draws=20, seed=0)
     assert math.isnan(row["two_way_low"])
-    assert not math.isnan(row["low"])
+
+
+def test_many_worlds_have_an_interval():
+    outcomes = [
+        Outcome(f"c{i}", f"w{i}", "Go.", 0.5, i % 3 == 0, "", theme=True) for i in range(12)
+    ]
+    (row, *_) = rows({"nearest": outcomes}, {}, {}, draws=200, seed=0)
+    assert row["precision"] == pytest.approx(1 / 3)
+    assert row["low"] < 1 / 3 < row["high"]
 
 
 def test_what_was_picked_up_may_be_unknown():

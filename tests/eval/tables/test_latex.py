@@ -1,5 +1,8 @@
 """Tables in LaTeX."""
 
+from pathlib import Path
+
+from eval.tables.formats import comments
 from eval.tables.latex import RULE, estimate, tabular, text
 
 
@@ -33,3 +36,18 @@ def test_words_are_no_commands():
     assert text(r"5% of {a_b} & c#d ~ x^2 \ $") == (
         r"5\% of \{a\_b\} \& c\#d \textasciitilde{} x\textasciicircum{}2 \textbackslash{} \$"
     )
+
+
+def test_comments_hold_no_folders():
+    metadata = {
+        "corpus": "/home/ann/aaai11",
+        "train": "/home/ann/aaai11,warehouse,/srv/automatic",
+        "sources": {"model": Path("/home/ann/g3.npz"), "seeds": [1, "/tmp/x"]},
+        "share": "3/4",
+    }
+    assert comments(metadata) == [
+        "corpus: aaai11",
+        "train: aaai11,warehouse,automatic",
+        'sources: {"model": "g3.npz", "seeds": [1, "x"]}',
+        "share: 3/4",
+    ]

@@ -1,7 +1,7 @@
 """Reasons in plain words."""
 
 from g3.features.feature_registry import select
-from g3.inference.grounder import object_ids
+from g3.groundings import object_ids
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.aspects import ASPECTS, aspects
 from g3.sdc.sdc_notation import parse_brackets

@@ -6,8 +6,9 @@ import pytest
 from g3.actions.loads import is_load
 from g3.actions.robot_state import moved_to, start_state, with_moved
 from g3.geometry.plane import rotate
+from g3.groundings import object_ids
 from g3.inference.clarification import told_apart
-from g3.inference.grounder import Grounder, object_ids
+from g3.inference.grounder import Grounder
 from g3.language.parsing.extractor import Parse, Tree
 from g3.language.parsing.parser import parse_unsure
 from g3.sdc.sdc_notation import parse_brackets

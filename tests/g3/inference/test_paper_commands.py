@@ -14,8 +14,8 @@ from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenari
 from eval.judging.judge import judge
 from g3.actions.grounding_candidates import beneath
 from g3.geometry.footprints import centre
-from g3.groundings import Place
-from g3.inference.grounder import Grounder, object_ids
+from g3.groundings import Place, object_ids
+from g3.inference.grounder import Grounder
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 

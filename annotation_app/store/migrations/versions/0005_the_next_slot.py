@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sqlalchemy as sa
 from alembic import op
 
@@ -34,7 +36,7 @@ def upgrade() -> None:
 def _fill() -> None:
     item = sa.table("item", *map(sa.column, ("id", "study_id", "task", "rank")))
     slot = sa.table("slot", *map(sa.column, ("item_id", "queue", "rank", "lot")))
-    lot = sa.func.random()
+    lot: sa.ColumnElement[Any] = sa.func.random()
     if op.get_bind().dialect.name == "sqlite":  # a whole number there
         lot = sa.func.abs(lot / 2) / float(2**62)
     of_item = item.c.id == slot.c.item_id

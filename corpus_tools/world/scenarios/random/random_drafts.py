@@ -20,6 +20,7 @@ from corpus_tools.world.scenarios.scenario import ROBOT, Layout, Point, Region, 
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
+from g3.short_repr import short_repr
 
 TRIES = 40
 """How many positions are tried for one thing."""
@@ -43,6 +44,7 @@ class NoRoomError(Exception):
     """Something can't be put anywhere."""
 
 
+@short_repr
 @dataclass(slots=True)
 class Draft:
     """A scenario that things are added to.

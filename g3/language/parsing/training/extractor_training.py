@@ -23,6 +23,7 @@ from g3.language.parsing.training.role_training import VECTOR_SCALE, train_roles
 from g3.language.parsing.word_features import MOVE_TEMPLATES, TEMPLATES, Features, features
 from g3.language.parsing.word_roles import Reading, read_roles
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 LEAST = 2
 """How often a feature must occur to have a weight."""
@@ -34,6 +35,7 @@ SCALES = tuple(_SCALES.get(len(template), _SMALLEST_SCALE) for template in TEMPL
 """Standard deviations of the priors of weights: what joins many attributes is trusted less."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Lesson:
     """A command with annotated trees, ready to be learned from.

@@ -1,0 +1,49 @@
+"""Where commands are followed: the start of a scenario, or of a context of a corpus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.world.scenarios.contexts import scenario_context
+from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
+from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from g3.actions.robot_state import State, start_state
+from g3.errors import CorpusError
+
+DATASET = "warehouse"
+
+
+def scenario_start(name_or_path: str | Path) -> State:
+    """The start of a scenario: a file, or a bundled one by its name.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or something in it is wrong.
+    """
+    path = scenario_file(str(name_or_path), dataset_folder(DATASET))
+    return start_state(scenario_context(read_scenario(path)))
+
+
+def context_start(name: str) -> State:
+    """The start of a context, ``CORPUS:ID``.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    corpus, _, key = name.rpartition(":")
+    if not corpus:
+        raise CorpusError(
+            "a context is named by its corpus and its id", where=name, fix="CORPUS:ID"
+        )
+    contexts = open_corpus(corpus).contexts
+    if key not in contexts:
+        raise CorpusError(
+            f"there is no context {key!r}",
+            where=corpus,
+            fix=f"the contexts are: {', '.join(sorted(contexts))}",
+        )
+    return start_state(contexts[key])

@@ -1,0 +1,233 @@
+"""Commands: extracting their clauses, following them, filming what is done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from g3.errors import CorpusError
+
+if TYPE_CHECKING:
+    from corpus_tools.corpus.corpus_entries import Entry
+    from corpus_tools.video.manifest import Settings
+    from g3.actions.robot_state import State
+    from g3.groundings import Context
+    from g3.inference.grounder import Grounder, Result
+    from g3.language.parsing.extractor import Parse, SDCExtractor
+    from g3.learning.grounding_model import GroundingModel
+    from g3.sdc.clauses import SDC
+
+Said: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
+"""A command: its text, an entry of a corpus, its clauses, or what was extracted."""
+Where: TypeAlias = "State | Context | Path | str"
+"""A world: a state, a context, a scenario's file or name, or ``CORPUS:CONTEXT``."""
+
+
+def parse(
+    command: str | Entry, *, n_best: int = 1, extractor: SDCExtractor | Path | str | None = None
+) -> Parse:
+    """Extract the clauses of a command (section 3.1). It needs the extra ``language``.
+
+    Parameters
+    ----------
+    command
+        Its text, or an entry of a corpus, whose text is taken.
+    n_best
+        How many trees to give, at most.
+    extractor
+        What to extract with, or its file; the bundled one if left out.
+
+    Returns
+    -------
+    Parse
+        The trees with their probabilities, best first. A notebook draws them.
+
+    Examples
+    --------
+    >>> ct.parse("Put the pallet on the truck").sdcs
+    (SDC('EVENT', 'Put the pallet on the truck'),)
+    """
+    from g3.language.parsing.extractor import SDCExtractor
+    from g3.language.parsing.parser import parse as extract
+
+    used = SDCExtractor.load(extractor) if isinstance(extractor, (Path, str)) else extractor
+    text = command if isinstance(command, str) else command.text
+    return extract(text, n_best=n_best, extractor=used)
+
+
+def follow(
+    command: Said,
+    where: Where | None = None,
+    *,
+    model: Grounder | GroundingModel | Path | str = "warehouse",
+    top: int = 1,
+    parses: int = 1,
+    explain: bool = False,
+    answers: Mapping[int, str] | None = None,
+    insist: bool = False,
+) -> Result:
+    """Find what a command means and what to do (section 3.4). Nothing is carried out.
+
+    Parameters
+    ----------
+    command
+        What was said.
+    where
+        The world. An entry of a corpus has its own.
+    model
+        A grounder, a model, its file, or its name. The bundled model is trained the first time,
+        which takes minutes, and kept.
+    top, parses, explain, answers, insist
+        As of :meth:`g3.inference.grounder.Grounder.follow`: how many plans and trees, whether to
+        give reasons, answers to questions, and whether to plan where something isn't there.
+
+    Returns
+    -------
+    Result
+        The plans, best first, or why there is none. A notebook draws the scene, what the clauses
+        are grounded in, and the ways of the plan.
+
+    Raises
+    ------
+    CorpusError
+        If there is no such world or model.
+
+    Examples
+    --------
+    >>> result = ct.follow("Pick up the boxes", "dock_pick_up_tires")
+    >>> result.plan.probability
+    """
+    from g3.inference.grounder import Grounder
+
+    said, own = _of_entry(command)
+    place = own if where is None else where
+    if place is None:
+        raise CorpusError(
+            "it isn't said where to follow the command", fix="give a context or a scenario"
+        )
+    grounder = model if isinstance(model, Grounder) else _grounder(model)
+    return grounder.follow(
+        said,
+        _state(place),
+        top=top,
+        parses=parses,
+        explain=explain,
+        answers=answers,
+        insist=insist,
+    )
+
+
+def _of_entry(command: Said) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
+    from corpus_tools.corpus.corpus_entries import Entry
+
+    return (command.text, command.context) if isinstance(command, Entry) else (command, None)
+
+
+def _state(where: Where) -> State | Context:
+    from corpus_tools.following.start_states import context_start, scenario_start
+
+    if not isinstance(where, (Path, str)):
+        return where
+    is_context = isinstance(where, str) and ":" in where and not Path(where).exists()
+    return context_start(str(where)) if is_context else scenario_start(where)
+
+
+def _grounder(model: GroundingModel | Path | str) -> Grounder:
+    from g3.inference.grounder import Grounder
+
+    is_bundled = model == "warehouse" and not Path(model).is_file()
+    return _bundled() if is_bundled else Grounder.load(model)
+
+
+@lru_cache(maxsize=1)
+def _bundled() -> Grounder:
+    from corpus_tools.following.bundled_grounder import default_model
+    from g3.inference.grounder import Grounder
+
+    return Grounder.load(default_model())
+
+
+def render(
+    what: Result | Path | str,
+    out: Path | str,
+    *,
+    camera: Literal["overview", "follow", "operator"] = "overview",
+    size: tuple[int, int] = (640, 480),
+    fps: int = 25,
+    quality: Literal["draft", "standard", "high"] = "standard",
+    force: bool = False,
+) -> Path:
+    """Film a scenario, or what comes of a plan in physics. It needs the extra ``render``.
+
+    Parameters
+    ----------
+    what
+        A scenario's file or name; or what :func:`follow` gave, whose best plan is carried out.
+    out
+        Of a scenario, a folder, which gets a folder with the video, its log and a picture, as by
+        ``ct render-videos``. Of a plan, the video, ``NAME.mp4``; its log comes beside it.
+    camera
+        All from above; behind the robot; or from the driver's seat.
+    size
+        Width and height in pixels, both even.
+    fps
+        Frames a second.
+    quality
+        How well it is drawn.
+    force
+        Of a scenario: make it again if it is there.
+
+    Returns
+    -------
+    Path
+        The video.
+
+    Raises
+    ------
+    CorpusError
+        If there is no plan, a step of it fails (the video shows how), or something is missing.
+    """
+    from corpus_tools.video.drawing.gl import choose_back_end
+
+    choose_back_end()  # before MuJoCo is imported, which reads what this chooses
+    from corpus_tools.video.manifest import Settings
+    from g3.inference.grounder import Result
+
+    settings = Settings(camera, size, fps, quality)
+    if isinstance(what, Result):
+        return _film(what, Path(out), settings)
+    return _scenario_video(str(what), Path(out), settings, force=force)
+
+
+def _scenario_video(name: str, out: Path, settings: Settings, *, force: bool) -> Path:
+    from corpus_tools.runtime.parallel import Workers
+    from corpus_tools.video.items import scenario_items
+    from corpus_tools.video.production import VIDEO
+    from corpus_tools.video.render_batch import produce_all
+
+    items = scenario_items("warehouse", (name,))
+    out.mkdir(parents=True, exist_ok=True)
+    (made,) = produce_all(items, out, settings, workers=Workers(), force=force)
+    if made.problem:
+        raise CorpusError(made.problem, where=name)
+    return out / made.name / VIDEO
+
+
+def _film(result: Result, out: Path, settings: Settings) -> Path:
+    from corpus_tools.following.bundled_grounder import to_script
+    from corpus_tools.logs.log_writing import write_log
+    from corpus_tools.video.films import film
+    from corpus_tools.world.physics.execute import execute
+
+    if result.plan is None or result.start is None:
+        raise CorpusError("there is no plan to film", where=result.note)
+    start = result.start
+    told = to_script(start, result.plan.actions)
+    done = execute(start.context, told.script, places=told.places, forks_m=start.forks_m)
+    film(done.recording, out, settings)
+    write_log(done.recording, out.with_suffix(".mcap"), name=out.stem, metadata={})
+    if done.failure is not None:
+        raise CorpusError(f"the plan failed: {done.failure}", where=str(out))
+    return out

@@ -1,0 +1,153 @@
+"""Corpora: loading, importing and exporting them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from g3.errors import CorpusError
+
+if TYPE_CHECKING:
+    from corpus_tools.corpus.corpus_model import Corpus
+
+AnyCorpus: TypeAlias = "Corpus | Path | str"
+"""A corpus, its folder, or the name of a bundled one."""
+
+
+def load(corpus: AnyCorpus) -> Corpus:
+    """Read a corpus.
+
+    Parameters
+    ----------
+    corpus
+        The folder of a corpus, or of the sources of an authored one; or where there is no such
+        folder, the name of a bundled corpus, such as ``warehouse``. A corpus is given back.
+
+    Returns
+    -------
+    Corpus
+        Iterating over it gives its commands, each with its annotations and its world.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or something in it is wrong.
+
+    Examples
+    --------
+    >>> ct.load("warehouse")
+    Corpus('warehouse', 28 contexts, 336 commands, 672 annotations)
+    """
+    from corpus_tools.corpus.corpus_model import Corpus
+    from corpus_tools.importers.authored.bundled import open_corpus
+
+    return corpus if isinstance(corpus, Corpus) else open_corpus(corpus)
+
+
+def import_corpus(
+    format: str,  # noqa: A002 - what it is
+    path: Path | str,
+    *,
+    out: Path | str | None = None,
+    force: bool = False,
+    keep_going: bool = False,
+    salt: str | None = None,
+    **options: str,
+) -> Corpus:
+    """Import a corpus from another format, as ``ct import`` does.
+
+    Parameters
+    ----------
+    format
+        Name of the importer, such as ``slu-core`` (``ct import --help`` lists them).
+    path
+        What to import.
+    out
+        A folder to write the corpus to, with a report of the import; nothing is written if
+        left out.
+    force
+        Replace the corpus that is there.
+    keep_going
+        Leave out the records that can't be read, rather than fail.
+    salt
+        Secret for the hashes that stand for people; a new one if left out.
+    options
+        The importer's own, such as ``part="automatic"``.
+
+    Raises
+    ------
+    CorpusError
+        If there is no such importer.
+    FormatError
+        If something can't be read.
+    """
+    import secrets
+
+    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.importers.importer_registry import importers
+    from corpus_tools.importers.report import REPORT
+
+    known = {importer.name: importer for importer in importers()}
+    if format not in known:
+        raise CorpusError(
+            "there is no such importer", where=format, fix=f"they are: {', '.join(known)}"
+        )
+    importer = known[format]
+    if out is not None:
+        check_writable(out, force=force)
+    given: dict[str, Any] = {option.name: option.default for option in importer.options} | options
+    corpus, report = importer.load()(
+        Path(path), salt=salt or secrets.token_hex(16), keep_going=keep_going, **given
+    )
+    if out is not None:
+        write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
+    return corpus
+
+
+def export(corpus: AnyCorpus, out: Path | str, *, to: str = "corpus", force: bool = False) -> Path:
+    """Write a corpus to a folder, in this toolkit's format or another one.
+
+    Parameters
+    ----------
+    corpus
+        What to write.
+    out
+        The folder; its parent must be there.
+    to
+        ``corpus``, this toolkit's own format; or ``slu-core``, that of the paper's authors.
+    force
+        Replace what is there, if it is of that format.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    CorpusError
+        If there is no such format.
+    FormatError
+        If the folder holds something else.
+    """
+    from corpus_tools.runtime.atomic_folder import write_folder
+
+    known = _exporters()
+    if to not in known:
+        raise CorpusError("there is no such format", where=to, fix=f"use {' or '.join(known)}")
+    files, marker = known[to]
+    write_folder(Path(out), files(load(corpus)), force=force, marker=marker)
+    return Path(out)
+
+
+Files: TypeAlias = "Callable[[Corpus], Mapping[str, bytes]]"
+
+
+def _exporters() -> dict[str, tuple[Files, str]]:
+    """What writes the files of each format, and the file that tells a folder of that format."""
+    from corpus_tools.corpus.corpus_records import MANIFEST
+    from corpus_tools.corpus.corpus_writing import corpus_files
+    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+
+    return {"corpus": (corpus_files, MANIFEST), "slu-core": (slu_core_files, MARKER)}

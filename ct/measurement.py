@@ -1,0 +1,175 @@
+"""Measuring: the tables of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Literal
+
+from ct.corpus_access import AnyCorpus, load
+from g3.errors import CorpusError
+
+if TYPE_CHECKING:
+    from corpus_tools.runtime.parallel import Workers
+    from eval.tables.formats import Format
+    from eval.tables.result_table import ResultTable
+    from g3.learning.grounding_model import GroundingModel
+
+DRAWS = {1: 2000, 2: 10_000, 3: 2000}
+"""Resamples for the intervals of each table, as the command line has them."""
+
+
+def evaluate(
+    corpus: AnyCorpus,
+    *,
+    table: Literal[1, 2, 3] = 1,
+    train: AnyCorpus | GroundingModel | None = None,
+    seed: int = 0,
+    draws: int | None = None,
+    jobs: int = 1,
+    **options: Any,
+) -> ResultTable:
+    """Measure a table of the paper on a corpus, as ``ct eval`` does.
+
+    Parameters
+    ----------
+    corpus
+        What to test on.
+    table
+        1: how well a model predicts whether clauses match their groundings. 2: how often people
+        agree that a video shows a command. 3: how often plans are right, by the automatic judge.
+    train
+        What to learn from. For Table 1 a corpus, or a model of :func:`ct.train`; left out, each
+        scenario is held out in turn. For Table 3 a corpus; left out, the other scenarios.
+    seed, draws
+        What everything random is drawn with; resamples for the intervals.
+    jobs
+        How many processes work.
+    options
+        Further options of ``ct eval --table N``, with underscores: ``negatives``,
+        ``test_negatives``, ``ablate``, ``plus``, ``l2``, ``threshold`` of Table 1; ``study``,
+        ``models`` of Table 2; ``ablate``, ``l2``, ``headings``, ``perturb``, ``parses``, ``most``
+        of Table 3.
+
+    Returns
+    -------
+    ResultTable
+        It prints as the command does. ``rows`` and ``to_pandas()`` have the figures.
+
+    Raises
+    ------
+    CorpusError
+        If the corpus has nothing to test on, or shares scenarios with what was learned from.
+
+    Examples
+    --------
+    >>> print(ct.evaluate("warehouse", table=1))
+    """
+    from corpus_tools.runtime.parallel import Workers
+
+    measure: dict[int, Callable[..., ResultTable]] = {1: _table_1, 2: _table_2, 3: _table_3}
+    if table not in measure:
+        raise CorpusError(f"there is no Table {table}", fix="give 1, 2 or 3")
+    given: dict[str, Any] = {"seed": seed, "draws": draws or DRAWS[table], "workers": Workers(jobs)}
+    with _folder_of(corpus) as tested, _folder_of(train) as learned:
+        return measure[table](tested, learned, **given, **options)
+
+
+@contextmanager
+def _folder_of(thing: AnyCorpus | GroundingModel | None) -> Iterator[str]:
+    """A name that processes can open: what is in memory is written to a folder for as long."""
+    from corpus_tools.corpus.corpus_model import Corpus
+    from corpus_tools.corpus.corpus_writing import write_corpus
+
+    if thing is None or isinstance(thing, (str, Path)):
+        yield str(thing or "")
+        return
+    with TemporaryDirectory(prefix="ct-") as folder:
+        if isinstance(thing, Corpus):
+            path = Path(folder) / (Path(thing.name).name or "corpus")
+            write_corpus(thing, path)
+        else:
+            path = Path(folder) / "model.npz"
+            thing.save(path)
+        yield str(path)
+
+
+def _table_1(
+    corpus: str, train: str, *, seed: int, draws: int, workers: Workers, **options: Any
+) -> ResultTable:
+    from corpus_tools.runtime.parallel import Executor
+    from eval.table_1 import experiment
+    from eval.table_1.correspondence import table_rows
+    from eval.table_1.correspondence_table import render
+    from eval.table_1.protocol import Choices
+
+    source: dict[str, Any] = {"corpus": corpus, "division": "cv"}
+    if train:
+        is_model = train.endswith((".npz", ".json"))
+        source = {"test": corpus, **({"model": Path(train)} if is_model else {"train": train})}
+    choices = Choices(**source, seed=seed, **_tuples(options))
+    result = experiment.run(choices)
+    with Executor(workers) as executor:
+        rows = table_rows(
+            result.predictions,
+            threshold=choices.threshold,
+            draws=draws,
+            seed=seed,
+            executor=executor,
+        )
+    metadata = {"table": 1, **result.metadata, "draws": draws}
+    return _table(1, lambda form: render(rows, form, metadata))
+
+
+def _table_2(
+    corpus: str, _train: str, *, seed: int, draws: int, workers: Workers, **options: Any
+) -> ResultTable:
+    from corpus_tools.runtime.parallel import Executor
+    from eval.statistics.ratings import check_judgments
+    from eval.table_2.rating_table import render, table_2
+
+    rated = load(corpus)
+    check_judgments(rated.judgments, {command.video for command in rated.commands.values()})
+    with Executor(workers) as executor:
+        results = table_2(rated.judgments, seed=seed, draws=draws, executor=executor, **options)
+    metadata = {"table": 2, "corpus": rated.name, "seed": seed, "draws": draws}
+    return _table(2, lambda form: render(results, form, metadata))
+
+
+def _table_3(
+    corpus: str, train: str, *, seed: int, draws: int, workers: Workers, **options: Any
+) -> ResultTable:
+    from eval.judging.judge_report import in_a_line, with_validity
+    from eval.judging.judge_validity import known_validity
+    from eval.table_3.end_to_end import run
+    from eval.table_3.judged_commands import OUTCOMES
+    from eval.table_3.plan_report import NOT_VALIDATED, render
+
+    names = (corpus, *(train or corpus).split(","))
+    result = run(train or corpus, corpus, seed=seed, workers=workers, **_tuples(options))
+    is_by_logs = result.metadata["compared_with"] != OUTCOMES
+    corpora = [load(name) for name in names if is_by_logs]
+    validity = known_validity(corpora, draws=draws, seed=seed)
+
+    def shown(form: Format) -> str:
+        text = render(result, form, draws=draws, seed=seed)
+        if form == "json":
+            return with_validity(text, validity)
+        if form == "text":
+            return f"{text}\n{in_a_line(validity) if is_by_logs else NOT_VALIDATED}"
+        return text
+
+    return _table(3, shown)
+
+
+def _table(number: int, render: Any) -> ResultTable:
+    from eval.tables.result_table import ResultTable
+
+    return ResultTable(f"Table {number}", render)
+
+
+def _tuples(options: dict[str, Any]) -> dict[str, Any]:
+    """Options with their lists as tuples."""
+    return {k: tuple(v) if isinstance(v, list) else v for k, v in options.items()}

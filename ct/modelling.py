@@ -1,0 +1,75 @@
+"""Models: learning from a corpus."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, overload
+
+from ct.corpus_access import AnyCorpus, load
+
+if TYPE_CHECKING:
+    from g3.language.parsing.extractor import SDCExtractor
+    from g3.learning.grounding_model import GroundingModel
+
+
+@overload
+def train(
+    corpus: AnyCorpus,
+    to: Literal["match", "follow"] = ...,
+    *,
+    l2: float | None = ...,
+    negatives: Literal["random", "hard"] = ...,
+    ablate: Sequence[str] = ...,
+    plus: Sequence[str] = ...,
+    seed: int = ...,
+) -> GroundingModel: ...
+@overload
+def train(corpus: AnyCorpus, to: Literal["parse"], *, l2: float | None = ...) -> SDCExtractor: ...
+def train(
+    corpus: AnyCorpus,
+    to: Literal["match", "follow", "parse"] = "match",
+    *,
+    l2: float | None = None,
+    negatives: Literal["random", "hard"] = "random",
+    ablate: Sequence[str] = (),
+    plus: Sequence[str] = (),
+    seed: int = 0,
+) -> GroundingModel | SDCExtractor:
+    """Train a model on a corpus. Its ``save(path)`` keeps it, for the command line too.
+
+    Parameters
+    ----------
+    corpus
+        What to learn from.
+    to
+        What the model is for. ``match``: to say whether a clause matches its groundings (Table 1),
+        as ``ct train g3`` does. ``follow``: to follow commands; it learns from what else could be
+        done in each scene, which takes minutes. ``parse``: to extract clauses, as ``ct train sdc``.
+    l2
+        Strength of the regularisation.
+    negatives, ablate, plus, seed
+        Of ``match`` only: which negatives to learn from, feature sets to leave out and to add
+        (``ct features list``), and what hard negatives are drawn with.
+
+    Raises
+    ------
+    CorpusError
+        If there is nothing to learn from.
+    """
+    known = load(corpus)
+    if to == "parse":
+        from corpus_tools.learning.trained import extractor_from
+
+        return extractor_from([known], l2)
+    from g3.learning.grounding_model import DEFAULT_L2
+
+    strength = DEFAULT_L2 if l2 is None else l2
+    if to == "follow":
+        from corpus_tools.following.bundled_grounder import following_model
+
+        return following_model(known, l2=strength)
+    from corpus_tools.corpus.labelled_corpus import Options
+    from corpus_tools.learning.trained import from_corpus
+
+    options = Options(negatives, seed, tuple(ablate), tuple(plus))
+    return from_corpus(known, strength, options).model

@@ -1,0 +1,46 @@
+"""What notebooks show of objects: HTML in which texts of people are texts and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from g3.short_repr import shortened
+
+CELL = 200
+"""Characters of a cell; of a longer text the end is left out."""
+
+
+def heading(title: str, *details: str) -> str:
+    """A title in bold, with details after it."""
+    rest = f" <span>{text(' · '.join(filter(None, details)))}</span>" if any(details) else ""
+    return f"<p><strong>{text(title)}</strong>{rest}</p>"
+
+
+def paragraph(words: str) -> str:
+    """Words by themselves."""
+    return f"<p>{text(words)}</p>"
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table; its cells are texts."""
+    head = "".join(f"<th>{text(name)}</th>" for name in headings)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{text(str(cell))}</td>' for cell in row)}</tr>" for row in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def preformatted(words: str) -> str:
+    """Words as they are printed, in letters of one width."""
+    shown = escape(_printable(words, keep="\n"))
+    return f'<pre style="line-height: 1.2; overflow-x: auto">{shown}</pre>'
+
+
+def text(words: str) -> str:
+    """Words without markup, and not too many."""
+    return escape(_printable(shortened(words, CELL)))
+
+
+def _printable(words: str, keep: str = "") -> str:
+    return "".join(c if c.isprintable() or c in keep else "\ufffd" for c in words)
