@@ -113,7 +113,7 @@ def _example() -> dict[str, Any]:
     words = _words(COMMAND)
     watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS}
     sdcs = [_tree(words)]
-    scene = {**watched, "steps": [[0.5, SECONDS]], **_scene()}
+    scene = {**watched, "fps": FPS, "steps": [[0.5, SECONDS]], **_scene()}
     clauses = [
         {"node": 0, "type": "EVENT", "phrase": "Sail to the buoy by the lighthouse"},
         {"node": 2, "type": "PATH", "phrase": "to the buoy by the lighthouse"},
@@ -170,6 +170,7 @@ def _scene() -> dict[str, Any]:
         "segmentation": {"image": None, "width": WIDTH, "height": HEIGHT, "objects": outlines},
         "map": {
             "bounds": [0, 0, 24, 18],
+            "turn": 0.0,
             "robot": "thing-a",
             "objects": objects,
             "places": [{"id": "place-a", "polygon": [list(corner) for corner in HARBOUR]}],
