@@ -10,7 +10,7 @@ const SIDES_PX = 10;
 /**
  * A layer of labels. `put(labels, frame, unit)` draws them, [{id, text, kind, box, isChosen}], in a
  * frame of the drawing's own units, of which `unit` are a pixel. What is chosen comes first; what
- * lies outside of the frame has no label. `blocked` are boxes to keep off.
+ * lies outside of the frame has no label.
  */
 export function labelLayer() {
   const element = s("g", { class: "labels" });
@@ -28,7 +28,7 @@ export function labelLayer() {
     return made.get(key);
   }
 
-  function put(labels, frame, unit, blocked = []) {
+  function put(labels, frame, unit) {
     const inPixels = (box) => ({ x: box.x / unit, y: box.y / unit, w: box.w / unit, h: box.h / unit });
     const seen = labels.filter((label) => overlap(label.box, frame));
     const wanted = [...seen.filter((l) => l.isChosen), ...seen.filter((l) => !l.isChosen)].map((label) => ({
@@ -37,7 +37,7 @@ export function labelLayer() {
       h: HEIGHT_PX,
       box: inPixels(label.box),
     }));
-    const placed = layOut(wanted, inPixels(frame), blocked.map(inPixels));
+    const placed = layOut(wanted, inPixels(frame));
     lines.replaceChildren();
     for (const label of labels) {
       const group = cap(label);

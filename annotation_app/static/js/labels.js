@@ -1,6 +1,7 @@
 // Where labels go, so that none covers another: a pure function of boxes, y downwards.
 
 const GAP = 2;
+const LARGE = 2.2; // times a label: on what is smaller a label would hide it
 const RINGS = 3;
 const DIRECTIONS = 16;
 
@@ -11,12 +12,11 @@ export const overlap = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y
  * Place labels: `wanted` is [{id, w, h, box}] with the box of what each is about, the most important
  * first. Gives a Map from ids to {x, y, w, h, line}; `line` is where a line from the label to
  * its thing ends, [x, y], or null if the label is at its thing. Labels for which there is no
- * room are left out. All lie within `frame` and keep off what is `blocked`; they keep off each other's
- * things while they can.
+ * room are left out. All lie within `frame`; they keep off each other's things while they can.
  */
-export function layOut(wanted, frame, blocked = []) {
+export function layOut(wanted, frame) {
   const placed = new Map();
-  const taken = [...blocked];
+  const taken = [];
   for (const label of wanted) {
     const others = wanted.filter((other) => other !== label).map((other) => other.box);
     const open = [...candidates(label)].filter((spot) => isWithin(spot, frame) && !taken.some((box) => overlap(box, spot)));
@@ -40,7 +40,7 @@ function* candidates({ w, h, box }) {
   const [cx, cy] = [box.x + box.w / 2, box.y + box.h / 2];
   const spot = (x, y, line = null) => ({ x: x - w / 2, y: y - h / 2, w, h, line });
   const [aside, above] = [box.w / 2 + w / 2 + GAP, box.h / 2 + h / 2 + GAP];
-  if (box.w >= 1.6 * w && box.h >= 1.6 * h) {
+  if (box.w >= LARGE * w && box.h >= LARGE * h) {
     yield spot(cx, cy);
     const [dx, dy] = [(box.w - w) / 2 - GAP, (box.h - h) / 2 - GAP];
     for (const [sx, sy] of [[0, -1], [0, 1], [-1, 0], [1, 0], [-1, -1], [1, -1], [-1, 1], [1, 1]]) yield spot(cx + sx * dx, cy + sy * dy);

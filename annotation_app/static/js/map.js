@@ -7,6 +7,7 @@ import { hit } from "./map-hits.js";
 import { marking } from "./map-marking.js";
 import { zoomable } from "./map-view.js";
 import { footprintAt } from "./scene.js";
+import { data } from "./work.js";
 
 const MARGIN_M = 2.5;
 const GRID_M = 5;
@@ -59,7 +60,7 @@ export function showMap(scene, pick, marked) {
     svg.append(zone.group);
   }
   const labels = labelLayer();
-  const legend = `Seen from above.${things.some((thing) => thing.isRobot) ? " Green: the robot." : ""}${zones.length ? " Dashed: places." : ""}`;
+  const legend = `Seen from above.${things.some((thing) => thing.isRobot) ? ` Green: ${data.labels.robot}.` : ""}${zones.length ? " Dashed: places." : ""}`;
   const help = h("p", { class: "note", role: "status" }, legend);
   const board = h("div", { class: "board", tabindex: -1, role: pick ? "application" : null, "aria-label": pick ? "Map. Use the list to choose things." : null }, svg);
 
@@ -98,14 +99,6 @@ export function showMap(scene, pick, marked) {
   let justMarked = false;
   svg.addEventListener("pointerdown", () => (justMarked = marker.isMarking), { capture: true });
 
-  /** What of the map the buttons cover, in metres. */
-  function underButtons() {
-    const inverse = svg.getScreenCTM().inverse();
-    const { left, top, right, bottom } = zoomed.element.getBoundingClientRect();
-    const [from, to] = [[left, top], [right, bottom]].map(([x, y]) => new DOMPoint(x, y).matrixTransform(inverse));
-    return boxAround([[from.x, from.y], [to.x, to.y]]);
-  }
-
   /** Labels are laid out anew, once for all that changes at a time. */
   function label() {
     if (isPlanned) return;
@@ -119,7 +112,7 @@ export function showMap(scene, pick, marked) {
         isChosen: one.group.classList.contains("chosen"),
       }));
       shown.sort((a, b) => a.box.w * a.box.h - b.box.w * b.box.h);
-      labels.put(shown, zoomed.view, unit, [underButtons()]);
+      labels.put(shown, zoomed.view, unit);
     });
   }
   new ResizeObserver(label).observe(svg);
@@ -133,7 +126,7 @@ export function showMap(scene, pick, marked) {
   }
   show(0);
   return {
-    element: h("div", { class: "map-box" }, h("div", { class: "board-box" }, board, zoomed.element), help),
+    element: h("div", { class: "map-box" }, board, h("div", { class: "map-foot" }, help, zoomed.element)),
     board,
     show,
     get isMarking() { return marker.isMarking; },
