@@ -111,9 +111,9 @@ def _write_video(path: Path) -> None:
 
 def _example() -> dict[str, Any]:
     words = _words(COMMAND)
-    watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS}
+    watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS, "fps": FPS}
     sdcs = [_tree(words)]
-    scene = {**watched, "fps": FPS, "steps": [[0.5, SECONDS]], **_scene()}
+    scene = {**watched, "steps": [[0.5, SECONDS]], **_scene()}
     clauses = [
         {"node": 0, "type": "EVENT", "phrase": "Sail to the buoy by the lighthouse"},
         {"node": 2, "type": "PATH", "phrase": "to the buoy by the lighthouse"},

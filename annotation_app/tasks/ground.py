@@ -37,6 +37,7 @@ from annotation_app.tasks.grounding_comparison import (
     mixed_groundings,
     shared_part,
 )
+from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
@@ -119,6 +120,10 @@ def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Recor
 
     groundings = {node: again(grounding) for node, grounding in body["groundings"].items()}
     return {"groundings": groundings, **sent_parts(from_json(item.payload["sdcs"]), body)}
+
+
+def _shown_suggestion(session: Session, item: Item, suggestion: Record, salt: bytes) -> Any:
+    return _sent_form(session, item, {**suggestion, "trims": {}}, salt)["groundings"]
 
 
 def _check(
@@ -250,6 +255,7 @@ GROUND = Task(
             ("[ ]", "back, next"),
             ("S", "several things, or one"),
             ("X", "can't tell"),
+            ("Y", "keep what a program suggests"),
             ("M", "mark a place: arrows move, + and − size, Enter sets, Esc ends"),
             ("← →", "on a handle of the timeline: a frame; with Shift a second"),
             ("Ctrl Z, Ctrl Y", "undo, redo"),
@@ -266,8 +272,12 @@ GROUND = Task(
         "sdcs": scene.sdcs,
         "clauses": asked_clauses(from_json(scene.sdcs)),
         "asks_parts": False,
+        "suggestion": None,
         **scene.scene,
     },
+    suggestion=suggested,
+    shown_suggestion=_shown_suggestion,
+    likeness=shared_part,
     needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),

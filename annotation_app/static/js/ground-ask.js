@@ -1,7 +1,7 @@
 // The question about a clause, and what can be done besides clicking.
 
 import { h } from "./dom.js";
-import { groundingOf, isDone, isSeveral, isThing, isWhole, partOf, WATCH } from "./ground-state.js";
+import { groundingOf, isDone, isSeveral, isThing, isUnsure, isWhole, partOf, WATCH } from "./ground-state.js";
 
 const button = (key, onclick, properties, ...text) => h("button", { type: "button", "data-key": key, onclick, ...properties }, ...text);
 const cap = (key) => h("kbd", { "aria-hidden": "true" }, key);
@@ -42,9 +42,12 @@ function thing(clause, state, acts) {
   const marked = grounding.places.map((place, i) => [place, i]).filter(([place]) => place.xy).map(([, i], n) =>
     h("span", { class: "marked" }, `Marked place ${n + 1} `, button(`unmark ${i}`, () => acts.unmark(i), { class: "link" }, "remove")));
   const is = isDone(state, clause, false);
+  const unsure = isUnsure(state, clause.node);
+  const hint = acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is);
   return [
-    words(acts, isPlace ? "Where is" : several ? "What are" : "What is", clause, acts.isReady ? acts.ready : hintFor(isPlace, several, is)),
+    words(acts, isPlace ? "Where is" : several ? "What are" : "What is", clause, hint),
     h("div", { class: "actions" },
+      unsure ? button("right", acts.confirm, { class: "primary" }, `Yes, ${acts.chosen} `, cap("Y")) : null,
       ...marked,
       h("label", { class: "choice" }, severalBox(several, acts), h("span", {}, "Several ", cap("S"))),
       button("mark", acts.mark, {}, "Mark a place ", cap("M")),
@@ -52,6 +55,8 @@ function thing(clause, state, acts) {
       ...onwards(acts, is && !acts.isReady)),
   ];
 }
+
+const SUGGESTED = "A program suggests what is marked. It makes mistakes, so look yourself: say yes, or choose what is right.";
 
 function severalBox(several, acts) {
   const box = h("input", { type: "checkbox", "data-key": "several", onchange: () => acts.several(!several) });

@@ -1,7 +1,9 @@
 // What somebody has grounded so far: pure functions of a state that JSON can say.
 //
 // {groundings: {node: {objects, places, cant_tell, time_s}}, trims: {node: [start, end]}, whole: [nodes],
-//  half: {node: [start or null, end or null]}, several: {node: bool}, current: a node or "watch", watched_s}
+//  half: {node: [start or null, end or null]}, several: {node: bool},
+//  unsure: {node: true} for what a program suggested and nobody has looked at, current:
+//  a node or "watch", watched_s}
 
 export const WATCH = "watch";
 const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
@@ -12,6 +14,10 @@ export const isWhole = (state, node) => Boolean(state.whole?.includes(node));
 /** The part of the video that has been set for a clause; an end may be null. */
 export const partOf = (state, node) => state.trims[node] ?? state.half?.[node] ?? [null, null];
 
+/** Whether a clause has what a program suggested, and nobody has said that it is right. */
+export const isUnsure = (state, node) => Boolean(state.unsure?.[node]);
+
+const without = (of, node) => Object.fromEntries(Object.entries(of ?? {}).filter(([key]) => key !== String(node)));
 const count = ({ objects, places }) => objects.length + places.length;
 
 /** Whether several things may be chosen for a clause: if its words say so, or somebody does. */
@@ -21,9 +27,17 @@ export function isSeveral(state, clause) {
 
 export function isDone(state, clause, asksParts) {
   if (clause.node === WATCH) return state.watched_s !== undefined;
-  if (!isThing(clause)) return !asksParts || Boolean(state.trims[clause.node]) || isWhole(state, clause.node);
+  if (!isThing(clause)) {
+    const isBegun = state.half?.[clause.node]?.some((end) => end !== null);
+    return Boolean(state.trims[clause.node]) || isWhole(state, clause.node) || (!asksParts && !isBegun);
+  }
   const grounding = groundingOf(state, clause.node);
-  return grounding.cant_tell || count(grounding) > 0;
+  return !isUnsure(state, clause.node) && (grounding.cant_tell || count(grounding) > 0);
+}
+
+/** Keep what a program suggested for a clause. */
+export function confirmed(state, node) {
+  return state.unsure ? { ...state, unsure: without(state.unsure, node) } : state;
 }
 
 export function setSeveral(state, node, is) {
@@ -32,7 +46,7 @@ export function setSeveral(state, node, is) {
 
 function set(state, node, part, time_s) {
   const next = { ...groundingOf(state, node), cant_tell: false, ...part, time_s };
-  return { ...state, groundings: { ...state.groundings, [node]: next } };
+  return confirmed({ ...state, groundings: { ...state.groundings, [node]: next } }, node);
 }
 
 /** Choose a thing, or not; it takes the place of what was chosen unless several may be. */
@@ -65,8 +79,6 @@ export function removePlace(state, node, index, time_s) {
 export function toggleCantTell(state, node, time_s) {
   return set(state, node, { ...NOTHING, cant_tell: !groundingOf(state, node).cant_tell }, time_s);
 }
-
-const without = (of, node) => Object.fromEntries(Object.entries(of ?? {}).filter(([key]) => key !== String(node)));
 
 /** Set a part of the video, of which an end may be null. */
 export function setPart(state, node, part) {

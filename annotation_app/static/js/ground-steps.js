@@ -1,7 +1,7 @@
 // What has been answered and what comes next, as a list to go to and fro in.
 
 import { h } from "./dom.js";
-import { groundingOf, isThing, isWhole, WATCH } from "./ground-state.js";
+import { groundingOf, isThing, isUnsure, isWhole, WATCH } from "./ground-state.js";
 
 const seconds = (t) => t.toFixed(1);
 
@@ -11,7 +11,8 @@ export function chosenWords(state, clause, scene) {
   if (cant_tell) return "can't tell";
   const thing = (id) => scene.things.find((one) => one.id === id)?.number;
   const zone = (id) => scene.zones.find((one) => one.id === id)?.letter;
-  return [...objects.map(thing), ...places.map(({ place }) => (place ? zone(place) : "marked"))].filter(Boolean).join(", ");
+  const words = [...objects.map(thing), ...places.map(({ place }) => (place ? zone(place) : "marked"))].filter(Boolean).join(", ");
+  return words && isUnsure(state, clause.node) ? `${words}?` : words;
 }
 
 function partWords(state, clause, asksParts) {

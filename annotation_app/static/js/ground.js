@@ -4,7 +4,7 @@ import { $, announce, h, isShortcut, redraw } from "./dom.js";
 import { neighbour, showCommand } from "./clauses.js";
 import { question } from "./ground-ask.js";
 import * as ground from "./ground-state.js";
-import { stepList } from "./ground-steps.js";
+import { chosenWords, stepList } from "./ground-steps.js";
 import { labelKeys } from "./label-keys.js";
 import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
@@ -44,14 +44,19 @@ const lists = h("section", { class: "lists", "aria-label": "Things and places by
 const list = h("div", { class: "steps" });
 $("editor").append(ask, h("div", { class: "scene" }, picture.element, map.element), lists, list);
 
+// Who decides between answers begins with one of them.
+const suggested = data.start ? {} : (payload.suggestion ?? {});
+const unsure = Object.fromEntries(Object.keys(suggested).map((node) => [node, true]));
+
 const work = begin({
-  initial: { groundings: {}, trims: {}, whole: [], current: first?.node },
+  initial: { groundings: suggested, unsure, trims: {}, whole: [], current: first?.node },
   draw,
   body: ({ groundings, trims, whole = [], watched_s }) => ({ groundings, trims, whole: whole.map(String), watched_s }),
   problems: (state) => [
     ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
-    ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => isThing(clause)
-      ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
+    ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => ground.isUnsure(state, clause.node)
+      ? `Look at what is suggested for “${clause.phrase}”: say yes, or choose what is right.`
+      : isThing(clause) ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
       : `Choose which part of the video shows “${clause.phrase}”.`),
   ],
   feedback: groundFeedback,
@@ -126,6 +131,11 @@ function cantTell() {
   answer(next, cant_tell ? "Can't tell" : "Not can't tell", cant_tell);
 }
 
+function confirm() {
+  const { current } = work.state;
+  if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), "Kept", true);
+}
+
 function setSeveral(is) {
   work.change(ground.setSeveral(work.state, work.state.current, is));
 }
@@ -176,6 +186,7 @@ document.addEventListener("keydown", (event) => {
   const clause = clauseOf(work.state);
   if (key === "[" || key === "]") go(neighbour(steps, work.state.current, key === "]" ? 1 : -1));
   else if (key === "x" && isThing(clause)) cantTell();
+  else if (key === "y") confirm();
   else if (key === "m" && isThing(clause)) map.startMarking();
   else if (key === "s" && isThing(clause)) setSeveral(!ground.isSeveral(work.state, clause));
   else if (!isThing(clause) || !press(event.key)) return;
@@ -199,6 +210,8 @@ function actsOn(clause, state) {
     mark: map.startMarking,
     several: setSeveral,
     cantTell,
+    confirm,
+    chosen: chosenWords(state, clause, scene).replace("?", ""),
     unmark: (i) => work.change(ground.removePlace(work.state, clause.node, i, time_s())),
     steps: scene.steps.map(([from, to]) => [from, Math.min(to, scene.duration_s)]),
     part: setPart,

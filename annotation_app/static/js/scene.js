@@ -26,8 +26,8 @@ export function numbered(scene) {
   };
 }
 
-// I and O look like 1 and 0; M, S and X are keys of the page.
-const LETTERS = "ABCDEFGHJKLNPQRTUVWYZ";
+// I and O look like 1 and 0; K, M, S, X and Y are keys of the page.
+const LETTERS = "ABCDEFGHJLNPQRTUVWZ";
 
 /** A, B, ..., AA, AB, ... */
 const letter = (i) => {
