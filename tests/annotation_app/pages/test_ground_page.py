@@ -166,7 +166,9 @@ def test_several_things_are_chosen_before_going_on(site: Site, context: BrowserC
         page.keyboard.press(key)
     assert question(page) == "the red crate"
     expect(page.locator(".map .thing.chosen")).to_have_count(2)
-    expect(page.locator(".clause-bar [aria-current] .said")).to_have_text(re.compile("^[14], [14]$"))
+    expect(page.locator(".clause-bar [aria-current] .said")).to_have_text(
+        re.compile("^[14], [14]$")
+    )
 
 
 def test_parts_of_the_video_by_keys_and_with_the_mouse(
@@ -175,7 +177,9 @@ def test_parts_of_the_video_by_keys_and_with_the_mouse(
     page = several_steps.open(context, "ground")
     expect(page.locator(".tick-mark")).to_have_count(0)
     page.locator(".clause-bar button", has_text="lift it").click()
-    start, end = (page.get_by_role("slider", name=f"{name} of the part") for name in ("Start", "End"))
+    start, end = (
+        page.get_by_role("slider", name=f"{name} of the part") for name in ("Start", "End")
+    )
     for handle in (start, end):
         expect(handle).to_have_attribute("aria-valuetext", "not set")
     assert violations(page) == []
@@ -233,7 +237,8 @@ def caps(page: Page, of: str) -> list[dict[str, float]]:
     return list(
         page.evaluate(
             "of => [...document.querySelectorAll(`${of} .cap:not(.left-out) rect`)].map(r => "
-            "{ const {x, y, width: w, height: h} = r.getBoundingClientRect(); return {x, y, w, h}; })",
+            "{ const {x, y, width, height} = r.getBoundingClientRect();"
+            " return {x, y, w: width, h: height}; })",
             of,
         )
     )
@@ -268,9 +273,7 @@ def test_labels_of_the_page_never_cover_each_other(site: Site, context: BrowserC
 SPOTS = st.tuples(
     st.floats(-50, 400), st.floats(-50, 300), st.floats(0, 200), st.floats(0, 200)
 ).map(lambda v: dict(zip("xywh", v, strict=True)))
-LABELS = st.lists(
-    st.tuples(SPOTS, st.floats(10, 40)), max_size=25
-)
+LABELS = st.lists(st.tuples(SPOTS, st.floats(10, 40)), max_size=25)
 
 
 @pytest.fixture
@@ -303,8 +306,10 @@ def test_labels_never_cover_each_other(modules: Page) -> None:
         inside = [
             one
             for one in wanted
-            if 60 <= one["box"]["x"] <= 200 and one["box"]["w"] <= 60
-            and 60 <= one["box"]["y"] <= 150 and one["box"]["h"] <= 40
+            if 60 <= one["box"]["x"] <= 200
+            and one["box"]["w"] <= 60
+            and 60 <= one["box"]["y"] <= 150
+            and one["box"]["h"] <= 40
         ]
         if wanted and wanted[0] in inside:  # the first always finds room
             assert placed[0][0] == 0
@@ -321,7 +326,8 @@ SHOWN = """async () => {
   ];
   const zones = [{ id: "deck", letter: "A", polygon: square(-1, 0, 1.5) }];
   window.picked = [];
-  window.shown = showMap({ turn: 0, things, zones }, (kind, id) => picked.push(`${kind} ${id}`), () => {});
+  const pick = (kind, id) => picked.push(`${kind} ${id}`);
+  window.shown = showMap({ turn: 0, things, zones }, pick, () => {});
   document.querySelector("main").replaceChildren(shown.element);
   shown.show(0);
 }"""
@@ -374,3 +380,47 @@ def test_every_label_has_a_key(modules: Page) -> None:
     assert len(set(labels)) == 36
     assert not set("IO0KMSXY") & {label[0] for label in labels}
     assert found == ["5", "12", "1", "B", "AC", "AA"]
+
+
+def test_what_a_program_suggests_is_looked_at_one_by_one(
+    site: Site, context: BrowserContext
+) -> None:
+    with transaction(site.engine) as session:
+        session.execute(
+            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="ground")))
+        )
+    notation = "EVENT(r = Take, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"
+    command = "Take the tires by the truck"
+    sdcs = to_json(parse_brackets(notation, command=command))
+    things = {"2": "tires-1", "3": "tires-1", "4": "boxes-1"}  # the last one is wrong
+    suggestion = {
+        "groundings": {
+            node: {"objects": [thing], "places": [], "cant_tell": False, "time_s": 0.0}
+            for node, thing in things.items()
+        }
+    }
+    site.add("ground", command, sdcs=sdcs, suggestion=suggestion)
+    page = site.open(context, "ground")
+    expect(page.locator(".tick-mark")).to_have_count(1)  # the one EVENT is the whole video
+    page.keyboard.press("]")
+    expect(page.locator(".hint")).to_contain_text("A program suggests what is marked")
+    expect(page.locator(".map .thing.chosen")).to_have_count(1)
+    assert violations(page) == []
+    page.keyboard.press("y")
+    assert question(page) == "the truck"
+    page.locator("#submit").click()
+    expect(page.get_by_role("alert")).to_contain_text("say yes, or choose what is right")
+    said = page.locator(".clause-bar [aria-current] .said")
+    suggested = said.inner_text().removesuffix("?")
+    others = [label for label in "1234" if label != suggested]
+    page.keyboard.press(others[0])
+    assert question(page) == "the tires by the truck"
+    page.get_by_role("button", name="Yes").click()
+    page.get_by_role("button", name="Play the video").click()
+    expect(page.locator(".ask")).to_contain_text("All questions are answered")
+    with page.expect_navigation():
+        page.get_by_role("button", name="Send", exact=True).click()
+    (answer,) = site.answers("ground")
+    assert answer.provenance is not None
+    assert (answer.provenance["suggestion"], answer.provenance["unchanged"]) == ("shown", False)
+    assert answer.provenance["likeness"] == 0.667

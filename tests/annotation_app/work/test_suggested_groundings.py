@@ -26,9 +26,7 @@ from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import COMMAND, Browser, engine_of, installation_of
 from tests.annotation_app.rendered import VIDEOS
 
-NOTATION = (
-    "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
-)
+NOTATION = "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
 SDCS = to_json(parse_brackets(NOTATION, command=COMMAND))
 TIRES, PLACE, TRUCK = "2", "3", "4"
 """Nodes, breadth first."""
@@ -151,7 +149,10 @@ def test_a_trained_model_suggests_things_of_the_map(
     page = person.take("ground")
     suggestion = page["payload"]["suggestion"]
     assert {TIRES, TRUCK} <= suggestion.keys() <= {TIRES, PLACE, TRUCK}
-    assert person.answer(page["item"], sent(suggestion | {PLACE: {"cant_tell": True}})).status_code == 200
+    assert (
+        person.answer(page["item"], sent(suggestion | {PLACE: {"cant_tell": True}})).status_code
+        == 200
+    )
     (row,) = rows(app)
     assert row["suggestion"] == "shown"
     assert row["body"]["groundings"][TRUCK]["objects"] == ["truck"]
@@ -164,4 +165,6 @@ def test_a_model_that_cannot_be_read_suggests_nothing(
     broken.write_bytes(b"no model")
     put(app, study, "on")
     config = replace(installation_of(app).config, model=broken)
-    assert Browser(create_app(config, engine_of(app))).take("ground")["payload"]["suggestion"] is None
+    assert (
+        Browser(create_app(config, engine_of(app))).take("ground")["payload"]["suggestion"] is None
+    )
