@@ -111,7 +111,9 @@ export function showMap(scene, pick, marked) {
         id: one.id, kind: one.kind, text: one.number ?? one.letter, box: boxAround(down(one.polygon)),
         isChosen: one.group.classList.contains("chosen"),
       }));
-      shown.sort((a, b) => a.box.w * a.box.h - b.box.w * b.box.h);
+      // What is asked for has the best spots, and small things before large ones.
+      const rank = ({ kind, box }) => [Number(Boolean(wanted) && kind !== wanted), box.w * box.h];
+      shown.sort((a, b) => rank(a)[0] - rank(b)[0] || rank(a)[1] - rank(b)[1]);
       labels.put(shown, zoomed.view, unit);
     });
   }
@@ -131,7 +133,10 @@ export function showMap(scene, pick, marked) {
     show,
     get isMarking() { return marker.isMarking; },
     /** What a click means where a thing and a place lie over each other: "object" or "place". */
-    prefer(kind) { wanted = kind; },
+    prefer(kind) {
+      wanted = kind;
+      label();
+    },
     /** Mark what is chosen: ids of things and places, and corners of what was drawn. */
     mark(ids, placeIds, polygons) {
       for (const { id, group } of things) group.classList.toggle("chosen", ids.includes(id));
