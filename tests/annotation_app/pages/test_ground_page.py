@@ -147,7 +147,7 @@ def test_a_choice_goes_on_and_back_is_easy(several_steps: Site, context: Browser
         "on the truck to your left",
     ]
     assert question(page) == "Go over to the red crate"
-    page.get_by_role("button", name="Back").click()
+    page.get_by_role("button", name="Back", exact=True).click()
     assert question(page) == "on the truck to your left"
     assert page.get_by_label("Place A").is_checked()
     page.keyboard.press("b")  # takes the place of A
