@@ -8,7 +8,7 @@ const LETTER_PX = 9;
 const SIDES_PX = 10;
 
 /**
- * A layer of labels. `put(labels, frame, unit)` draws them, [{id, text, kind, box, isChosen}], in a
+ * A layer of labels. `put(labels, frame, unit)` draws them, [{id, text, kind, box, isChosen, isMinor}], in a
  * frame of the drawing's own units, of which `unit` are a pixel. What is chosen comes first; what
  * lies outside of the frame has no label.
  */
@@ -36,6 +36,7 @@ export function labelLayer() {
       w: SIDES_PX + LETTER_PX * label.text.length,
       h: HEIGHT_PX,
       box: inPixels(label.box),
+      isMinor: label.isMinor && !label.isChosen,
     }));
     const placed = layOut(wanted, inPixels(frame));
     lines.replaceChildren();

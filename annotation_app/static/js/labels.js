@@ -9,8 +9,8 @@ const DIRECTIONS = 16;
 export const overlap = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
 
 /**
- * Place labels: `wanted` is [{id, w, h, box}] with the box of what each is about, the most important
- * first. Gives a Map from ids to {x, y, w, h, line}; `line` is where a line from the label to
+ * Place labels: `wanted` is [{id, w, h, box, isMinor}] with the box of what each is about, the most
+ * important first; minor ones are at their thing or nowhere. Gives a Map from ids to {x, y, w, h, line}; `line` is where a line from the label to
  * its thing ends, [x, y], or null if the label is at its thing. Labels for which there is no
  * room are left out. All lie within `frame`; they keep off each other's things while they can.
  */
@@ -19,7 +19,8 @@ export function layOut(wanted, frame) {
   const taken = [];
   for (const label of wanted) {
     const others = wanted.filter((other) => other !== label).map((other) => other.box);
-    const open = [...candidates(label)].filter((spot) => isWithin(spot, frame) && !taken.some((box) => overlap(box, spot)));
+    const open = [...candidates(label)].filter((spot) =>
+      !(label.isMinor && spot.line) && isWithin(spot, frame) && !taken.some((box) => overlap(box, spot)));
     const clear = open.find((spot) => !others.some((box) => isSmall(box, label) && overlap(box, spot)));
     const spot = clear ?? open[0];
     if (!spot) continue;

@@ -110,10 +110,10 @@ export function showMap(scene, pick, marked) {
       const shown = [...things, ...zones].map((one) => ({
         id: one.id, kind: one.kind, text: one.number ?? one.letter, box: boxAround(down(one.polygon)),
         isChosen: one.group.classList.contains("chosen"),
+        isMinor: Boolean(wanted) && one.kind !== wanted,
       }));
       // What is asked for has the best spots, and small things before large ones.
-      const rank = ({ kind, box }) => [Number(Boolean(wanted) && kind !== wanted), box.w * box.h];
-      shown.sort((a, b) => rank(a)[0] - rank(b)[0] || rank(a)[1] - rank(b)[1]);
+      shown.sort((a, b) => a.isMinor - b.isMinor || a.box.w * a.box.h - b.box.w * b.box.h);
       labels.put(shown, zoomed.view, unit);
     });
   }

@@ -290,7 +290,10 @@ def test_labels_never_cover_each_other(modules: Page) -> None:
     @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow], deadline=None)
     @given(LABELS)
     def check(labels: list[Any]) -> None:
-        wanted = [{"id": i, "w": w, "h": 20, "box": box} for i, (box, w) in enumerate(labels)]
+        wanted = [
+            {"id": i, "w": w, "h": 20, "box": box, "isMinor": i > 12}
+            for i, (box, w) in enumerate(labels)
+        ]
         placed = modules.evaluate(
             "async ([wanted, frame]) => { const m = await import('/static/js/labels.js');"
             " return [...m.layOut(wanted, frame)]; }",
@@ -299,6 +302,7 @@ def test_labels_never_cover_each_other(modules: Page) -> None:
         assert covered([spot for _, spot in placed]) == []
         for at, spot in placed:
             assert spot["w"] == wanted[at]["w"]
+            assert at <= 12 or spot["line"] is None
             assert spot["x"] >= 0
             assert spot["y"] >= 0
             assert spot["x"] + spot["w"] <= frame["w"]
