@@ -10,9 +10,10 @@ export const overlap = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y
 
 /**
  * Place labels: `wanted` is [{id, w, h, box, isMinor}] with the box of what each is about, the most
- * important first; minor ones are at their thing or nowhere. Gives a Map from ids to {x, y, w, h, line}; `line` is where a line from the label to
- * its thing ends, [x, y], or null if the label is at its thing. Labels for which there is no
- * room are left out. All lie within `frame`; they keep off each other's things while they can.
+ * important first. Gives a Map from ids to {x, y, w, h, line}; `line` is where a line from the label
+ * to its thing ends, [x, y], or null if the label is at its thing. Labels for which there is no
+ * room are left out. All lie within `frame`; they keep off each other's small things while they can.
+ * Minor ones do so always, and have no lines.
  */
 export function layOut(wanted, frame) {
   const placed = new Map();
@@ -22,7 +23,7 @@ export function layOut(wanted, frame) {
     const open = [...candidates(label)].filter((spot) =>
       !(label.isMinor && spot.line) && isWithin(spot, frame) && !taken.some((box) => overlap(box, spot)));
     const clear = open.find((spot) => !others.some((box) => isSmall(box, label) && overlap(box, spot)));
-    const spot = clear ?? open[0];
+    const spot = clear ?? (label.isMinor ? null : open[0]);
     if (!spot) continue;
     taken.push(spot);
     placed.set(label.id, spot);
