@@ -22,12 +22,14 @@ function onwards(acts, isPrimary) {
   return [
     button("back", acts.back, { disabled: !acts.back }, "Back"),
     button("next", acts.next, { class: isPrimary ? "primary" : null, disabled: !acts.next }, "Next"),
+    // On a telephone the page's own button is far below.
+    acts.isReady ? button("send", acts.send, { class: "primary send-here" }, acts.sendWord) : null,
   ];
 }
 
 function watch(state, acts) {
   const isWatched = state.watched_s !== undefined;
-  const hint = isWatched ? "You have watched it. Go on with the next question."
+  const hint = acts.isReady ? acts.ready : isWatched ? "You have watched it. Go on with the next question."
     : "It shows what the command was meant to bring about. Then you are asked about its words.";
   return [
     words(acts, isWatched ? "The video" : "First, watch the video to its end.", null, hint),

@@ -101,6 +101,20 @@ def test_a_telephone_keeps_the_question_in_sight(
     assert violations(page) == []
 
 
+def test_practice_on_a_telephone_ends_where_the_question_is(
+    site: Site, telephone: BrowserContext
+) -> None:
+    page = telephone.new_page()
+    page.goto(f"{site.url}/practice/ground")
+    page.get_by_role("button", name="Play the video").tap()
+    for label in ("3", "5", "3"):
+        expect(page.locator(".ask h2")).to_contain_text("What is")
+        page.locator(".outlines .cap", has_text=label).tap()
+    page.locator(".ask .send-here").tap()
+    expect(page.locator("#feedback")).to_contain_text("Well done")
+    expect(page.locator("#feedback")).to_be_in_viewport()
+
+
 def test_two_fingers_and_buttons_zoom_the_map(
     several_steps: Site, telephone: BrowserContext
 ) -> None:
