@@ -200,13 +200,13 @@ def test_parts_of_the_video_by_keys_and_with_the_mouse(
     start.focus()
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
-    expect(start).to_have_attribute("aria-valuenow", "0.08")  # frames of 25 a second
+    expect(start).to_have_attribute("aria-valuenow", "0.2")  # ten frames a second
     expect(end).to_have_attribute("aria-valuetext", "not set")
     expect(page.locator(".clause-bar [aria-current] .tick-mark")).to_have_count(0)
     end.focus()
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("Shift+ArrowLeft")  # a second, but never before the start
-    expect(end).to_have_attribute("aria-valuenow", "0.12")
+    expect(end).to_have_attribute("aria-valuenow", "0.3")
     expect(page.locator(".clause-bar [aria-current] .tick-mark")).to_have_count(1)
     track, handle = box(page, ".track"), box(page, ".handle-end")
     page.mouse.move(handle["x"] + handle["width"] / 2, handle["y"] + 10)
@@ -218,7 +218,7 @@ def test_parts_of_the_video_by_keys_and_with_the_mouse(
     page.get_by_role("button", name="The whole video").click()
     page.get_by_role("button", name="The same as").click()  # the PATH, like its EVENT
     expect(page.locator(".said", has_text="whole video")).to_have_count(2)
-    expect(page.locator(".said", has_text="0.1–0.6 s")).to_have_count(1)
+    expect(page.locator(".said", has_text="0.2–0.6 s")).to_have_count(1)
 
 
 PRACTICE_THINGS = {"the buoy": "3", "the lighthouse": "5", "the buoy by the lighthouse": "3"}
