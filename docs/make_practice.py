@@ -111,7 +111,7 @@ def _write_video(path: Path) -> None:
 
 def _example() -> dict[str, Any]:
     words = _words(COMMAND)
-    watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS}
+    watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS, "fps": FPS}
     sdcs = [_tree(words)]
     scene = {**watched, "steps": [[0.5, SECONDS]], **_scene()}
     clauses = [
@@ -170,6 +170,7 @@ def _scene() -> dict[str, Any]:
         "segmentation": {"image": None, "width": WIDTH, "height": HEIGHT, "objects": outlines},
         "map": {
             "bounds": [0, 0, 24, 18],
+            "turn": 0.0,
             "robot": "thing-a",
             "objects": objects,
             "places": [{"id": "place-a", "polygon": [list(corner) for corner in HARBOUR]}],

@@ -128,7 +128,7 @@ def annotate() -> None:
 @click.option(
     "--model",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="The model that follows them; left out, one trained on the bundled corpus.",
+    help="The model that follows tried commands (else the bundled one) and suggests groundings.",
 )
 def serve(
     *,

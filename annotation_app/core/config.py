@@ -49,8 +49,8 @@ class Config:
     open_trying
         Whether anybody may try commands, not only people with a login.
     model
-        File of the model that follows commands which are tried; by default one
-        trained on the bundled corpus.
+        File of the model that follows commands which are tried, and suggests groundings. By
+        default commands are tried with one trained on the bundled corpus, and nothing is suggested.
     idle_hours
         How long somebody with a login may do nothing before they must sign in again.
     max_body_bytes

@@ -90,26 +90,29 @@ def checked_negative(
 
 def shown_groundings(annotation: Annotation) -> Record:
     """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
-    places = {id(place): i for i, place in enumerate(annotation.context.places)}
-    known = {item.id for item in annotation.context.objects}
     found: Record = {}
     pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
     for node, (sdc, groundings) in enumerate(pairs):
-        if sdc.type not in ("OBJECT", "PLACE") or not groundings:
-            continue
-        found[str(node)] = {
-            "objects": [
-                g.id for g in groundings if isinstance(g, PhysicalObject) and g.id in known
-            ],
-            "places": [
-                {"place": places[id(g)]} if id(g) in places else {"xy": g.prism.xy.tolist()}
-                for g in groundings
-                if isinstance(g, Place)
-            ],
-            "cant_tell": False,
-            "time_s": 0.0,
-        }
+        if sdc.type in ("OBJECT", "PLACE") and groundings:
+            found[str(node)] = as_answered(groundings, annotation.context)
     return found
+
+
+def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
+    """What a clause is grounded in as answers have it: a thing or place of the map, or corners."""
+    places = {id(place): i for i, place in enumerate(context.places)}
+    known = {item.id for item in context.objects}
+    found = tuple(groundings)
+    return {
+        "objects": [g.id for g in found if isinstance(g, PhysicalObject) and g.id in known],
+        "places": [
+            {"place": places[id(g)]} if id(g) in places else {"xy": g.prism.xy.tolist()}
+            for g in found
+            if isinstance(g, Place)
+        ],
+        "cant_tell": False,
+        "time_s": 0.0,
+    }
 
 
 def _trims(

@@ -27,7 +27,7 @@ from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Coordinate, Seconds, with_watching
-from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.asking_order import asked_clauses
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import positive
 from annotation_app.tasks.grounding_comparison import (
@@ -37,6 +37,7 @@ from annotation_app.tasks.grounding_comparison import (
     mixed_groundings,
     shared_part,
 )
+from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
@@ -96,7 +97,7 @@ def _payload(session: Session, item: Item, salt: bytes) -> Record:
     return {
         "command": item.payload["text"],
         "sdcs": item.payload["sdcs"],
-        "clauses": clauses_of(sdcs),
+        "clauses": asked_clauses(sdcs),
         "asks_parts": bool(must_be_chosen(sdcs)),
         **scene_payload(scene, names, media_files(session, item.study_id, video).public),
     }
@@ -119,6 +120,10 @@ def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Recor
 
     groundings = {node: again(grounding) for node, grounding in body["groundings"].items()}
     return {"groundings": groundings, **sent_parts(from_json(item.payload["sdcs"]), body)}
+
+
+def _shown_suggestion(session: Session, item: Item, suggestion: Record, salt: bytes) -> Any:
+    return _sent_form(session, item, {**suggestion, "trims": {}}, salt)["groundings"]
 
 
 def _check(
@@ -233,21 +238,26 @@ GROUND = Task(
         summary="Show what the parts of a command refer to.",
         offer="Show in pictures what the parts of commands refer to.",
         instructions=(
-            "Go through the clauses one by one. Click the thing that the words refer to, in the "
-            "picture or on the map seen from above. Choose several if the words mean several.",
-            "Several clauses may mean the same thing: “the cup” and “the cup on the table” are "
+            "First watch the video. It tells what the command was meant to bring about.",
+            "Then you are asked about the words of the command, one question after the other. "
+            "Click what the words mean, in the picture or on the map seen from above. The next "
+            "question comes by itself. “Back” and the list lead to earlier ones.",
+            "If the words mean several things, tick “Several”, click each of them, and press "
+            "“Next”.",
+            "Several questions may have the same answer: “the cup” and “the cup on the table” are "
             "one cup.",
-            "If the words mean a place, choose one that is on the map, or mark it there.",
-            "The video tells what the command was meant to bring about. Watch it to its end.",
-            "Where words say what happens, tell which part of the video shows it. If the command "
-            "has one step only, that is the whole video unless you say otherwise.",
-            "Choose “can't tell” if you have looked and still don't know.",
+            "If the words mean a place, choose a dashed one on the map, or mark it there.",
+            "If a command has several steps, you are also asked when the video shows each of them.",
+            "Choose “Can't tell” if you have looked and still don't know.",
         ),
         keys=(
-            ("1 to 9", "choose a thing by its number, or not"),
-            ("[ ]", "go from clause to clause"),
+            ("1, 2, … A, B, …", "choose the thing or place with that label, or not"),
+            ("[ ]", "back, next"),
+            ("S", "several things, or one"),
             ("X", "can't tell"),
+            ("Y", "keep what a program suggests"),
             ("M", "mark a place: arrows move, + and − size, Enter sets, Esc ends"),
+            ("← →", "on a handle of the timeline: a frame; with Shift a second"),
             ("Ctrl Z, Ctrl Y", "undo, redo"),
             ("Ctrl Enter", "send"),
         ),
@@ -260,10 +270,14 @@ GROUND = Task(
     example=lambda scene: {
         "command": scene.command,
         "sdcs": scene.sdcs,
-        "clauses": scene.clauses,
+        "clauses": asked_clauses(from_json(scene.sdcs)),
         "asks_parts": False,
+        "suggestion": None,
         **scene.scene,
     },
+    suggestion=suggested,
+    shown_suggestion=_shown_suggestion,
+    likeness=shared_part,
     needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),

@@ -92,7 +92,7 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem
     return problems
 
 
-def _suggestion(item: Item) -> Any:
+def _suggestion(_session: Session, item: Item) -> Any:
     return item.payload.get("suggestion") or suggest(item.payload["text"])
 
 

@@ -196,6 +196,8 @@ class Task:
     suggestion
         What a program suggests for an item, None if nothing. The page gets it, or None where the
         study or the draw withholds it, as ``"suggestion"`` of its payload.
+    shown_suggestion
+        A suggestion as the page gets it, if that differs: with the names that people are told.
     likeness
         How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it.
     needs_scenes
@@ -246,7 +248,8 @@ class Task:
     blueprint: Blueprint | None = None
     example: Callable[[PracticeExample], Record] | None = None
     hides_title: bool = False
-    suggestion: Callable[[Item], Any] | None = None
+    suggestion: Callable[[Session, Item], Any] | None = None
+    shown_suggestion: Callable[[Session, Item, Any, bytes], Any] = _as_kept
     likeness: Callable[[Any, Record], float] | None = None
     needs_scenes: bool = False
     practises: tuple[str, ...] = ()

@@ -29,7 +29,7 @@ from annotation_app.work.handing_out import task_config
 State: TypeAlias = Literal["shown", "withheld", "off", "none"]
 
 
-def new_offer(config: StudyConfig, item: Item) -> Record | None:
+def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | None:
     """What to offer for an item; None if its task has no suggestions."""
     suggestion = task_of(item.task).suggestion
     if suggestion is None:
@@ -37,16 +37,18 @@ def new_offer(config: StudyConfig, item: Item) -> Record | None:
     wanted = task_config(config, item.task).suggestions
     if wanted == "off":
         return _offer("off")
-    found = suggestion(item)
+    found = suggestion(session, item)
     if found is None:
         return _offer("none")
     is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
     return _offer("shown" if is_shown else "withheld", found)
 
 
-def seen(offer: Record | None) -> Any:
+def seen(session: Session, item: Item, offer: Record | None, salt: bytes) -> Any:
     """What somebody sees of an offer."""
-    return offer["suggestion"] if offer is not None and offer["state"] == "shown" else None
+    if offer is None or offer["state"] != "shown":
+        return None
+    return task_of(item.task).shown_suggestion(session, item, offer["suggestion"], salt)
 
 
 def offered(session: Session, item_id: str, who: str) -> Record | None:

@@ -23,7 +23,7 @@ def page_data(session: Session, item_id: str, who: str, salt: bytes) -> Record:
     item, draft = session.execute(_ITEM, {"item": item_id, "who": who}).one()
     payload = task_of(item.task).payload(session, item, salt)
     if task_of(item.task).suggestion is not None:
-        payload["suggestion"] = seen(offered(session, item_id, who))
+        payload["suggestion"] = seen(session, item, offered(session, item_id, who), salt)
     return {
         "item": item.id,
         "task": item.task,
@@ -40,9 +40,12 @@ def opened_page(engine: Engine, item_id: str, who: str, salt: bytes) -> Record:
             return data
         item = session.get_one(Item, item_id)
         # It may take seconds, in which others go on writing.
-        offer = new_offer(restored(session.get_one(Study, item.study_id).config), item)
+        config = restored(session.get_one(Study, item.study_id).config)
+        offer = new_offer(session, config, item)
     if offer is not None:
         with transaction(engine) as session:
             keep_offer(session, item_id, who, offer)
-            data["payload"]["suggestion"] = seen(offered(session, item_id, who))
+            item = session.get_one(Item, item_id)
+            kept = offered(session, item_id, who)
+            data["payload"]["suggestion"] = seen(session, item, kept, salt)
     return data

@@ -33,9 +33,9 @@ export function clauseBar(clauses, current, isDone, go) {
   );
 }
 
-/** Show the command with a clause's words marked. */
+/** Show the command with a clause's words marked, or none's if the node is null. */
 export function showCommand(node) {
-  const marks = spansOf(node);
+  const marks = node === null ? [] : spansOf(node);
   const characters = [...payload.command];
   const parts = [];
   let at = 0;

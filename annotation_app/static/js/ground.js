@@ -1,226 +1,277 @@
 // Ground: what each clause refers to, in the picture and on the map.
 
-import { $, announce, choice, h, isShortcut, redraw } from "./dom.js";
-import { clauseBar, neighbour, showCommand } from "./clauses.js";
+import { $, announce, h, isShortcut, redraw } from "./dom.js";
+import { neighbour, showCommand } from "./clauses.js";
+import { question } from "./ground-ask.js";
+import * as ground from "./ground-state.js";
+import { chosenWords, stepList } from "./ground-steps.js";
+import { labelKeys } from "./label-keys.js";
 import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
 import { groundFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
+import { showTimeline } from "./timeline.js";
 import { begin, data, payload } from "./work.js";
 
+const { isThing, WATCH } = ground;
 const scene = numbered(payload);
 const { clauses } = scene;
-const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
 const LABELS = data.labels;
-const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
-
-const isAsked = (clause) => isThing(clause) || payload.asks_parts;
-const first = clauses.find(isAsked) ?? clauses[0];
+const asksParts = payload.asks_parts;
 const mustWatch = Boolean(scene.video);
+const steps = [...(mustWatch ? [{ node: WATCH, type: "WATCH", phrase: "Watch the video" }] : []), ...clauses];
+const asked = steps.filter((clause) => clause.node === WATCH || isThing(clause) || asksParts);
+const first = asked[0] ?? clauses[0];
 
 let map = null;
-const picture = showPicture(scene, toggleObject, (t) => map?.show(t));
-map = showMap(scene, (kind, id) => (kind === "object" ? toggleObject(id) : togglePlace(id)), addPlace);
-const bar = h("div");
-const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" });
-const lists = h("section", { class: "lists", "aria-label": "Things and places by their numbers" });
-$("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, map.element), lists);
+let timeline = null;
+const picture = showPicture(scene, (id) => choose("object", id), moved);
+const video = picture.element.querySelector("video");
+map = showMap(scene, choose, addPlace);
+timeline = showTimeline({
+  duration: scene.duration_s,
+  frame: 1 / (scene.fps ?? 25),
+  marks: [...new Set(scene.steps.flat())].filter((t) => t > 0 && t < scene.duration_s),
+  moved: (t) => {
+    video.pause();
+    picture.seek(t);
+  },
+  chosen: setPart,
+});
+const words = h("div", { class: "question" });
+const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" }, words, timeline.element);
+const lists = h("section", { class: "lists", "aria-label": "Things and places by their labels" });
+const list = h("div", { class: "steps" });
+$("editor").append(ask, h("div", { class: "scene" }, picture.element, map.element), lists, list);
+
+// Who decides between answers begins with one of them.
+const suggested = data.start ? {} : (payload.suggestion ?? {});
+const unsure = Object.fromEntries(Object.keys(suggested).map((node) => [node, true]));
 
 const work = begin({
-  initial: { groundings: {}, trims: {}, whole: [], current: first?.node },
+  initial: { groundings: suggested, unsure, trims: {}, whole: [], current: first?.node },
   draw,
   body: ({ groundings, trims, whole = [], watched_s }) => ({ groundings, trims, whole: whole.map(String), watched_s }),
   problems: (state) => [
     ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
-    ...clauses
-      .filter((clause) => !isDone(state, clause))
-      .map((clause) => isThing(clause)
-        ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
-        : `Choose which part of the video shows “${clause.phrase}”.`),
+    ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => ground.isUnsure(state, clause.node)
+      ? `Look at what is suggested for “${clause.phrase}”: say yes, or choose what is right.`
+      : isThing(clause) ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
+      : `Choose which part of the video shows “${clause.phrase}”.`),
   ],
   feedback: groundFeedback,
 });
 
 if (mustWatch) {
-  picture.requireWatching(work.state.watched_s !== undefined, (watched_s) =>
-    work.change({ ...work.state, watched_s }, { silent: true }),
-  );
+  picture.requireWatching(work.state.watched_s !== undefined, (watched_s) => {
+    work.change({ ...work.state, watched_s }, { silent: true });
+    if (work.state.current === WATCH) goOn();
+  });
+  // Things can be clicked at the first moment.
+  video.addEventListener("ended", () => {
+    if (!isHappening(clauseOf(work.state))) picture.seek(0);
+  });
 }
 map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]')?.focus());
 
-function of(state, node) {
-  return state.groundings[node] ?? NOTHING;
-}
-
-function clauseOf(state) {
-  return clauses.find((clause) => clause.node === state.current);
+function moved(t) {
+  map?.show(t);
+  timeline?.at(t);
 }
 
 function isDone(state, clause) {
-  if (!isThing(clause)) return !payload.asks_parts || state.trims[clause.node] || isWhole(state, clause.node);
-  const grounding = of(state, clause.node);
-  return grounding.cant_tell || grounding.objects.length + grounding.places.length > 0;
+  return ground.isDone(state, clause, asksParts);
 }
 
-function set(part, said) {
-  const state = work.state;
-  if (!isThing(clauseOf(state))) return;
-  const time_s = Math.round(picture.time * 10) / 10;
-  const next = { ...of(state, state.current), ...part, time_s };
-  if (next.objects.length + next.places.length && part.cant_tell === undefined) next.cant_tell = false;
-  work.change({ ...state, groundings: { ...state.groundings, [state.current]: next } });
-  announce(said);
+function isHappening(clause) {
+  return clause.node !== WATCH && !isThing(clause);
 }
 
-function toggleObject(id) {
-  const { objects } = of(work.state, work.state.current);
-  const { number } = scene.things.find((thing) => thing.id === id);
-  const has = objects.includes(id);
-  set({ objects: has ? objects.filter((o) => o !== id) : [...objects, id] }, `${LABELS.thing} ${number} ${has ? "not " : ""}chosen`);
+function clauseOf(state) {
+  return steps.find((clause) => clause.node === state.current) ?? steps[0];
 }
 
-function togglePlace(id) {
-  const { places } = of(work.state, work.state.current);
-  const has = places.some((place) => place.place === id);
-  const { letter } = scene.zones.find((zone) => zone.id === id);
-  set({ places: has ? places.filter((p) => p.place !== id) : [...places, { place: id }] }, `${LABELS.place} ${letter} ${has ? "not " : ""}chosen`);
+function time_s() {
+  return Math.round(picture.time * 10) / 10;
+}
+
+function nameOf(kind, id) {
+  return kind === "object"
+    ? `${LABELS.thing} ${scene.things.find((thing) => thing.id === id).number}`
+    : `${LABELS.place} ${scene.zones.find((zone) => zone.id === id).letter}`;
+}
+
+/** Keep an answer, and go on where it is complete. */
+function answer(next, said, isComplete) {
+  const { current } = work.state;
+  const to = isComplete ? ground.nextOpen(asked, current, (clause) => isDone(next, clause)) : null;
+  work.change({ ...next, current: to ?? current });
+  if (to !== null) enter(current);
+  announce(to === null ? said : `${said}. ${spoken()}`);
+}
+
+function choose(kind, id) {
+  const clause = clauseOf(work.state);
+  if (clause.node === WATCH || !isThing(clause)) return announce("This question isn't about a thing.");
+  const toggle = kind === "object" ? ground.toggleObject : ground.togglePlace;
+  const next = toggle(work.state, clause, id, time_s());
+  const grounding = ground.groundingOf(next, clause.node);
+  const isChosen = kind === "object" ? grounding.objects.includes(id) : grounding.places.some(({ place }) => place === id);
+  answer(next, `${nameOf(kind, id)} ${isChosen ? "" : "not "}chosen`, isChosen && !ground.isSeveral(next, clause));
 }
 
 function addPlace(xy) {
-  set({ places: [...of(work.state, work.state.current).places, { xy }] }, "Place marked");
+  const clause = clauseOf(work.state);
+  answer(ground.addPlace(work.state, clause, { xy }, time_s()), "Place marked", !ground.isSeveral(work.state, clause));
 }
 
 function cantTell() {
-  const { cant_tell } = of(work.state, work.state.current);
-  set({ ...NOTHING, cant_tell: !cant_tell }, cant_tell ? "Not can't tell" : "Can't tell");
+  const next = ground.toggleCantTell(work.state, work.state.current, time_s());
+  const { cant_tell } = ground.groundingOf(next, work.state.current);
+  answer(next, cant_tell ? "Can't tell" : "Not can't tell", cant_tell);
 }
 
+function confirm() {
+  const { current } = work.state;
+  if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), "Kept", true);
+}
+
+function setSeveral(is) {
+  work.change(ground.setSeveral(work.state, work.state.current, is));
+}
+
+function setPart(part) {
+  const { current } = work.state;
+  if (isHappening(clauseOf(work.state))) work.change(ground.setPart(work.state, current, part));
+}
+
+function setEnd(i) {
+  video.pause();
+  timeline.set(i, picture.time);
+}
+
+/** Go to a clause; when it is about a thing again, to the moment at which things can be clicked. */
 function go(node) {
   if (map.isMarking) map.stop(true);
+  const before = work.state.current;
   work.change({ ...work.state, current: node }, { silent: true });
-  const clause = clauseOf(work.state);
-  announce(`${clause.type}: ${clause.phrase}`);
+  enter(before);
+  announce(spoken());
 }
 
-function isWhole(state, node) {
-  return Boolean(state.whole?.includes(node));
+function enter(before) {
+  const was = steps.find((clause) => clause.node === before);
+  if (was && isHappening(was) && isThing(clauseOf(work.state)) && video.paused) picture.seek(0);
 }
 
-/** Choose a part of the video for the current clause; null is the whole video. */
-function setTrim(trim) {
+function goOn() {
   const { current } = work.state;
-  const { [current]: _, ...others } = work.state.trims;
-  const trims = trim ? { ...others, [current]: trim } : others;
-  const left = (work.state.whole ?? []).filter((node) => node !== current);
-  work.change({ ...work.state, trims, whole: trim ? left : [...left, current] });
+  const to = ground.nextOpen(asked, current, (clause) => isDone(work.state, clause));
+  go(to ?? neighbour(steps, current, 1));
 }
+
+function spoken() {
+  return ask.querySelector("h2").textContent;
+}
+
+const press = labelKeys([...scene.things.map(({ number }) => number), ...scene.zones.map(({ letter }) => letter)], (label) => {
+  const thing = scene.things.find(({ number }) => number === label);
+  if (thing) choose("object", thing.id);
+  else choose("place", scene.zones.find(({ letter }) => letter === label).id);
+});
 
 document.addEventListener("keydown", (event) => {
   if (!isShortcut(event) || map.isMarking) return;
   const key = event.key.toLowerCase();
-  if (key === "[" || key === "]") go(neighbour(clauses, work.state.current, key === "]" ? 1 : -1));
-  else if (key === "x") cantTell();
-  else if (key === "m" && isThing(clauseOf(work.state))) map.startMarking();
-  else if (/^[1-9]$/.test(key) && scene.things[Number(key) - 1]) toggleObject(scene.things[Number(key) - 1].id);
-  else return;
+  const clause = clauseOf(work.state);
+  if (key === "[" || key === "]") go(neighbour(steps, work.state.current, key === "]" ? 1 : -1));
+  else if (key === "x" && isThing(clause)) cantTell();
+  else if (key === "y") confirm();
+  else if (key === "m" && isThing(clause)) map.startMarking();
+  else if (key === "s" && isThing(clause)) setSeveral(!ground.isSeveral(work.state, clause));
+  else if (!isThing(clause) || !press(event.key)) return;
   event.preventDefault();
 });
+
+/** What the question's buttons do. */
+function actsOn(clause, state) {
+  const isReady = asked.every((one) => isDone(state, one));
+  const at = asked.findIndex((one) => one.node === clause.node);
+  const during = clauses.find((one) => one.node === clause.during);
+  const hasPart = during && asksParts && isDone(state, during);
+  return {
+    asksParts,
+    count: at < 0 ? "" : `${at + 1} of ${asked.length}`,
+    isReady,
+    ready: `All questions are answered. Look over the list, then press ${$("submit").textContent}.`,
+    send: () => $("submit").click(),
+    sendWord: $("submit").textContent,
+    back: at > 0 ? () => go(asked[at - 1].node) : null,
+    next: isReady && at === asked.length - 1 ? null : isDone(state, clause) ? goOn : () => go(neighbour(asked, clause.node, 1)),
+    play: () => video.play(),
+    mark: map.startMarking,
+    several: setSeveral,
+    cantTell,
+    confirm,
+    chosen: chosenWords(state, clause, scene).replace("?", ""),
+    unmark: (i) => work.change(ground.removePlace(work.state, clause.node, i, time_s())),
+    steps: scene.steps.map(([from, to]) => [from, Math.min(to, scene.duration_s)]),
+    part: setPart,
+    starts: () => setEnd(0),
+    ends: () => setEnd(1),
+    whole: () => answer(ground.setWhole(work.state, clause.node), "The whole video", true),
+    same: hasPart ? { phrase: during.phrase, act: () => answer(asDuring(work.state, clause.node, during.node), "The same part", true) } : null,
+  };
+}
+
+function asDuring(state, node, during) {
+  return state.trims[during] ? ground.setPart(state, node, state.trims[during]) : ground.setWhole(state, node);
+}
 
 function draw(state) {
   const clause = clauseOf(state);
   if (!clause) return;
-  const grounding = of(state, clause.node);
-  showCommand(clause.node);
+  const isAboutThing = isThing(clause);
+  const grounding = ground.groundingOf(state, clause.node);
+  showCommand(clause.node === WATCH ? null : clause.node);
   picture.mark(grounding.objects);
+  map.prefer(clause.type === "PLACE" ? "place" : "object");
   map.mark(
     grounding.objects,
     grounding.places.map((place) => place.place),
     grounding.places.filter((place) => place.xy).map((place) => place.xy),
   );
-  redraw(bar, clauseBar(clauses, clause.node, (c) => isDone(state, c), go));
-  redraw(ask, ...(isThing(clause) ? askParts(clause, grounding) : trimParts(clause, state)));
-  redraw(lists, ...(isThing(clause) ? listParts(grounding) : []));
+  redraw(words, ...question(clause, state, actsOn(clause, state)));
+  timeline.element.hidden = !isHappening(clause);
+  timeline.show(ground.partOf(state, clause.node));
+  redraw(list, stepList({ steps, state, scene, asksParts, done: (one) => isDone(state, one), go }));
+  showCurrent();
+  redraw(lists, isAboutThing ? chips(grounding) : []);
+  lists.hidden = !isAboutThing;
+  document.body.classList.toggle("all-done", asked.every((one) => isDone(state, one)));
 }
 
-function question(clause, words) {
-  return h("h2", {}, words, " ", h("q", {}, h("bdi", {}, clause.phrase)), "?");
+/** Scroll the list, and not the page, to the current question. */
+function showCurrent() {
+  const at = list.querySelector("[aria-current]");
+  if (!at || list.scrollHeight <= list.clientHeight) return;
+  const [box, own] = [list.getBoundingClientRect(), at.getBoundingClientRect()];
+  if (own.top < box.top) list.scrollTop += own.top - box.top;
+  else if (own.bottom > box.bottom) list.scrollTop += own.bottom - box.bottom;
 }
 
-function next() {
-  return h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, work.state.current, 1)) }, "Next clause");
-}
-
-function askParts(clause, grounding) {
-  const marked = grounding.places
-    .map((place, i) => [place, i])
-    .filter(([place]) => place.xy)
-    .map(([, i], n) =>
-      h("li", {}, `Marked place ${n + 1} `, h("button", { type: "button", class: "link", "data-key": `unmark ${i}`, onclick: () => set({ places: grounding.places.filter((_, j) => j !== i) }, "Place removed") }, "remove")),
-    );
-  return [
-    question(clause, clause.type === "PLACE" ? "Where is" : "What is"),
-    h("p", { class: "quiet" }, "Click it in the picture or on the map, or choose its number below. Several are fine."),
-    marked.length ? h("ul", { class: "marked" }, marked) : null,
-    h(
-      "div",
-      { class: "actions" },
-      h("button", { type: "button", "data-key": "mark", onclick: () => map.startMarking() }, "Mark a place on the map"),
-      h("button", { type: "button", "data-key": "cant", "aria-pressed": grounding.cant_tell, onclick: cantTell }, "Can't tell"),
-      next(),
-    ),
-  ].filter(Boolean);
-}
-
-function listParts(grounding) {
-  const box = (name, label, checked, onchange, key) => choice("checkbox", name, label, checked, onchange, { "data-key": key });
-  const things = scene.things.map((thing) =>
-    box("object", `${LABELS.thing} ${thing.number}${thing.isRobot ? ` (${LABELS.robot})` : ""}`, grounding.objects.includes(thing.id), () => toggleObject(thing.id), thing.id),
-  );
-  const zones = scene.zones.map((zone) =>
-    box("place", `${LABELS.place} ${zone.letter}`, grounding.places.some((p) => p.place === zone.id), () => togglePlace(zone.id), zone.id),
-  );
-  return [
-    h("div", { class: "panel" }, h("fieldset", {}, h("legend", {}, "Things"), h("div", { class: "choices" }, things))),
-    zones.length ? h("div", { class: "panel" }, h("fieldset", {}, h("legend", {}, "Places on the map"), h("div", { class: "choices" }, zones))) : null,
-  ].filter(Boolean);
-}
-
-function trimParts(clause, state) {
-  const trim = state.trims[clause.node];
-  const isAllOfIt = isWhole(state, clause.node) || (!trim && !payload.asks_parts);
-  const [from, to] = trim ?? [0, scene.duration_s];
-  const slider = (label, value, set_) => {
-    const output = h("output", {}, `${value.toFixed(1)} s`);
-    const input = h("input", {
-      type: "range", min: 0, max: scene.duration_s, step: 0.1, "aria-label": label, "data-key": label,
-      oninput: () => {
-        output.textContent = `${Number(input.value).toFixed(1)} s`;
-        picture.seek(Number(input.value));
-      },
-      onchange: () => set_(Number(input.value)),
-    });
-    input.value = value;
-    return h("label", { class: "range" }, h("span", {}, label), input, output);
+/** All things and places by their labels: for keys, and for who can't click in the picture. */
+function chips(grounding) {
+  const chip = (kind, id, label, name, checked) => {
+    const box = h("input", { type: "checkbox", "aria-label": name, "data-key": `${kind} ${id}`, onchange: () => choose(kind, id) });
+    box.checked = checked;
+    return h("label", { class: `chip ${kind}` }, box, h("span", { "aria-hidden": "true" }, label));
   };
-  const parts = scene.steps.map(([start, end], i) =>
-    h("button", { type: "button", "data-key": `part ${i}`, onclick: () => setTrim([start, Math.min(end, scene.duration_s)]) }, `Part ${i + 1}: ${start.toFixed(0)}–${end.toFixed(0)} s`),
-  );
-  const whole = choice("radio", "trim", "The whole video", isAllOfIt, () => setTrim(null), { "data-key": "whole" });
-  const part = choice("radio", "trim", "A part of it", Boolean(trim), () => setTrim(scene.steps[0] ?? [0, scene.duration_s]), { "data-key": "part" });
+  const robot = (thing) => (thing.isRobot ? ` (${LABELS.robot})` : "");
   return [
-    question(clause, "Which part of the video shows"),
-    h("div", { class: "choices" }, whole, part),
-    trim
-      ? h(
-          "div",
-          { class: "stack" },
-          slider("From", from, (v) => setTrim([Math.min(v, to - 0.1), to])),
-          slider("To", to, (v) => setTrim([from, Math.max(v, from + 0.1)])),
-          parts.length > 1 ? h("div", { class: "actions" }, parts) : null,
-        )
-      : h("p", { class: "quiet" }, payload.asks_parts
-        ? "The command has several steps. Play the video, and choose the part that shows this one."
-        : "The command has one step: it is the whole video, unless you choose a part."),
-    h("div", { class: "actions" }, next()),
-  ];
+    h("fieldset", {}, h("legend", {}, "Things"), scene.things.map((thing) =>
+      chip("object", thing.id, `${thing.number}${robot(thing)}`, `${nameOf("object", thing.id)}${robot(thing)}`, grounding.objects.includes(thing.id)))),
+    scene.zones.length ? h("fieldset", {}, h("legend", {}, "Places"), scene.zones.map((zone) =>
+      chip("place", zone.id, zone.letter, nameOf("place", zone.id), grounding.places.some((p) => p.place === zone.id)))) : null,
+  ].filter(Boolean);
 }

@@ -1,187 +1,150 @@
-// The scene from above, in metres, x to the right and y up.
+// The scene from above, in metres, turned as the picture is; x to the right and y up.
 
 import { h, s } from "./dom.js";
-import { footprintAt, middle } from "./scene.js";
-
-const STEP_M = 1;
-const FINE_STEP_M = 0.25;
-const FIRST_SIZE_M = 2;
-const CLICK_M = 0.3;
-
-const points = (polygon) => polygon.map(([x, y]) => `${x},${-y}`).join(" ");
-const square = ([x, y], size) => {
-  const r = size / 2;
-  return [[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]];
-};
-const between = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
-const rounded = (polygon) => polygon.map((xy) => xy.map((v) => Math.round(v * 100) / 100));
+import { boxAround } from "./labels.js";
+import { labelLayer, unitOf } from "./label-layer.js";
+import { hit } from "./map-hits.js";
+import { marking } from "./map-marking.js";
+import { zoomable } from "./map-view.js";
+import { footprintAt } from "./scene.js";
+import { data } from "./work.js";
 
 const MARGIN_M = 2.5;
+const GRID_M = 5;
+const REACH_PX = 22;
+const FLATTEST = 0.7;
 
-function around(corners) {
-  const xs = corners.map(([x]) => x);
-  const ys = corners.map(([, y]) => y);
-  const margin = MARGIN_M;
-  return [Math.min(...xs) - margin, Math.min(...ys) - margin, Math.max(...xs) + margin, Math.max(...ys) + margin];
+const points = (polygon) => polygon.map(([x, y]) => `${x},${-y}`).join(" ");
+const down = (polygon) => polygon.map(([x, y]) => [x, -y]);
+const rounded = (polygon) => polygon.map((xy) => xy.map((v) => Math.round(v * 100) / 100));
+
+/** Lines of a grid, also beside a frame, where the drawing's box may be wider. */
+function grid({ x, y, w, h: tall }) {
+  const steps = (from, to) => Array.from({ length: Math.ceil((to - from) / GRID_M) }, (_, i) => (Math.ceil(from / GRID_M) + i) * GRID_M);
+  const upright = steps(x - w, x + 2 * w).map((at) => `M${at},${y - tall}v${3 * tall}`);
+  const level = steps(y - tall, y + 2 * tall).map((at) => `M${x - w},${at}h${3 * w}`);
+  return s("path", { class: "grid", d: [...upright, ...level].join("") });
+}
+
+/** A frame around a box with room for labels, not too flat. */
+function framed({ x, y, w, h: tall }) {
+  const height = Math.max(tall + 2 * MARGIN_M, FLATTEST * w);
+  return { x: x - MARGIN_M, y: y + (tall - height) / 2, w: w + 2 * MARGIN_M, h: height };
 }
 
 /**
  * Show a scene's map. `pick(kind, id)` is called with "object" or "place"; null if it is only
  * looked at. `marked(polygon)` is called for a place that was drawn.
  */
-export function showMap(world, pick, marked) {
+export function showMap(scene, pick, marked) {
   // The map lies as the picture does; what is marked is turned back.
-  const turned = (angle) => ([x, y]) => [
-    x * Math.cos(angle) - y * Math.sin(angle),
-    x * Math.sin(angle) + y * Math.cos(angle),
-  ];
-  const angle = world.turn;
-  const view = (polygon) => polygon.map(turned(angle));
-  const zonesInView = world.zones.map((zone) => ({ ...zone, polygon: view(zone.polygon) }));
-  const scene = { ...world, zones: zonesInView };
-  const [left, bottom, right, top] = around([
-    ...world.things.flatMap((thing) => view(thing.footprint)),
-    ...world.things.flatMap((thing) => view((thing.track ?? []).map(([, x, y]) => [x, y]))),
-    ...zonesInView.flatMap((zone) => zone.polygon),
-  ]);
-  const unit = Math.max(right - left, top - bottom) / 100;
-  const svg = s("svg", { class: "map", viewBox: `${left} ${-top} ${right - left} ${top - bottom}` });
-  const zones = new Map();
-  const things = new Map();
-  for (let x = Math.ceil(left / 5) * 5; x < right; x += 5) svg.append(s("path", { class: "grid", d: `M${x},${-top}V${-bottom}` }));
-  for (let y = Math.ceil(bottom / 5) * 5; y < top; y += 5) svg.append(s("path", { class: "grid", d: `M${left},${-y}H${right}` }));
-  for (const zone of scene.zones) {
-    const [x, y] = middle(zone.polygon);
-    const group = s(
-      "g",
-      { class: "zone", "data-id": zone.id, onclick: pick && (() => isMarking || pick("place", zone.id)) },
-      s("polygon", { points: points(zone.polygon) }),
-      s("text", { x, y: -y, "font-size": 4 * unit }, zone.letter),
-    );
-    zones.set(zone.id, group);
-    svg.append(group);
-  }
-  const drawn = s("g", { class: "drawn" });
-  svg.append(drawn);
-  for (const thing of scene.things) {
-    const group = s(
-      "g",
-      { class: `thing${thing.isRobot ? " robot" : ""}`, "data-id": thing.id, onclick: pick && (() => isMarking || pick("object", thing.id)) },
-      s("polygon", { class: "hit", "stroke-width": 2.4 * unit }),
-      s("polygon", { class: "shape" }),
-      s("text", { "font-size": 3.6 * unit }, thing.number),
-    );
-    things.set(thing.id, { thing, group });
-    svg.append(group);
-  }
-  const cursor = s("polygon", { class: "cursor" });
-  svg.append(cursor);
+  const turned = (angle) => ([x, y]) => [x * Math.cos(angle) - y * Math.sin(angle), x * Math.sin(angle) + y * Math.cos(angle)];
+  const seen = (polygon) => polygon.map(turned(scene.turn));
+  const zones = scene.zones.map((zone) => ({ ...zone, kind: "place", polygon: seen(zone.polygon) }));
+  // What is on something else is drawn after it.
+  const things = [...scene.things].sort((a, b) => a.z - b.z).map((thing) => ({ ...thing, kind: "object", polygon: seen(thing.footprint) }));
+  const tracks = things.flatMap((thing) => seen((thing.track ?? []).map(([, x, y]) => [x, y])));
+  const around = boxAround(down([...things, ...zones].flatMap(({ polygon }) => polygon).concat(tracks)));
+  const whole = framed(around);
 
-  let isMarking = false;
-  let from = null;
-  let centre = [(left + right) / 2, (bottom + top) / 2];
-  let size = FIRST_SIZE_M;
-  const help = h("p", { class: "note", role: "status" });
+  const svg = s("svg", { class: "map", viewBox: `${whole.x} ${whole.y} ${whole.w} ${whole.h}` });
+  svg.append(grid(whole));
+  for (const thing of things) {
+    thing.group = s("g", { class: `thing${thing.isRobot ? " robot" : ""}`, "data-id": thing.id }, s("polygon", { class: "shape" }));
+    svg.append(thing.group);
+  }
+  // Places lie over things and are seen through: one may be on a thing.
+  const drawn = s("g", { class: "drawn" });
+  for (const zone of zones) {
+    zone.group = s("g", { class: "zone", "data-id": zone.id }, s("polygon", { points: points(zone.polygon) }));
+    svg.append(zone.group);
+  }
+  const labels = labelLayer();
+  const legend = `Seen from above.${things.some((thing) => thing.isRobot) ? ` Green: ${data.labels.robot}.` : ""}${zones.length ? " Dashed: places." : ""}`;
+  const help = h("p", { class: "note", role: "status" }, legend);
   const board = h("div", { class: "board", tabindex: -1, role: pick ? "application" : null, "aria-label": pick ? "Map. Use the list to choose things." : null }, svg);
 
-  const at = (event) => {
+  let wanted = null;
+  let isPlanned = false;
+  const zoomed = zoomable(svg, whole, () => marker.isMarking, label);
+  const marker = marking({
+    svg, board, help, legend,
+    view: () => zoomed.view,
+    things: () => things,
+    finish: (polygon) => marked(rounded(polygon.map(turned(-scene.turn)))),
+  });
+  svg.append(drawn, labels.element, marker.cursor);
+
+  function under(event) {
+    const cap = event.target.closest?.(".cap");
+    if (cap) return { kind: cap.dataset.kind, id: cap.dataset.id };
     const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-    return [point.x, -point.y];
-  };
-  const outline = (polygon) => cursor.setAttribute("points", polygon ? points(polygon) : "");
-
-  svg.addEventListener("pointerdown", (event) => {
-    if (!isMarking) return;
-    from = at(event);
-    svg.setPointerCapture(event.pointerId);
-    event.preventDefault();
-  });
-  svg.addEventListener("pointermove", (event) => {
-    if (!isMarking) return;
-    centre = at(event);
-    outline(from ? between(from, centre) : square(centre, size));
-  });
-  svg.addEventListener("pointerup", (event) => {
-    if (!isMarking || !from) return;
-    const to = at(event);
-    const isClick = Math.hypot(to[0] - from[0], to[1] - from[1]) < CLICK_M;
-    const polygon = isClick ? square(to, size) : between(from, to);
-    from = null;
-    finish(polygon);
-  });
-  board.addEventListener("keydown", (event) => {
-    if (!isMarking) return;
-    const step = event.shiftKey ? FINE_STEP_M : STEP_M;
-    const by = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
-    if (by) centre = [centre[0] + by[0], centre[1] + by[1]];
-    else if (event.key === "+" || event.key === "=") size = Math.min(size + 0.5, 30);
-    else if (event.key === "-") size = Math.max(size - 0.5, 0.5);
-    else if (event.key === "Enter" || event.key === " ") return stopHere(event, () => finish(square(centre, size)));
-    else if (event.key === "Escape") return stopHere(event, () => stop(true));
-    else return;
-    stopHere(event, () => {
-      centre = [Math.min(Math.max(centre[0], left), right), Math.min(Math.max(centre[1], bottom), top)];
-      outline(square(centre, size));
-      help.textContent = `${size} m wide, at ${centre[0].toFixed(1)}, ${centre[1].toFixed(1)}. ${near()}`;
+    return hit([...things, ...zones], [point.x, -point.y], wanted, REACH_PX * unitOf(svg));
+  }
+  function lighten(shape) {
+    for (const { group, id, kind } of [...things, ...zones]) group.classList.toggle("hover", shape?.id === id && shape.kind === kind);
+    svg.classList.toggle("at-something", Boolean(shape));
+  }
+  if (pick) {
+    svg.addEventListener("pointermove", (event) => lighten(marker.isMarking || event.pointerType === "touch" ? null : under(event)));
+    svg.addEventListener("pointerleave", () => lighten(null));
+    // A second click of a double click would answer the next question.
+    svg.addEventListener("click", (event) => {
+      const shape = zoomed.wasDragged || justMarked || event.detail > 1 ? null : under(event);
+      justMarked = false;
+      if (shape && !marker.isMarking) pick(shape.kind, shape.id);
     });
-  });
+  }
+  // The click that ends the drawing of a place chooses nothing.
+  let justMarked = false;
+  svg.addEventListener("pointerdown", () => (justMarked = marker.isMarking), { capture: true });
 
-  function stopHere(event, then) {
-    event.preventDefault();
-    event.stopPropagation();
-    then();
+  /** Labels are laid out anew, once for all that changes at a time. */
+  function label() {
+    if (isPlanned) return;
+    isPlanned = true;
+    requestAnimationFrame(() => {
+      isPlanned = false;
+      const unit = unitOf(svg);
+      if (!unit) return;
+      const shown = [...things, ...zones].map((one) => ({
+        id: one.id, kind: one.kind, text: one.number ?? one.letter, box: boxAround(down(one.polygon)),
+        isChosen: one.group.classList.contains("chosen"),
+        isMinor: Boolean(wanted) && one.kind !== wanted,
+      }));
+      // What is asked for has the best spots, and small things before large ones.
+      shown.sort((a, b) => a.isMinor - b.isMinor || a.box.w * a.box.h - b.box.w * b.box.h);
+      labels.put(shown, zoomed.view, unit);
+    });
   }
-  function near() {
-    const distance = (thing) => {
-      const [x, y] = middle(view(thing.footprint));
-      return Math.hypot(x - centre[0], y - centre[1]);
-    };
-    const closest = [...scene.things].sort((a, b) => distance(a) - distance(b))[0];
-    return closest ? `${distance(closest).toFixed(0)} m from thing ${closest.number}.` : "";
-  }
-  function finish(polygon) {
-    stop(false);
-    marked(rounded(polygon.map(turned(-angle))));
-  }
-  function stop(isCancelled) {
-    isMarking = false;
-    from = null;
-    outline(null);
-    board.classList.remove("marking");
-    help.textContent = isCancelled ? "No place was marked." : "";
-    board.dispatchEvent(new CustomEvent("stopped"));
-  }
+  new ResizeObserver(label).observe(svg);
+
   function show(t) {
-    for (const { thing, group } of things.values()) {
-      const now = view(footprintAt(thing, t));
-      const [x, y] = middle(now);
-      const tall = Math.max(...now.map((corner) => corner[1])) - y;
-      const isSmall = tall < 3 * unit;
-      for (const polygon of group.querySelectorAll("polygon")) polygon.setAttribute("points", points(now));
-      const label = group.querySelector("text");
-      label.setAttribute("x", x);
-      label.setAttribute("y", isSmall ? -y - tall - 2.2 * unit : -y);
+    for (const thing of things) {
+      thing.polygon = seen(footprintAt(thing, t));
+      thing.group.firstChild.setAttribute("points", points(thing.polygon));
     }
+    label();
   }
   show(0);
   return {
-    element: h("div", { class: "map-box" }, board, help),
+    element: h("div", { class: "map-box" }, board, h("div", { class: "map-foot" }, help, zoomed.element)),
     board,
     show,
-    get isMarking() { return isMarking; },
+    get isMarking() { return marker.isMarking; },
+    /** What a click means where a thing and a place lie over each other: "object" or "place". */
+    prefer(kind) {
+      wanted = kind;
+      label();
+    },
     /** Mark what is chosen: ids of things and places, and corners of what was drawn. */
     mark(ids, placeIds, polygons) {
-      for (const [id, { group }] of things) group.classList.toggle("chosen", ids.includes(id));
-      for (const [id, group] of zones) group.classList.toggle("chosen", placeIds.includes(id));
-      drawn.replaceChildren(...polygons.map((polygon) => s("polygon", { points: points(view(polygon)) })));
+      for (const { id, group } of things) group.classList.toggle("chosen", ids.includes(id));
+      for (const { id, group } of zones) group.classList.toggle("chosen", placeIds.includes(id));
+      drawn.replaceChildren(...polygons.map((polygon) => s("polygon", { points: points(seen(polygon)) })));
+      label();
     },
-    startMarking() {
-      isMarking = true;
-      board.classList.add("marking");
-      outline(square(centre, size));
-      help.textContent = "Drag over the map, or click. With keys: arrows move, + and − change the size, Enter sets it, Escape ends.";
-      board.focus();
-    },
-    stop,
+    startMarking: marker.start,
+    stop: marker.stop,
   };
 }

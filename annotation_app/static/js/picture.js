@@ -1,6 +1,7 @@
 // The video with the outlines of things over it, which can be clicked at its first moment.
 
-import { h, s } from "./dom.js";
+import { h } from "./dom.js";
+import { showOutlines } from "./outlines.js";
 import { watchToEnd } from "./player.js";
 import { mediaUrl } from "./server.js";
 
@@ -11,7 +12,6 @@ const FIRST_MOMENT_S = 0.15;
  * `moved(t)` is called as the video goes on.
  */
 export function showPicture(scene, pick, moved) {
-  const { width, height } = scene.segmentation;
   const video = h("video", {
     src: scene.video && mediaUrl(scene.video),
     preload: "auto",
@@ -20,24 +20,8 @@ export function showPicture(scene, pick, moved) {
     disablepictureinpicture: true,
     "aria-label": "The video",
   });
-  const shapes = new Map();
-  const layer = s("svg", { class: "outlines", viewBox: `0 0 ${width || 1} ${height || 1}`, "aria-hidden": "true" });
-  const unit = width / 640;
-  const letter = (matchMedia("(max-width: 40rem)").matches ? 24 : 15) * unit;
-  for (const thing of scene.things) {
-    if (!thing.outline) continue;
-    const d = thing.outline.polygons.map((p) => `M${p.map((xy) => xy.join(",")).join("L")}Z`).join("");
-    const [x, y, w, tall] = thing.outline.box;
-    const group = s(
-      "g",
-      { class: "thing", "data-id": thing.id, onclick: pick && (() => pick(thing.id)) },
-      s("path", { class: "hit", d, "stroke-width": 14 * unit }),
-      s("path", { class: "shape", d }),
-      s("text", { x: x + w / 2, y: Math.max(y - 3 * unit, 0.95 * letter), "font-size": letter }, thing.number),
-    );
-    shapes.set(thing.id, group);
-    layer.append(group);
-  }
+  const outlines = showOutlines(scene, pick);
+  const layer = outlines.element;
   const duration = scene.duration_s;
   const slider = h("input", { type: "range", min: 0, max: duration, step: 0.1, value: 0, "aria-label": "Time in the video, in seconds" });
   const play = h("button", { type: "button", class: "play" }, "Play");
@@ -93,8 +77,6 @@ export function showPicture(scene, pick, moved) {
       watchToEnd(video, note, alreadyWatched, watched);
     },
     /** Mark what is chosen. */
-    mark(ids) {
-      for (const [id, group] of shapes) group.classList.toggle("chosen", ids.includes(id));
-    },
+    mark: outlines.mark,
   };
 }

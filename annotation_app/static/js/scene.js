@@ -1,6 +1,6 @@
 // What picture and map share: the things of a scene under numbers, from left to right.
 
-/** A scene with numbered things and lettered places. */
+/** A scene with numbered things and lettered places; `turn` is how its map lies as the picture does. */
 export function numbered(scene) {
   // What is hidden in the picture is on the map only.
   const seen = scene.segmentation.objects.filter((o) => o.box && o.polygons.length);
@@ -10,10 +10,12 @@ export function numbered(scene) {
     return box ? box[0] + box[2] / 2 : 1e6 + thing.footprint[0][0];
   };
   const things = [...scene.map.objects].sort((a, b) => centre(a) - centre(b));
-  const zones = [...scene.map.places].sort((a, b) => a.polygon[0][0] - b.polygon[0][0]);
+  const turn = scene.map.turn ?? 0;
+  const across = ({ polygon: [[x, y]] }) => x * Math.cos(turn) - y * Math.sin(turn);
+  const zones = [...scene.map.places].sort((a, b) => across(a) - across(b));
   return {
     ...scene,
-    turn: turnOf(things, outlines),
+    turn,
     things: things.map((thing, i) => ({
       ...thing,
       number: String(i + 1),
@@ -24,27 +26,14 @@ export function numbered(scene) {
   };
 }
 
-/** By how much the map is turned to lie as the picture does: what best fits where things are. */
-function turnOf(things, outlines) {
-  const pairs = things
-    .filter((thing) => outlines.has(thing.id))
-    .map((thing) => {
-      const [x, y, w, tall] = outlines.get(thing.id).box;
-      return [middle(thing.footprint), [x + w / 2, -(y + tall)]];
-    });
-  if (pairs.length < 2) return 0;
-  const [onMap, inPicture] = [0, 1].map((side) => middle(pairs.map((pair) => pair[side])));
-  let dot = 0;
-  let cross = 0;
-  for (const [[x, y], [u, v]] of pairs) {
-    const [a, b, c, d] = [x - onMap[0], y - onMap[1], u - inPicture[0], v - inPicture[1]];
-    dot += a * c + b * d;
-    cross += a * d - b * c;
-  }
-  return Math.atan2(cross, dot);
-}
+// I and O look like 1 and 0; K, M, S, X and Y are keys of the page.
+const LETTERS = "ABCDEFGHJLNPQRTUVWZ";
 
-const letter = (i) => (i < 26 ? String.fromCharCode(65 + i) : letter(Math.floor(i / 26) - 1) + letter(i % 26));
+/** A, B, ..., AA, AB, ... */
+const letter = (i) => {
+  const last = LETTERS[i % LETTERS.length];
+  return i < LETTERS.length ? last : letter(Math.floor(i / LETTERS.length) - 1) + last;
+};
 
 /** A thing's footprint at a time of the video. */
 export function footprintAt(thing, t) {

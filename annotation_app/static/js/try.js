@@ -1,6 +1,8 @@
 // Trying a command: what it means, the plan, and the video of it.
 
 import { $, announce, h, s } from "./dom.js";
+import { labelLayer, unitOf } from "./label-layer.js";
+import { boxAround } from "./labels.js";
 import { send } from "./server.js";
 
 const LOOK_MS = 700;
@@ -154,7 +156,8 @@ function meanings(clauses, draw, picture) {
 function shownPicture(id, picture, clauses) {
   const clause = clauses.find((one) => one.node === chosen);
   const layer = s("svg", { class: "outlines", viewBox: `0 0 ${picture.width} ${picture.height}`, "aria-hidden": "true" });
-  const size = matchMedia("(max-width: 40rem)").matches ? 26 : 16;
+  const caps = labelLayer();
+  const labels = [];
   // The likeliest lies on top.
   const candidates = clause?.candidates ?? [];
   for (let number = candidates.length - 1; number >= 0; number--) {
@@ -162,12 +165,14 @@ function shownPicture(id, picture, clauses) {
       const polygons = picture.outlines[thing];
       if (!polygons?.length) continue;
       const d = polygons.map((corners) => `M${corners.map((xy) => xy.join(",")).join("L")}Z`).join("");
-      const [x, y] = above(polygons[0]);
-      layer.append(s("g", { class: number ? "thing" : "thing chosen" },
-        s("path", { class: "shape", d }),
-        s("text", { x, y: Math.max(y - size, size), "font-size": size }, `${letter(number)} ${percent(candidates[number].probability)}`)));
+      layer.append(s("g", { class: number ? "thing" : "thing chosen" }, s("path", { class: "shape", d })));
+      const text = `${letter(number)} ${percent(candidates[number].probability)}`;
+      labels.unshift({ id: `${number} ${thing}`, kind: "object", text, box: boxAround(polygons[0]), isChosen: !number });
     }
   }
+  layer.append(caps.element);
+  const frame = { x: 0, y: 0, w: picture.width, h: picture.height };
+  new ResizeObserver(() => unitOf(layer) && caps.put(labels, frame, unitOf(layer))).observe(layer);
   const caption = clause
     ? `What “${clause.text}” may mean, as the world is at the start. The likeliest is yellow.`
     : "The world at the start.";
@@ -175,11 +180,6 @@ function shownPicture(id, picture, clauses) {
     h("div", { class: "screen" }, h("img", { src: `/try/${id}/picture.png`, alt: "The world at the start", width: picture.width, height: picture.height }), layer),
     h("p", { class: "note" }, caption),
   ];
-}
-
-function above(corners) {
-  const xs = corners.map(([x]) => x);
-  return [(Math.min(...xs) + Math.max(...xs)) / 2, Math.min(...corners.map(([, y]) => y)) + 8];
 }
 
 function film(id) {

@@ -185,7 +185,9 @@ def test_segment_describes_an_object_by_another(site: Site, context: BrowserCont
 
 def test_ground(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "ground")
+    page.get_by_role("button", name="Next", exact=True).click()
     expect(page.locator("#command mark")).to_have_text(["the", "red", "crate"])
+    page.get_by_label("Several").check()
     page.locator(".outlines .hit").first.click(force=True)
     expect(page.locator(".map .thing.chosen")).to_have_count(1)
     page.get_by_label("Place A").check()
@@ -198,7 +200,6 @@ def test_ground(site: Site, context: BrowserContext) -> None:
     page.mouse.up()
     expect(page.get_by_text("Marked place 1")).to_be_visible()
     page.locator(".clause-bar .type-EVENT").click()
-    page.get_by_label("A part of it").check()
     page.get_by_role("button", name="Part 2").click()
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text("Watch the video to its end first.")
@@ -215,17 +216,20 @@ def test_ground(site: Site, context: BrowserContext) -> None:
 
 def test_ground_by_keys(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "ground")
-    tab_to(page, ".play")
+    tab_to(page, '[data-key="play"]')
     page.keyboard.press("Space")
     expect(page.get_by_text("You have watched it to the end")).to_be_visible()
-    for key in ("1", "3", "1", "m", "ArrowRight", "ArrowUp", "+", "Enter"):
+    for key in ("s", "1", "3", "1", "m", "ArrowRight", "ArrowUp", "+", "Enter"):
         page.keyboard.press(key)
     tab_to(page, ".clause-bar .type-PATH")
     page.keyboard.press("Enter")
-    tab_to(page, '[data-key="part"], [data-key="whole"]')
-    page.keyboard.press("ArrowRight")
-    tab_to(page, '[data-key="To"]')
-    page.keyboard.press("ArrowLeft")
+    tab_to(page, '[data-key="End"]')
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Home")
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    tab_to(page, '[data-key="Start"]')
+    page.keyboard.press("Home")
     send_by_keys(page)
     (answer,) = site.answers("ground")
     (grounding,) = answer.body["groundings"].values()
@@ -238,6 +242,7 @@ def test_ground_wants_every_clause(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "ground")
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text("the red crate")
+    page.get_by_role("button", name="Next", exact=True).click()
     page.get_by_role("button", name="Can't tell").click()
     watch(page)
     send(page, "ground")
@@ -326,23 +331,22 @@ def test_nothing_is_preset_for_a_command_of_several_steps(
     site.add("ground", STEPS, sdcs=sdcs)
     page = site.open(context, "ground")
     expect(page.locator(".tick-mark")).to_have_count(0)
-    expect(page.get_by_role("radio", checked=True)).to_have_count(0)
+    expect(page.locator(".ask [aria-pressed=true]")).to_have_count(0)
     assert violations(page) == []
     watch(page)
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text(
         "Choose which part of the video shows “stop”."
     )
-    page.get_by_label("A part of it").check()
+    page.locator(".clause-bar .type-EVENT").first.click()
     page.get_by_role("button", name="Part 1").click()
     page.locator(".clause-bar .type-EVENT", has_text="stop").click()
-    page.get_by_label("A part of it").check()
     page.get_by_role("button", name="Part 2").click()
     page.locator(".clause-bar .type-PATH").click()
-    page.get_by_label("The whole video").check()
+    page.get_by_role("button", name="The whole video").click()
     page.locator(".clause-bar .type-OBJECT").click()
     page.get_by_role("button", name="Can't tell").click()
-    expect(page.locator(".tick-mark")).to_have_count(4)
+    expect(page.locator(".tick-mark")).to_have_count(5)
     send(page, "ground")
     (answer,) = site.answers("ground")
     assert answer.body["trims"] == {"0": [0.0, 0.5], "1": [0.5, 1.0]}

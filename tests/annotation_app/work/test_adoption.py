@@ -42,10 +42,10 @@ def test_answers_become_a_corpus(app: Flask) -> None:
     page = author.take("ground")
     phrases = [(c["type"], c["phrase"]) for c in page["payload"]["clauses"]]
     assert phrases == [
-        ("EVENT", "Pick up the tires by the truck"),
-        ("OBJECT", "the tires by the truck"),
         ("OBJECT", "the tires"),
         ("OBJECT", "the truck"),
+        ("OBJECT", "the tires by the truck"),
+        ("EVENT", "Pick up the tires by the truck"),
     ]
     answer = grounded(page, cant_tell=(4,))
     answer["trims"] = {"0": [2.0, 4.0]}

@@ -1,0 +1,103 @@
+// What somebody has grounded so far: pure functions of a state that JSON can say.
+//
+// {groundings: {node: {objects, places, cant_tell, time_s}}, trims: {node: [start, end]}, whole: [nodes],
+//  half: {node: [start or null, end or null]}, several: {node: bool},
+//  unsure: {node: true} for what a program suggested and nobody has looked at, current:
+//  a node or "watch", watched_s}
+
+export const WATCH = "watch";
+const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
+
+export const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
+export const groundingOf = (state, node) => state.groundings[node] ?? NOTHING;
+export const isWhole = (state, node) => Boolean(state.whole?.includes(node));
+/** The part of the video that has been set for a clause; an end may be null. */
+export const partOf = (state, node) => state.trims[node] ?? state.half?.[node] ?? [null, null];
+
+/** Whether a clause has what a program suggested, and nobody has said that it is right. */
+export const isUnsure = (state, node) => Boolean(state.unsure?.[node]);
+
+const without = (of, node) => Object.fromEntries(Object.entries(of ?? {}).filter(([key]) => key !== String(node)));
+const count = ({ objects, places }) => objects.length + places.length;
+
+/** Whether several things may be chosen for a clause: if its words say so, or somebody does. */
+export function isSeveral(state, clause) {
+  return state.several?.[clause.node] ?? (clause.several || count(groundingOf(state, clause.node)) > 1);
+}
+
+export function isDone(state, clause, asksParts) {
+  if (clause.node === WATCH) return state.watched_s !== undefined;
+  if (!isThing(clause)) {
+    const isBegun = state.half?.[clause.node]?.some((end) => end !== null);
+    return Boolean(state.trims[clause.node]) || isWhole(state, clause.node) || (!asksParts && !isBegun);
+  }
+  const grounding = groundingOf(state, clause.node);
+  return !isUnsure(state, clause.node) && (grounding.cant_tell || count(grounding) > 0);
+}
+
+/** Keep what a program suggested for a clause. */
+export function confirmed(state, node) {
+  return state.unsure ? { ...state, unsure: without(state.unsure, node) } : state;
+}
+
+export function setSeveral(state, node, is) {
+  return { ...state, several: { ...state.several, [node]: is } };
+}
+
+function set(state, node, part, time_s) {
+  const next = { ...groundingOf(state, node), cant_tell: false, ...part, time_s };
+  return confirmed({ ...state, groundings: { ...state.groundings, [node]: next } }, node);
+}
+
+/** Choose a thing, or not; it takes the place of what was chosen unless several may be. */
+export function toggleObject(state, clause, id, time_s) {
+  const { objects, places } = groundingOf(state, clause.node);
+  if (objects.includes(id)) return set(state, clause.node, { objects: objects.filter((one) => one !== id) }, time_s);
+  const part = isSeveral(state, clause) ? { objects: [...objects, id], places } : { objects: [id], places: [] };
+  return set(state, clause.node, part, time_s);
+}
+
+/** The same for one of the map's places. */
+export function togglePlace(state, clause, id, time_s) {
+  const { places } = groundingOf(state, clause.node);
+  if (places.some(({ place }) => place === id)) return set(state, clause.node, { places: places.filter(({ place }) => place !== id) }, time_s);
+  return addPlace(state, clause, { place: id }, time_s);
+}
+
+/** Add a place, {place} or {xy}. */
+export function addPlace(state, clause, place, time_s) {
+  const { objects, places } = groundingOf(state, clause.node);
+  const part = isSeveral(state, clause) ? { objects, places: [...places, place] } : { objects: [], places: [place] };
+  return set(state, clause.node, part, time_s);
+}
+
+export function removePlace(state, node, index, time_s) {
+  const { places } = groundingOf(state, node);
+  return set(state, node, { places: places.filter((_, i) => i !== index) }, time_s);
+}
+
+export function toggleCantTell(state, node, time_s) {
+  return set(state, node, { ...NOTHING, cant_tell: !groundingOf(state, node).cant_tell }, time_s);
+}
+
+/** Set a part of the video, of which an end may be null. */
+export function setPart(state, node, part) {
+  const isSet = part[0] !== null && part[1] !== null;
+  return {
+    ...state,
+    trims: isSet ? { ...state.trims, [node]: part } : without(state.trims, node),
+    half: isSet ? without(state.half, node) : { ...state.half, [node]: part },
+    whole: (state.whole ?? []).filter((one) => one !== node),
+  };
+}
+
+export function setWhole(state, node) {
+  const others = (state.whole ?? []).filter((one) => one !== node);
+  return { ...state, trims: without(state.trims, node), half: without(state.half, node), whole: [...others, node] };
+}
+
+/** The clause to go on with: the next that isn't done, from a node on and then from the start; null if all are. */
+export function nextOpen(steps, node, done) {
+  const at = steps.findIndex((clause) => clause.node === node);
+  return [...steps.slice(at + 1), ...steps.slice(0, at)].find((clause) => !done(clause))?.node ?? null;
+}

@@ -1,0 +1,44 @@
+// What has been answered and what comes next, as a list to go to and fro in.
+
+import { h } from "./dom.js";
+import { groundingOf, isThing, isUnsure, isWhole, WATCH } from "./ground-state.js";
+
+const seconds = (t) => t.toFixed(1);
+
+/** What was chosen for a clause, in the labels of picture and map. */
+export function chosenWords(state, clause, scene) {
+  const { objects, places, cant_tell } = groundingOf(state, clause.node);
+  if (cant_tell) return "can't tell";
+  const thing = (id) => scene.things.find((one) => one.id === id)?.number;
+  const zone = (id) => scene.zones.find((one) => one.id === id)?.letter;
+  const words = [...objects.map(thing), ...places.map(({ place }) => (place ? zone(place) : "marked"))].filter(Boolean).join(", ");
+  return words && isUnsure(state, clause.node) ? `${words}?` : words;
+}
+
+function partWords(state, clause, asksParts) {
+  const trim = state.trims[clause.node];
+  if (trim) return `${seconds(trim[0])}–${seconds(trim[1])} s`;
+  return isWhole(state, clause.node) || !asksParts ? "whole video" : "";
+}
+
+/** The list. `done(clause)` tells which have an answer; `go(node)` shows one. */
+export function stepList({ steps, state, scene, asksParts, done, go }) {
+  const item = (clause) => {
+    const is = done(clause);
+    const said = clause.node === WATCH ? "" : isThing(clause) ? chosenWords(state, clause, scene) : partWords(state, clause, asksParts);
+    return h("li", {},
+      h("button",
+        {
+          type: "button",
+          class: `clause type-${clause.type}`,
+          "aria-current": clause.node === state.current ? "step" : null,
+          "data-key": `clause ${clause.node}`,
+          onclick: () => go(clause.node),
+        },
+        h("span", { class: is ? "tick-mark" : "open-mark", "aria-hidden": "true" }, is ? "✓" : ""),
+        h("bdi", { class: "phrase" }, clause.phrase),
+        is ? h("span", { class: "unseen" }, "done") : null,
+        said ? h("span", { class: "said" }, said) : null));
+  };
+  return h("nav", { class: "clause-bar", "aria-label": "Clauses" }, h("ol", {}, steps.map(item)));
+}
