@@ -48,6 +48,8 @@ class Scene:
         Start and end of each step of the robot's script, in seconds from the first frame.
     segmentation
         The content of ``segmentation.json``; empty if there is no picture.
+    fps
+        Frames of the video in a second, if that is known.
     """
 
     context: Context
@@ -55,6 +57,7 @@ class Scene:
     duration_s: float
     steps: tuple[tuple[float, float], ...]
     segmentation: Mapping[str, Any]
+    fps: float | None = None
 
 
 def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
@@ -89,11 +92,14 @@ class Film:
         Whether it is known what is where; it isn't of videos from elsewhere.
     metadata
         What the study's owner tells of a video from elsewhere.
+    fps
+        Frames in a second, if that is known.
     """
 
     duration_s: float
     has_scene: bool
     metadata: Mapping[str, Any]
+    fps: float | None = None
 
 
 def read_film(folder: Path) -> Film:
@@ -113,7 +119,7 @@ def _read_film(file: Path, _stamp: int) -> Film:
     manifest = _json(file)
     has_scene = bool(manifest.get("has_scene", True))
     metadata = manifest.get("metadata", {}) if not has_scene else {}
-    return Film(float(manifest["duration_s"]), has_scene, metadata)
+    return Film(float(manifest["duration_s"]), has_scene, metadata, manifest.get("fps"))
 
 
 @functools.lru_cache(maxsize=256)
@@ -131,6 +137,7 @@ def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Sc
         duration_s=float(manifest["duration_s"]),
         steps=tuple((float(s["start_s"]), float(s["end_s"])) for s in manifest["steps"]),
         segmentation=segmentation,
+        fps=manifest.get("fps"),
     )
 
 
@@ -184,8 +191,8 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     Returns
     -------
     dict
-        ``video``, ``poster``: names of media, or None; ``duration_s``; ``steps``: start and
-        end of each; ``segmentation``: ``image`` (a name of media), ``width``, ``height`` and
+        ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
+        ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``, ``height`` and
         ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the poster;
         ``map``: see :func:`_map`.
     """
@@ -204,6 +211,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
         "video": media.get("video"),
         "poster": media.get("poster"),
         "duration_s": scene.duration_s,
+        "fps": scene.fps,
         "steps": [list(step) for step in scene.steps],
         "segmentation": {
             "image": media.get("segmentation"),

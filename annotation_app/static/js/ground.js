@@ -29,7 +29,7 @@ $("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, map.e
 const work = begin({
   initial: { groundings: {}, trims: {}, whole: [], current: first?.node },
   draw,
-  body: ({ groundings, trims, whole = [], watched_s }) => ({ groundings, trims, whole: whole.map(String), watched_s }),
+  body: ({ groundings, trims, whole = [], watched_s, speed }) => ({ groundings, trims, whole: whole.map(String), watched_s, speed }),
   problems: (state) => [
     ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
     ...clauses
@@ -42,8 +42,8 @@ const work = begin({
 });
 
 if (mustWatch) {
-  picture.requireWatching(work.state.watched_s !== undefined, (watched_s) =>
-    work.change({ ...work.state, watched_s }, { silent: true }),
+  picture.requireWatching(work.state.watched_s !== undefined, (watched) =>
+    work.change({ ...work.state, ...watched }, { silent: true }),
   );
 }
 map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]')?.focus());
