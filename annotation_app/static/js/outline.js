@@ -3,7 +3,7 @@
 // A part is {id, role, type, words, parts}. "the buoy by the lighthouse" is one OBJECT around
 // another; people see the thing, and below it "by", which tells which one.
 
-import { add, children, find, free, give, holder, ownWords, pruned, text, wordsOf } from "./sdc.js";
+import { add, children, find, free, give, holder, move, ownWords, pruned, text, wordsOf } from "./sdc.js";
 
 /** What a part says. */
 export const ROLES = {
@@ -90,10 +90,36 @@ export function question(role, words, isFilled = false) {
   return `${words} ${ROLES[role]}${more}?`;
 }
 
-/** Put words into a place; the part that they make is the current one. */
+/** Put words into a place; the part that they make is the current one, with what belonged to them. */
 export function put(state, { of, role }, words) {
+  const from = partWith(state, words);
+  if (from?.type === "OBJECT" && from.role !== "which" && TYPES[role] === "OBJECT") {
+    const [settling, , parent, field] = settled(state, find(state, of), role, "OBJECT");
+    const whole = around(state, find(state, from.id)).id;
+    return closedUp(state, pruned({ ...move(settling, whole, parent, field), current: from.id }));
+  }
+  const below = from ? sdcBelow(state, from) : [];
   const without = { ...free(state, words), left: (state.left ?? []).filter((word) => !words.includes(word)) };
-  return pruned(placed(without, of, role, words));
+  const made = placed(without, of, role, words);
+  if (role === "more") return pruned(made);
+  const moved = below.reduce((next, child) => move(next, child.id, made.current, child.field), made);
+  return closedUp(state, pruned({ ...moved, current: made.current }));
+}
+
+/** Where an EVENT's first landmark has gone elsewhere, the second is the first. */
+function closedUp(before, after) {
+  const has = (state, id, field) => state.clauses.some((c) => c.parent === id && c.field === field);
+  const open = after.clauses.filter((c) => c.type === "EVENT" && has(before, c.id, "l") && !has(after, c.id, "l"));
+  const ids = open.map((c) => c.id);
+  return { ...after, clauses: after.clauses.map((c) => (ids.includes(c.parent) && c.field === "l2" ? { ...c, field: "l" } : c)) };
+}
+
+/** The part that has these words and no others. */
+export const partWith = (state, words) => allParts(outline(state)).find((part) => String(part.words) === String(words));
+
+/** The clauses that go where a part goes: all in it, but not the thing that it describes. */
+function sdcBelow(state, { id, role }) {
+  return children(state, id).filter((child) => role !== "which" || child.field !== "f");
 }
 
 function placed(state, of, role, words) {
@@ -120,15 +146,20 @@ function settled(state, whole, role, type) {
   return [{ ...state, clauses }, type, whole.id, "l"];
 }
 
+/** A thing with all that describes it. */
+function around(state, thing) {
+  const isFigure = thing.field === "f" && isAroundOne(state, find(state, thing.parent));
+  return isFigure ? around(state, find(state, thing.parent)) : thing;
+}
+
 /** A thing gets words that join it to what describes it. */
 function described(state, thing, words) {
-  let outer = thing;
-  while (outer.field === "f" && isAroundOne(state, find(state, outer.parent))) outer = find(state, outer.parent);
+  const outer = around(state, thing);
   if (outer === thing) return { ...give(state, thing.id, "r", words), current: thing.id };
   const id = state.next;
-  const around = { id, type: "OBJECT", parent: outer.parent, field: outer.field, f: [], r: [...words] };
+  const wrapper = { id, type: "OBJECT", parent: outer.parent, field: outer.field, f: [], r: [...words] };
   const clauses = state.clauses.map((c) => (c.id === outer.id ? { ...c, parent: id, field: "f" } : c));
-  return { ...state, clauses: [...clauses, around], next: id + 1, current: id };
+  return { ...state, clauses: [...clauses, wrapper], next: id + 1, current: id };
 }
 
 /** The first word that has no place yet; null if all have one or are left out. */

@@ -80,9 +80,12 @@ export function remove(state, id) {
   return { ...state, clauses: left, current: gone.parent ?? left.at(-1)?.id ?? null };
 }
 
-/** Remove clauses that have lost all words and hold no others. */
+/** Remove clauses that have lost all words and hold no others, and descriptions that have lost theirs. */
 export function pruned(state) {
-  const bare = state.clauses.find((c) => !ownWords(c).length && !children(state, c.id).length);
+  const bare = state.clauses.find((c) => {
+    const inside = children(state, c.id);
+    return !ownWords(c).length && (!inside.length || (c.type === "OBJECT" && inside.length === 1 && inside[0].field === "f"));
+  });
   return bare ? pruned({ ...remove(state, bare.id), current: state.current }) : state;
 }
 

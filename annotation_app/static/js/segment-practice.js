@@ -38,7 +38,7 @@ export function differences(state, right, words) {
     }
   }
   const extra = [...found.keys()].filter((word) => !wanted.has(word));
-  if (extra.length) return bad(extra, `${said(extra)} needs no place. Choose it, then “Leave out”.`);
+  if (extra.length) return bad(extra, `${said(extra)} needs no place. Choose it, then “Leave it out”.`);
   return { good: true, text: "That is how we would do it, too.", words: [] };
 }
 

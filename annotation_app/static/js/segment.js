@@ -3,7 +3,7 @@
 import { $, announce, h, isShortcut, redraw } from "./dom.js";
 import { differences, lesson } from "./segment-practice.js";
 import {
-  ROLES, TOP, allParts, lineOf, moreOf, nextWord, outline, placesOf, problems, put, question,
+  ROLES, TOP, allParts, lineOf, moreOf, nextWord, outline, partWith, placesOf, problems, put, question,
 } from "./outline.js";
 import { begin, data, payload } from "./work.js";
 import * as sdc from "./sdc.js";
@@ -16,6 +16,7 @@ let proposed = null; // a word that was chosen for people; their first press of 
 let focused = 0;
 let anchor = 0;
 let shown = null;
+let changing = null; // the part that people have chosen, to change it
 let wrong = []; // words that practice found in wrong places
 let shortcuts = []; // the places, by the digits that fill them
 
@@ -76,6 +77,7 @@ function suggested() {
 
 function apply(next, said) {
   wrong = [];
+  changing = null;
   work.change(next);
   announce(said);
 }
@@ -141,6 +143,7 @@ function removeCurrent() {
 }
 
 function pick(id) {
+  changing = changing === id ? null : id;
   work.change(sdc.choose(work.state, id), { silent: true });
   announce(phrase(sdc.wordsOf(work.state, id)));
 }
@@ -186,14 +189,14 @@ function draw(state) {
   redraw(tools, ...toolParts(taken));
   shortcuts = [];
   redraw(tree, ...treeParts(state, taken));
-  change.hidden = taken.length > 0 || !sdc.find(state, state.current);
+  change.hidden = changing !== state.current || !sdc.find(state, state.current);
   redraw(change, ...(change.hidden ? [] : changeParts(state)));
 }
 
 function asked(state, taken) {
   if (taken.length) {
-    const more = taken.length === 1 ? " Choose words that belong with it, then its place." : " Now choose the place.";
-    return [h("b", {}, quoted(taken), taken.length === 1 ? " is chosen." : " are chosen."), more];
+    const more = taken.length === 1 ? " Add words that belong with it, or choose its place." : " Now choose its place.";
+    return [h("b", {}, quoted(taken), " is chosen."), more];
   }
   if (nextWord(state, words) !== null) return [h("b", {}, "Choose words that belong together.")];
   return [h("b", {}, "Every word has its place."), " Read it once more. To move something, choose its words."];
@@ -201,14 +204,18 @@ function asked(state, taken) {
 
 function toolParts(taken) {
   return [
-    taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, "Leave out ", quoted(taken), " ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
+    taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, "Leave it out ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
     right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, "Show me how") : null,
   ].filter(Boolean);
 }
 
 function treeParts(state, taken) {
   const parts = outline(state);
-  const line = taken.length ? lineOf(state, state.current) : [];
+  const isMoving = taken.some((word) => sdc.holder(state, word));
+  const own = partWith(state, taken);
+  const moving = own ? [own, ...allParts(own.parts)].map((part) => part.id) : [];
+  const everywhere = allParts(parts).map((part) => part.id).filter((id) => !moving.includes(id));
+  const line = !taken.length ? [] : isMoving ? everywhere : lineOf(state, state.current);
   const current = (part) => part.id === state.current;
   const places = (part) => (line.includes(part.id) ? [...placesOf(part, taken), ...(current(part) ? [moreOf(part)] : [])] : []);
   const made = branches(
@@ -316,7 +323,7 @@ function teach() {
     draw(work.state);
     tree.querySelector(`[data-key="${CSS.escape(place(work.state).key)}"]`)?.classList.add("pointed");
     const next = h("button", { type: "button", class: "primary", onclick: go }, "Do it");
-    teacher.replaceChildren(h("p", {}, h("b", {}, `Step ${at + 1} of ${steps.length}. `), said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, "Stop")));
+    teacher.replaceChildren(h("p", {}, h("b", {}, `Step ${at + 1} of ${steps.length}.`), " ", said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, "Stop")));
     next.focus({ preventScroll: true });
     announce(said);
   };

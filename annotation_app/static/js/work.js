@@ -44,6 +44,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
       past = [...past.slice(-LONGEST_HISTORY), state];
       future = [];
       tell([]);
+      $("feedback").hidden = true;
     }
     state = next;
     drafts.keep(state);
