@@ -162,9 +162,14 @@ function described(state, thing, words) {
   return { ...state, clauses: [...clauses, wrapper], next: id + 1, current: id };
 }
 
-/** The first word that has no place yet; null if all have one or are left out. */
+/** Words that seldom have a place: they join commands, or are polite. */
+const SELDOM = new Set(["and", "but", "now", "or", "please", "then"]);
+
+/** The first word that wants a place and has none yet; null if there is none. */
 export function nextWord(state, words) {
-  const found = words.findIndex((word, i) => /[\p{L}\p{N}]/u.test(word.text) && !holder(state, i) && !state.left?.includes(i));
+  const wants = ({ text: word }, i) =>
+    /[\p{L}\p{N}]/u.test(word) && !SELDOM.has(word.toLowerCase()) && !holder(state, i) && !state.left?.includes(i);
+  const found = words.findIndex(wants);
   return found < 0 ? null : found;
 }
 
