@@ -208,8 +208,8 @@ SEGMENT = Task(
         summary="Tell what belongs together in a command.",
         offer="Tell what belongs together in short commands.",
         instructions=(
-            "The next word is chosen for you. If others belong with it, choose them too: “the cup”. "
-            "Then choose the place that they answer: “Put what?”",
+            "The next word is chosen for you. If others belong with it, choose them too: “the "
+            "cup”. Then choose the place that they answer: “Put what?”",
             "“On”, “to”, “next to” and the like have places of their own. What follows them comes "
             "after: “on”, then “the table”.",
             "In “Take the cup on the table”, “on” tells which cup. Its place is “the cup: which "

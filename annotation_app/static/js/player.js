@@ -139,11 +139,15 @@ export function equip(box, moved = () => {}) {
   for (const what of ["timeupdate", "seeked", "loadedmetadata"]) {
     video.addEventListener(what, () => show(video.currentTime));
   }
-  video.addEventListener("error", () => {
-    note.replaceChildren("The video can't be played. ", h("button", { type: "button", onclick: () => video.load() }, "Try again"));
-    note.dataset.kind = "open";
-  });
-  box.append(bar, note);
+  const failure = h(
+    "p",
+    { class: "note", "data-kind": "open", role: "alert" },
+    "The video can't be played. ",
+    h("button", { type: "button", onclick: () => { failure.hidden = true; video.load(); } }, "Try again"),
+  );
+  failure.hidden = !video.error;
+  video.addEventListener("error", () => (failure.hidden = false));
+  box.append(bar, note, failure);
   show(0);
   return player;
 }

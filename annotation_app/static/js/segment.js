@@ -5,7 +5,8 @@ import { differences, lesson } from "./segment-practice.js";
 import {
   ROLES, TOP, allParts, lineOf, moreOf, nextWord, outline, partWith, placesOf, problems, put, question,
 } from "./outline.js";
-import { begin, data, payload } from "./work.js";
+import "./player.js";
+import { begin, payload } from "./work.js";
 import * as sdc from "./sdc.js";
 
 const { words, suggestion } = payload;
@@ -75,9 +76,9 @@ function suggested() {
   );
 }
 
-function apply(next, said) {
+function apply(next, said, stillChanging = null) {
   wrong = [];
-  changing = null;
+  changing = stillChanging;
   work.change(next);
   announce(said);
 }
@@ -269,15 +270,15 @@ function changeParts(state) {
   const own = sdc.subtree(state, current.id);
   const others = allParts(outline(state)).filter((part) => !own.includes(part.id));
   const kinds = [["EVENT", ROLES.done], ["OBJECT", "a thing or person"], ["PLACE", ROLES.where], ["PATH", ROLES.way]];
-  const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), "Changed"));
+  const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), "Changed", current.id));
   const above = select(
     "inside",
     [["", "nothing"], ...others.map((part) => [part.id, phrase(part.words) || "…"])],
     current.parent ?? "",
-    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), "Moved"),
+    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), "Moved", current.id),
   );
   const fields = [["f", "who or what it is about"], ["l", "first"], ["l2", "second"]];
-  const as = select("as", fields, current.field ?? "l", (value) => apply(sdc.move(work.state, current.id, current.parent, value), "Moved"));
+  const as = select("as", fields, current.field ?? "l", (value) => apply(sdc.move(work.state, current.id, current.parent, value), "Moved", current.id));
   as.disabled = current.parent === null;
   const own_ = sdc.ownWords(current);
   return [

@@ -23,6 +23,7 @@ def film(folder: Path) -> Path:
         _write_picture(target / "poster.png")
         manifest = json.loads((target / "manifest.json").read_text())
         manifest["duration_s"] = SECONDS
+        manifest["fps"] = FPS
         manifest["steps"] = [
             {"action": "drive_to", "arguments": {}, "start_s": start, "end_s": start + SECONDS / 2}
             for start in (0.0, SECONDS / 2)
