@@ -156,7 +156,7 @@ def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | 
 
 def still_open(session: Session, study_id: str, who: str) -> Mapping[TaskName, int]:
     """How many items of each task somebody has or may yet get, attention checks aside."""
-    return dict(session.execute(_STILL_OPEN, {"of_study": study_id, "who": who}).tuples())
+    return dict(session.execute(_STILL_OPEN, {"of_study": study_id, "who": who}).all())
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:

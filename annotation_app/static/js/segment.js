@@ -24,6 +24,7 @@ let shortcuts = []; // the places, by the digits that fill them
 const editor = $("editor");
 const prompt = h("p", { class: "prompt", id: "prompt" });
 const wordBar = h("div", { class: "words", role: "toolbar", "aria-label": "The words of the command", "aria-describedby": "prompt" });
+const notice = suggestion ? suggested() : "";
 const tools = h("div", { class: "actions" });
 const teacher = h("div", { class: "lesson", hidden: true });
 const tree = h("div", { class: "outline-box" });
@@ -34,7 +35,7 @@ const buttons = words.map((word, i) =>
 wordBar.append(...buttons);
 wordBar.addEventListener("keydown", walk);
 editor.append(
-  h("section", { class: "panel chooser", "aria-label": "Choose words" }, suggestion ? suggested() : "", prompt, wordBar, tools, teacher),
+  h("section", { class: "panel chooser", "aria-label": "Choose words" }, notice, prompt, wordBar, tools, teacher),
   h("section", { class: "panel places", "aria-label": "The parts of the command" }, tree),
   change,
   ...document.querySelectorAll("#film"),
@@ -186,6 +187,7 @@ function draw(state) {
     const where = wrong.includes(i) ? ", not in its place" : holder ? ", has a place" : isLeft ? ", left out" : "";
     button.setAttribute("aria-label", words[i].text + where);
   });
+  if (notice && !state.clauses.length) notice.hidden = true; // nothing of it is left
   prompt.replaceChildren(...asked(state, taken));
   redraw(tools, ...toolParts(taken));
   shortcuts = [];
