@@ -38,7 +38,7 @@ export function equip(box, moved = () => {}) {
     h("button", { type: "button", title: label, "aria-label": label, onclick, ...more }, drawn(icon));
   const name = h("span", {}, "Play");
   const play = h("button", { type: "button", class: "play", title: "Play or pause (K)", onclick: toggle }, drawn("play"), name);
-  const toStart = button("start", "To the start", () => go(0));
+  const toStart = button("start", "To the start", () => go(0), { class: "to-start" });
   const slider = h("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time in the video, in seconds" });
   const clock = h("span", { class: "clock" });
   const speed = h(
