@@ -58,7 +58,12 @@ export function equip(box, moved = () => {}) {
     h("span", { class: "player-time" }, slider, clock), speed, full ?? "",
   );
 
-  const duration = () => (Number.isFinite(video.duration) && video.duration) || Number(box.dataset.duration) || 0;
+  /** Browsers may take a video for longer by some frames, or not know yet. */
+  function duration() {
+    const told = Number(box.dataset.duration) || Infinity;
+    const found = Math.min(told, video.duration > 0 ? video.duration : Infinity);
+    return Number.isFinite(found) ? found : 0;
+  }
 
   function toggle() {
     active = player;
@@ -78,7 +83,8 @@ export function equip(box, moved = () => {}) {
   function step(by) {
     const rate = fps || USUAL_FPS;
     const last = Math.max(Math.ceil(duration() * rate - 1e-3) - 1, 0);
-    const frame = Math.min(Math.max(Math.floor(video.currentTime * rate + 1e-3) + by, 0), last);
+    const shown = Math.min(Math.floor(video.currentTime * rate + 1e-3), last); // also at the very end
+    const frame = Math.min(Math.max(shown + by, 0), last);
     go(frame ? (frame + 0.5) / rate : 0);
   }
   function show(t) {
@@ -86,7 +92,7 @@ export function equip(box, moved = () => {}) {
     slider.step = fps ? 1 / fps : "any";
     slider.value = t;
     slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
-    clock.textContent = `${t.toFixed(1)} / ${duration().toFixed(1)} s`;
+    clock.textContent = `${Math.min(t, duration()).toFixed(1)} / ${duration().toFixed(1)} s`;
     toStart.disabled = t === 0;
     moved(t);
   }

@@ -76,7 +76,9 @@ def test_frames_one_by_one(site: Site, context: BrowserContext) -> None:
     assert frame_of(page) == 2
     for _ in range(FPS):
         page.keyboard.press(".")
-    assert frame_of(page) == FPS * SECONDS - 1
+    assert frame_of(page) >= FPS * SECONDS - 1  # browsers go on to the end from the last frame
+    page.keyboard.press(",")
+    assert frame_of(page) == FPS * SECONDS - 2
     page.get_by_role("button", name="To the start").click()
     assert time_of(page) == 0
     page.keyboard.press(",")
