@@ -64,7 +64,9 @@ TRIALS = (
     Trial((), "ct train g3 --corpus tiny --out tiny.npz"),
     Trial((), "ct eval --table 1 --corpus tiny --cv scenario --json"),
     Trial((), "ct eval --table 2 --corpus rated"),
-    Trial(("plot",), "ct eval --learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"),
+    Trial(
+        ("plot",), "ct eval --learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"
+    ),
     Trial(("study",), "ct eval --table 2 --corpus rated --models"),
     Trial(("study",), "ct eval --report report --corpus tiny --repeats 0", tells=False),
     Trial(("language",), "ct parse 'Go to the truck'"),

@@ -13,6 +13,7 @@ from sqlalchemy import (
     ColumnElement,
     Float,
     UpdateBase,
+    and_,
     bindparam,
     case,
     exists,
@@ -185,6 +186,11 @@ def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | 
     return None if found is None else Work(who, *found)
 
 
+def still_open(session: Session, study_id: str, who: str) -> Mapping[TaskName, int]:
+    """How many items of each task somebody has or may yet get, attention checks aside."""
+    return dict(session.execute(_STILL_OPEN, {"of_study": study_id, "who": who}).all())
+
+
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
     """What is true of slots that are neither answered nor leased."""
     return SLOT.c.answered.is_(False), or_(SLOT.c.person_id.is_(None), SLOT.c.expires_at < now)
@@ -303,6 +309,16 @@ _UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
 _ANSWERED = select(ANSWER.c.id).join(ITEM).where(*_OF_TASK, ANSWER.c.person_id == _WHO).limit(1)
 _HELD = select(SLOT.c.rank, SLOT.c.item_id).where(
     SLOT.c.queue == _QUEUE, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False)
+)
+_OPEN = exists().where(SLOT.c.item_id == ITEM.c.id, SLOT.c.answered.is_(False))
+_STILL_OPEN = (
+    select(ITEM.c.task, func.count())
+    .where(
+        ITEM.c.study_id == _STUDY,
+        ITEM.c.attention.is_(False),
+        or_(_OPEN.where(SLOT.c.person_id == _WHO), and_(_OPEN, *_is_new())),
+    )
+    .group_by(ITEM.c.task)
 )
 _HANDED_OUT = (
     select(

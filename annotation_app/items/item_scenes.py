@@ -47,17 +47,19 @@ def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tupl
 
 
 def watched(session: Session, item: AnyItem) -> Record:
-    """What a page needs to show an item's video: ``video``, ``poster`` and ``duration_s``."""
+    """What a page needs to show an item's video: ``video``, ``poster``, ``duration_s``, ``fps``."""
     return watched_video(session, item.study_id, item.payload["video"])
 
 
 def watched_video(session: Session, study_id: str, video: str) -> Record:
     """The same of one of a study's videos."""
     files = media_files(session, study_id, video)
+    film = read_film(files.paths["manifest"].parent)
     return {
         "video": files.public.get("video"),
         "poster": files.public.get("poster"),
-        "duration_s": read_film(files.paths["manifest"].parent).duration_s,
+        "duration_s": film.duration_s,
+        "fps": film.fps,
     }
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from flask import Blueprint, redirect, send_file
+from flask import Blueprint, redirect, send_file, url_for
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
@@ -48,6 +48,12 @@ def media(media_id: str) -> BaseResponse:
     response.headers.pop("Content-Disposition", None)
     response.headers.pop("Last-Modified", None)
     return response
+
+
+@blueprint.app_template_filter("media_url")
+def media_url(media_id: str) -> str:
+    """The address of a file; those of practice examples have one already."""
+    return media_id if media_id.startswith("/") else url_for("media.media", media_id=media_id)
 
 
 def media_type(found: Media) -> str:

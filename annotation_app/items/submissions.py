@@ -149,7 +149,7 @@ def save_draft(
     Returns
     -------
     bool
-        Whether it was kept.
+        Whether it is kept, now or since before.
     """
     lock_person(session, who)
     values = {
@@ -161,7 +161,11 @@ def save_draft(
         "sent_body": body,
         "at_present": now,
     }
-    return session.scalar(_keep_draft(dialect_of(session)), values) is not None
+    if session.scalar(_keep_draft(dialect_of(session)), values) is not None:
+        return True
+    # A page that was left before the reply came sends the same again when it is back.
+    there = session.execute(_DRAFT, {"item": item.id, "who": who}).first()
+    return there is not None and tuple(there) == (revision, body)
 
 
 ANSWER, DRAFT, EVENT, HANDOUT, SLOT = map(core, (Answer, Draft, Event, Handout, Slot))
@@ -178,6 +182,9 @@ _ANSWERED = select(ANSWER.c.id).where(
     ANSWER.c.person_id == _WHO,
     ANSWER.c.task == bindparam("of_task"),
     ANSWER.c.subject == bindparam("of_subject"),
+)
+_DRAFT = select(DRAFT.c.revision, DRAFT.c.body).where(
+    DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO
 )
 _FORGET_DRAFT = delete(DRAFT).where(DRAFT.c.item_id == _ITEM, DRAFT.c.person_id == _WHO)
 _ADD_EVENT = insert(EVENT).returning(EVENT.c.id)

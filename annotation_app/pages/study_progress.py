@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from annotation_app.items.new_items import GIVEN
+from annotation_app.items.assignment import still_open
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Answer, Draft, Item, Person, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
@@ -27,7 +27,7 @@ class TaskProgress:
     done
         How many items the person has answered.
     items
-        How many there are; more may come as others answer.
+        How many those are and what the person may still do; more may come as others answer.
     is_begun
         Whether there is a draft to go on with.
     wants_login, wants_practice
@@ -50,14 +50,14 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
     """A study's tasks in their order."""
     config = restored(study.config)
     done = _answered(session, study, person)
-    total = _items(session, study)
+    left = still_open(session, study.id, person.id)
     begun = _begun(session, study, person)
     return [
         TaskProgress(
             task.name,
             task_words(config, task),
             done.get(task.name, 0),
-            max(total.get(task.name, 0), done.get(task.name, 0)),
+            done.get(task.name, 0) + left.get(task.name, 0),
             task.name in begun,
             RANKS[person.role] < RANKS[config.tasks[task.name].role],
             must_practise(config, task.name, person),
@@ -78,19 +78,6 @@ def _answered(session: Session, study: Study, person: Person) -> Mapping[TaskNam
         select(Item.task, func.count())
         .join(Answer, Answer.item_id == Item.id)
         .where(Item.study_id == study.id, Answer.person_id == person.id)
-        .group_by(Item.task)
-    )
-    return dict(rows.all())
-
-
-def _items(session: Session, study: Study) -> Mapping[TaskName, int]:
-    rows = session.execute(
-        select(Item.task, func.count())
-        .where(
-            Item.study_id == study.id,
-            Item.attention.is_(False),
-            ~Item.subject.startswith(GIVEN),
-        )
         .group_by(Item.task)
     )
     return dict(rows.all())

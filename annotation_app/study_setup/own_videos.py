@@ -173,12 +173,14 @@ def prepare(item: OwnVideo, base: Path) -> Path:
     told = {"id": item.video, "has_scene": False, "steps": [], "metadata": dict(item.metadata)}
     if manifest.is_file() and poster.is_file():
         known = msgspec.json.decode(manifest.read_bytes())
-        if known == {**told, "sha256": sha256, "duration_s": known.get("duration_s")}:
+        measured = {name: known.get(name) for name in ("duration_s", "fps")}
+        if known == {**told, "sha256": sha256, **measured}:
             return folder
-    duration_s, picture = _first_frame(item.file)
+    duration_s, fps, picture = _first_frame(item.file)
     folder.mkdir(parents=True, exist_ok=True)
     write_bytes(poster, picture)
-    write_bytes(manifest, msgspec.json.encode({**told, "sha256": sha256, "duration_s": duration_s}))
+    made = {**told, "sha256": sha256, "duration_s": duration_s, "fps": fps}
+    write_bytes(manifest, msgspec.json.encode(made))
     return folder
 
 
@@ -242,8 +244,8 @@ def _jsonl_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]
             ) from error
 
 
-def _first_frame(file: Path) -> tuple[float, bytes]:
-    """How long a video is, in seconds, and its first frame as PNG."""
+def _first_frame(file: Path) -> tuple[float, float, bytes]:
+    """How long a video is, in seconds, its frames in a second, and its first frame as PNG."""
     try:
         import cv2  # noqa: PLC0415 - large, and not always installed
     except ImportError as error:
@@ -271,7 +273,7 @@ def _first_frame(file: Path) -> tuple[float, bytes]:
         )
     is_written, picture = cv2.imencode(".png", frame)
     assert is_written  # noqa: S101 - any frame can be
-    return max(frames / rate, 1 / rate), picture.tobytes()
+    return max(frames / rate, 1 / rate), round(rate, 3), picture.tobytes()
 
 
 def _to_mp4(file: Path) -> str:

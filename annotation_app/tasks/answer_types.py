@@ -9,9 +9,20 @@ import msgspec
 from annotation_app.store.models import Record
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+Speed: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=4)]
+"""How fast a video may be played: the player offers up to 4 times."""
 Coordinate: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 
 
-def with_watching(body: Record, watched_s: float | None) -> Record:
-    """A kept answer with the time that videos were played for, if the page has told it."""
-    return body if watched_s is None else {**body, "watched_s": watched_s}
+def with_watching(body: Record, watched_s: float | None, speed: float | None) -> Record:
+    """A kept answer with what the page has told of watching.
+
+    Parameters
+    ----------
+    watched_s
+        Seconds of videos that were played, at any speed.
+    speed
+        The fastest that they were played at.
+    """
+    told = {"watched_s": watched_s, "speed": speed}
+    return body | {name: value for name, value in told.items() if value is not None}

@@ -25,12 +25,19 @@ from annotation_app.items.scenes import scene_payload
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.answer_types import Seconds, with_watching
+from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import checked_negative
 from annotation_app.tasks.practice_example import PracticeExample
-from annotation_app.tasks.task_record import GROUNDINGS, Counts, Source, Task, TaskWords
+from annotation_app.tasks.task_record import (
+    GROUNDINGS,
+    VIDEO_KEYS,
+    Counts,
+    Source,
+    Task,
+    TaskWords,
+)
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import from_json
 
@@ -40,6 +47,7 @@ class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     verdicts: dict[str, bool | Literal["cant_tell"]]
     watched_s: Seconds | None = None
+    speed: Speed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +94,9 @@ def _check(
     unknown = sorted(answer.verdicts.keys() - shown.keys())
     problems = [FieldProblem(node, "Tell whether this matches.") for node in missing]
     problems += [FieldProblem(node, "There is no such clause to check.") for node in unknown]
-    return with_watching({"verdicts": dict(answer.verdicts)}, answer.watched_s), problems
+    return with_watching(
+        {"verdicts": dict(answer.verdicts)}, answer.watched_s, answer.speed
+    ), problems
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
@@ -191,6 +201,7 @@ CHECK = Task(
             ("Y N X", "it matches, it doesn't, can't tell"),
             ("[ ]", "go from clause to clause"),
             ("Ctrl Z, Ctrl Y", "undo, redo"),
+            *VIDEO_KEYS,
             ("Ctrl Enter", "send"),
         ),
     ),

@@ -1,7 +1,7 @@
 """Describe: people watch a video and type the command that it fulfils.
 
-An item's payload is ``{"video"}``. The page sends ``{"text", "played_to_end", "watched_s"}``; text
-and time are kept. An answer is a command at once.
+An item's payload is ``{"video"}``. The page sends ``{"text", "played_to_end", "watched_s",
+"speed"}``; all but the second are kept. An answer is a command at once.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Item, Record
-from annotation_app.tasks.answer_types import Seconds
+from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.corpus_parts import CorpusParts, add_commands
-from annotation_app.tasks.task_record import COMMAND, Counts, Task, TaskWords
+from annotation_app.tasks.task_record import COMMAND, VIDEO_KEYS, Counts, Task, TaskWords
 
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200
@@ -35,6 +35,7 @@ class Described(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     text: str
     played_to_end: bool
     watched_s: Seconds = 0.0
+    speed: Speed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ def _check(
     problems = [*text_problems(text)]
     if not answer.played_to_end:
         problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
-    return {"text": text, "watched_s": answer.watched_s}, problems
+    return with_watching({"text": text}, answer.watched_s, answer.speed), problems
 
 
 def _of_video(video: str, sha256: str) -> NewItem:
@@ -108,6 +109,7 @@ DESCRIBE = Task(
             "has happened, and sees the same scene.",
             "Write as you would speak. There is no single right answer.",
         ),
+        keys=(*VIDEO_KEYS, ("Ctrl Enter", "send")),
     ),
     template="tasks/describe.html",
     answer=Described,

@@ -26,7 +26,7 @@ from annotation_app.items.scenes import Aliases, Scene, scene_payload
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.answer_types import Coordinate, Seconds, with_watching
+from annotation_app.tasks.answer_types import Coordinate, Seconds, Speed, with_watching
 from annotation_app.tasks.asking_order import asked_clauses
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import positive
@@ -41,6 +41,7 @@ from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
+    VIDEO_KEYS,
     Adjudication,
     Counts,
     Source,
@@ -81,6 +82,7 @@ class Grounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     trims: dict[str, tuple[Seconds, Seconds]] = {}
     whole: list[str] = []
     watched_s: Seconds | None = None
+    speed: Speed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +154,7 @@ def _check(
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
     parts, more = read_parts(sdcs, answer.trims, answer.whole, scene.duration_s)
     body = {"groundings": kept, **parts}
-    return with_watching(body, answer.watched_s), problems + more
+    return with_watching(body, answer.watched_s, answer.speed), problems + more
 
 
 def _clause_grounding(
@@ -259,6 +261,7 @@ GROUND = Task(
             ("M", "mark a place: arrows move, + and − size, Enter sets, Esc ends"),
             ("← →", "on a handle of the timeline: a frame; with Shift a second"),
             ("Ctrl Z, Ctrl Y", "undo, redo"),
+            *VIDEO_KEYS,
             ("Ctrl Enter", "send"),
         ),
     ),

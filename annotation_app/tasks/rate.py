@@ -22,9 +22,16 @@ from annotation_app.items.new_items import NewItem, draws, videos_of
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, measured
-from annotation_app.tasks.answer_types import Seconds, with_watching
+from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of, people_of
-from annotation_app.tasks.task_record import COMMAND, Counts, Source, Task, TaskWords
+from annotation_app.tasks.task_record import (
+    COMMAND,
+    VIDEO_KEYS,
+    Counts,
+    Source,
+    Task,
+    TaskWords,
+)
 from corpus_tools.world.scenarios.documents import Problem
 from g3.annotation import RATINGS, Judgment
 
@@ -39,6 +46,7 @@ class Rated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     rating: Annotated[int, msgspec.Meta(ge=1, le=5)]
     watched_s: Seconds | None = None
+    speed: Speed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +86,7 @@ def _payload(session: Session, item: Item, _salt: bytes) -> Record:
 def _check(
     _session: Session, _item: AnyItem, answer: Rated, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    return with_watching({"rating": answer.rating}, answer.watched_s), []
+    return with_watching({"rating": answer.rating}, answer.watched_s, answer.speed), []
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
@@ -160,7 +168,7 @@ RATE = Task(
             "Tell how much you agree with the statement below it. Trust your own judgment.",
             "Some commands fit well and some don't fit at all.",
         ),
-        keys=(("1 to 5", "choose"), ("Ctrl Enter", "send")),
+        keys=(("1 to 5", "choose"), *VIDEO_KEYS, ("Ctrl Enter", "send")),
     ),
     template="tasks/rate.html",
     answer=Rated,

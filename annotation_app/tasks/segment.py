@@ -20,6 +20,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import FieldProblem, Refusal
 from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
@@ -29,6 +30,7 @@ from annotation_app.tasks.clause_words import words_of
 from annotation_app.tasks.task_record import (
     CLAUSES,
     COMMAND,
+    VIDEO_KEYS,
     Adjudication,
     AnswerTable,
     Compared,
@@ -100,11 +102,12 @@ def _likeness(suggestion: Any, body: Record) -> float:
     return tree_f(from_json(suggestion), from_json(body["sdcs"]))
 
 
-def _payload(_session: Session, item: Item, _salt: bytes) -> Record:
+def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
     return {
         "command": text,
         "words": list(words_of(text)),
+        **watched(session, item),
     }
 
 
@@ -202,32 +205,27 @@ SEGMENT = Task(
     name="segment",
     words=TaskWords(
         title="Segment",
-        summary="Mark the parts of a command and how they belong together.",
-        offer="Mark the parts of short commands.",
+        summary="Tell what belongs together in a command.",
+        offer="Tell what belongs together in short commands.",
         instructions=(
-            "A command is made of clauses. An EVENT is something to be done (“Put”), an OBJECT a "
-            "thing (“the cup”), a PLACE where something is (“on”), a PATH which way something "
-            "goes (“to”).",
-            "Begin with the EVENT: choose its words, then press EVENT. Go on with the clauses "
-            "inside it, each with its own words, and then with those inside them. The program "
-            "proposes where each clause belongs; the tree shows it.",
-            "Words need not stand side by side: in “Put it down”, the EVENT is “Put … down”.",
-            "A clause is the figure (who or what it is about), the landmark or the second "
-            "landmark of the clause that it is in, as the picture shows.",
-            "An OBJECT may be described by another one: “the cup on the table”. Choose the "
-            "clause “the cup”, give it the relation “on”, and add “the table” as its landmark.",
+            "The next word is chosen for you. If others belong with it, choose them too: “the "
+            "cup”. Then choose the place that they answer: “Put what?”",
+            "“On”, “to”, “next to” and the like have places of their own. What follows them comes "
+            "after: “on”, then “the table”.",
+            "In “Take the cup on the table”, “on” tells which cup. Its place is “the cup: which "
+            "one?”.",
+            "Words need not stand side by side: in “Put it down”, what is done is “Put … down”.",
         ),
         keys=(
             ("← →", "go from word to word"),
             ("Space", "choose the word, or not"),
             ("Shift ← →", "choose words in a row"),
-            ("E O P T", "make an EVENT, OBJECT, PLACE or PATH of the chosen words"),
-            ("R F", "add the chosen words to the clause's relation or figure"),
-            ("L M S", "next clause becomes landmark, second landmark or figure"),
-            ("N", "next clause stands alone"),
-            ("[ ]", "go from clause to clause"),
-            ("Delete", "remove the clause"),
+            ("1 to 9", "put the chosen words into the place with this number"),
+            ("X", "leave the chosen words out"),
+            ("[ ]", "go from part to part"),
+            ("Delete", "remove the part"),
             ("Ctrl Z, Ctrl Y", "undo, redo"),
+            *VIDEO_KEYS,
             ("Ctrl Enter", "send"),
         ),
     ),
@@ -235,7 +233,13 @@ SEGMENT = Task(
     answer=Segmented,
     payload=_payload,
     check=_check,
-    example=lambda scene: {"command": scene.command, "words": scene.words, "suggestion": None},
+    example=lambda scene: {
+        "command": scene.command,
+        "words": scene.words,
+        "suggestion": None,
+        **scene.watched,
+        "right": scene.sdcs,
+    },
     suggestion=_suggestion,
     likeness=_likeness,
     warm_up=warm_up,

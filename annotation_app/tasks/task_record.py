@@ -157,6 +157,14 @@ class AnswerTable:
     write: Callable[[Session, Study], bytes]
 
 
+VIDEO_KEYS = (
+    ("K", "play the video, or pause"),
+    (", .", "one frame back, or on"),
+    ("< >", "play slower, or faster"),
+)
+"""Keys of the player, for tasks with a video."""
+
+
 def _none(*_of: Any) -> tuple[()]:
     return ()
 

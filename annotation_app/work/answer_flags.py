@@ -47,5 +47,6 @@ def answer_flags(
     words = len(payload.get("text", "").split())
     if is_untouched(provenance) and seconds < QUICK_S + QUICK_WORD_S * words:
         yield UNREAD
-    if body.get("watched_s", 0.0) > seconds + SLACK_S:
+    # Who says nothing of the speed had no choice of it.
+    if body.get("watched_s", 0.0) > seconds * body.get("speed", 1.0) + SLACK_S:
         yield WATCHED_LONGER

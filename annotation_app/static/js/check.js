@@ -24,9 +24,9 @@ $("editor").append(bar, panel, stage);
 const work = begin({
   initial: { verdicts: {}, current: clauses[0]?.node },
   draw,
-  body: ({ verdicts, watched = {} }) => {
+  body: ({ verdicts, watched = {}, speed }) => {
     const times = Object.values(watched);
-    return { verdicts, watched_s: times.length ? times.reduce((a, b) => a + b) : undefined };
+    return { verdicts, watched_s: times.length ? times.reduce((a, b) => a + b) : undefined, speed };
   },
   problems: ({ verdicts, watched = {} }) => [
     ...clauses.filter((c) => isShownByVideo(c) && watched[c.shown.scene] === undefined)
@@ -41,8 +41,10 @@ function isShownByVideo({ shown }) {
   return !shown.objects.length && !shown.places.length && Boolean(payload.scenes[shown.scene].video);
 }
 
-function watched(index, seconds) {
-  work.change({ ...work.state, watched: { ...work.state.watched, [index]: seconds } }, { silent: true });
+function watched(index, { watched_s, speed }) {
+  const { state } = work;
+  const all = { ...state.watched, [index]: watched_s };
+  work.change({ ...state, watched: all, speed: Math.max(speed, state.speed ?? 0) }, { silent: true });
 }
 
 /** Scenes are made when they are first looked at, so that few videos are fetched. */
@@ -52,7 +54,7 @@ function view(index, state) {
     const map = showMap(scene, null, () => {});
     const picture = showPicture(scene, null, map.show);
     if (clauses.some((c) => c.shown.scene === index && isShownByVideo(c))) {
-      picture.requireWatching(state.watched?.[index] !== undefined, (seconds) => watched(index, seconds));
+      picture.requireWatching(state.watched?.[index] !== undefined, (what) => watched(index, what));
     }
     const element = h("div", { class: "scene" }, picture.element, map.element);
     views[index] = { scene, map, picture, element };

@@ -2,18 +2,21 @@
 
 import { $ } from "./dom.js";
 import { describeFeedback, ownFeedback } from "./practice.js";
-import { showVideo } from "./player.js";
-import { begin, data, payload } from "./work.js";
+import { playerOf, watchToEnd } from "./player.js";
+import { begin, data } from "./work.js";
 
 const text = $("text");
+const MOST_WORDS = Number(text.dataset.mostWords);
+const countOf = (typed) => (typed.trim() ? typed.trim().split(/\s+/).length : 0);
 
 const work = begin({
   initial: { text: "", played_to_end: false, watched_s: 0 },
   undoable: false, // the text box has its own
   draw(state) {
     if (text.value !== state.text) text.value = state.text;
-    const words = state.text.trim() ? state.text.trim().split(/\s+/).length : 0;
-    $("counter").textContent = `${words} ${words === 1 ? "word" : "words"}`;
+    const words = countOf(state.text);
+    $("counter").textContent = `${words} of at most ${MOST_WORDS} words`;
+    $("counter").classList.toggle("problem", words > MOST_WORDS);
   },
   body: (state) => state,
   problems(state) {
@@ -22,12 +25,13 @@ const work = begin({
     if (!/[\p{L}\p{N}]/u.test(state.text)) {
       found.push("Type what you would tell the operator to do.");
     }
+    if (countOf(state.text) > MOST_WORDS) found.push(`Use at most ${MOST_WORDS} words for the command.`);
     return found;
   },
   feedback: data.own ? ownFeedback : describeFeedback,
 });
 
 text.addEventListener("input", () => work.change({ ...work.state, text: text.value }));
-showVideo($("player"), payload, work.state.played_to_end, (watched_s) =>
-  work.change({ ...work.state, played_to_end: true, watched_s }),
+watchToEnd(playerOf(document.querySelector(".player")), work.state.played_to_end, (watched) =>
+  work.change({ ...work.state, played_to_end: true, ...watched }),
 );

@@ -34,6 +34,7 @@ export function choice(type, name, label, checked, onchange, extra = {}) {
 /** Say something to people who listen to the page. */
 export function announce(text) {
   const live = $("announcements");
+  if (!live) return;
   live.textContent = "";
   setTimeout(() => (live.textContent = text), 50);
 }

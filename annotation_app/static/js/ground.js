@@ -51,7 +51,7 @@ const unsure = Object.fromEntries(Object.keys(suggested).map((node) => [node, tr
 const work = begin({
   initial: { groundings: suggested, unsure, trims: {}, whole: [], current: first?.node },
   draw,
-  body: ({ groundings, trims, whole = [], watched_s }) => ({ groundings, trims, whole: whole.map(String), watched_s }),
+  body: ({ groundings, trims, whole = [], watched_s, speed }) => ({ groundings, trims, whole: whole.map(String), watched_s, speed }),
   problems: (state) => [
     ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
     ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => ground.isUnsure(state, clause.node)
@@ -63,8 +63,8 @@ const work = begin({
 });
 
 if (mustWatch) {
-  picture.requireWatching(work.state.watched_s !== undefined, (watched_s) => {
-    work.change({ ...work.state, watched_s }, { silent: true });
+  picture.requireWatching(work.state.watched_s !== undefined, (watched) => {
+    work.change({ ...work.state, ...watched }, { silent: true });
     if (work.state.current === WATCH) goOn();
   });
   // Things can be clicked at the first moment.

@@ -2,7 +2,7 @@
 
 import { h } from "./dom.js";
 import { showOutlines } from "./outlines.js";
-import { watchToEnd } from "./player.js";
+import { equip, watchToEnd } from "./player.js";
 import { mediaUrl } from "./server.js";
 
 const FIRST_MOMENT_S = 0.15;
@@ -14,6 +14,7 @@ const FIRST_MOMENT_S = 0.15;
 export function showPicture(scene, pick, moved) {
   const video = h("video", {
     src: scene.video && mediaUrl(scene.video),
+    poster: scene.poster && mediaUrl(scene.poster),
     preload: "auto",
     muted: true,
     playsinline: true,
@@ -22,59 +23,26 @@ export function showPicture(scene, pick, moved) {
   });
   const outlines = showOutlines(scene, pick);
   const layer = outlines.element;
-  const duration = scene.duration_s;
-  const slider = h("input", { type: "range", min: 0, max: duration, step: 0.1, value: 0, "aria-label": "Time in the video, in seconds" });
-  const play = h("button", { type: "button", class: "play" }, "Play");
-  const toStart = h("button", { type: "button" }, "To the start");
-  const clock = h("output", { class: "clock" }, "0.0 s");
   const hint = h("p", { class: "note" });
-
-  function seek(t) {
-    video.currentTime = t;
-    show(t);
-  }
-  function show(t) {
-    slider.value = t;
-    slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
-    clock.textContent = `${t.toFixed(1)} / ${duration.toFixed(1)} s`;
-    const isFirst = t <= FIRST_MOMENT_S;
-    layer.classList.toggle("away", !isFirst);
-    toStart.disabled = isFirst;
-    hint.textContent = isFirst ? "" : "Outlines are shown at the start of the video. The map moves with it.";
-    moved(t);
-  }
-  slider.addEventListener("input", () => {
-    video.pause();
-    seek(Number(slider.value));
-  });
-  toStart.addEventListener("click", () => {
-    video.pause();
-    seek(0);
-  });
-  play.addEventListener("click", () => (video.paused ? video.play() : video.pause()));
-  for (const name of ["play", "pause", "ended"]) {
-    video.addEventListener(name, () => (play.textContent = video.paused ? "Play" : "Pause"));
-  }
-  video.addEventListener("timeupdate", () => show(video.currentTime));
-
-  const note = h("p", { class: "note", role: "status" });
-
   const element = h(
     "div",
-    { class: "picture" },
+    { class: "picture player", "data-fps": scene.fps, "data-duration": scene.duration_s },
     h("div", { class: "screen" }, video, layer),
-    h("div", { class: "transport" }, play, toStart, slider, clock),
-    note,
-    hint,
   );
-  show(0);
+  const player = equip(element, (t) => {
+    const isFirst = t <= FIRST_MOMENT_S;
+    layer.classList.toggle("away", !isFirst);
+    hint.textContent = isFirst ? "" : "Outlines are shown at the start of the video. The map moves with it.";
+    moved(t);
+  });
+  element.append(hint);
   return {
     element,
-    seek,
-    get time() { return video.currentTime || 0; },
-    /** Have the video watched to its end: `watched(seconds)` is called when it has been. */
+    seek: player.seek,
+    get time() { return player.time; },
+    /** Have the video watched to its end: `watched({watched_s, speed})` is called when it has been. */
     requireWatching(alreadyWatched, watched) {
-      watchToEnd(video, note, alreadyWatched, watched);
+      watchToEnd(player, alreadyWatched, watched);
     },
     /** Mark what is chosen. */
     mark: outlines.mark,

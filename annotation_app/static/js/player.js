@@ -1,43 +1,177 @@
-// The video of Describe and Rate, and watching any video to its end.
+// The video player of all pages: a bar below the picture, which covers nothing of it.
 
-import { h } from "./dom.js";
-import { mediaUrl } from "./server.js";
+import { announce, h, isShortcut, s } from "./dom.js";
+import { read, write } from "./storage.js";
 
+const SPEEDS = [0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4];
+const SPEED = "g3:speed";
+const USUAL_FPS = 25;
 const ENOUGH = 0.9;
+const ICONS = {
+  play: "M4 2v12l10-6z",
+  pause: "M3 2h4v12H3zM9 2h4v12H9z",
+  start: "M2 2h2v12H2zM14 2v12L5 8z",
+  back: "M11 2v12L3 8zM12 2h2v12h-2z",
+  on: "M5 2v12l8-6zM2 2h2v12H2z",
+  full: "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z",
+};
+const players = new WeakMap();
+let active = null; // whose keys they are, where a page has several
 
-/** Show a video; `watched(seconds)` is called when all of it has been played. */
-export function showVideo(container, payload, alreadyWatched, watched) {
+for (const box of document.querySelectorAll("[data-player]")) equip(box);
+document.addEventListener("keydown", press);
+
+/** The player of a box that a template has made. */
+export const playerOf = (box) => players.get(box) ?? equip(box);
+
+/**
+ * Give the video in a box a bar. The box tells `data-fps` and `data-duration`, if they are known.
+ *
+ * Gives {element, video, note, seek(t), time}; `moved(t)` is called as the video goes on.
+ */
+export function equip(box, moved = () => {}) {
+  const video = box.querySelector("video");
   const note = h("p", { class: "note", role: "status" });
-  const video = h("video", {
-    controls: true,
-    controlslist: "nodownload noplaybackrate",
-    disablepictureinpicture: true,
-    playsinline: true,
-    preload: "auto",
-    muted: true,
-    "aria-label": "The video",
-    poster: payload.poster && mediaUrl(payload.poster),
-    src: mediaUrl(payload.video),
+  let fps = Number(box.dataset.fps) || 0;
+
+  const button = (icon, label, onclick, more = {}) =>
+    h("button", { type: "button", title: label, "aria-label": label, onclick, ...more }, drawn(icon));
+  const name = h("span", {}, "Play");
+  const play = h("button", { type: "button", class: "play", title: "Play or pause (K)", onclick: toggle }, drawn("play"), name);
+  const toStart = button("start", "To the start", () => go(0), { class: "to-start" });
+  const slider = h("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time in the video, in seconds" });
+  const clock = h("span", { class: "clock" });
+  const speed = h(
+    "select",
+    { "aria-label": "Speed", title: "Speed (< slower, > faster)", onchange: () => setSpeed(Number(speed.value)) },
+    SPEEDS.map((value) => h("option", { value }, `${value}×`)),
+  );
+  const full = document.fullscreenEnabled
+    ? button("full", "Full screen", () => (document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen()))
+    : null;
+  const bar = h(
+    "div",
+    { class: "player-bar", role: "group", "aria-label": "Controls of the video" },
+    play, toStart,
+    button("back", "One frame back (,)", () => step(-1)),
+    button("on", "One frame on (.)", () => step(1)),
+    h("span", { class: "player-time" }, slider, clock), speed, full ?? "",
+  );
+
+  /** Browsers may take a video for longer by some frames, or not know yet. */
+  function duration() {
+    const told = Number(box.dataset.duration) || Infinity;
+    const found = Math.min(told, video.duration > 0 ? video.duration : Infinity);
+    return Number.isFinite(found) ? found : 0;
+  }
+
+  function toggle() {
+    active = player;
+    if (video.paused) video.play().catch(() => {}); // an error says so itself
+    else video.pause();
+  }
+  function seek(t) {
+    video.currentTime = t;
+    show(t);
+  }
+  function go(t) {
+    active = player;
+    video.pause();
+    seek(t);
+  }
+  /** To the middle of the frame before or after: what is shown there is never in doubt. */
+  function step(by) {
+    const rate = fps || USUAL_FPS;
+    const last = Math.max(Math.ceil(duration() * rate - 1e-3) - 1, 0);
+    const shown = Math.min(Math.floor(video.currentTime * rate + 1e-3), last); // also at the very end
+    const frame = Math.min(Math.max(shown + by, 0), last);
+    go(frame ? (frame + 0.5) / rate : 0);
+  }
+  function show(t) {
+    slider.max = duration();
+    slider.step = fps ? 1 / fps : "any";
+    slider.value = t;
+    slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
+    clock.textContent = `${Math.min(t, duration()).toFixed(1)} / ${duration().toFixed(1)} s`;
+    toStart.disabled = t === 0;
+    moved(t);
+  }
+  function setSpeed(value) {
+    video.defaultPlaybackRate = video.playbackRate = value;
+    speed.value = value;
+    try {
+      write(SPEED, String(value));
+    } catch {
+      // the browser's storage is full: it holds for this page
+    }
+  }
+  /** The speed before or after. */
+  function changeSpeed(by) {
+    const at = SPEEDS.indexOf(Number(speed.value)) + by;
+    if (SPEEDS[at]) setSpeed(SPEEDS[at]);
+    announce(`Speed ${speed.value}`);
+  }
+  /** Where nobody has told the frames' rate, the first frames that are played do. */
+  function measure(before) {
+    if (fps || !video.requestVideoFrameCallback) return;
+    video.requestVideoFrameCallback((_, { mediaTime }) => {
+      const rate = Math.round(1 / (mediaTime - before));
+      if (video.playbackRate <= 1 && rate >= 1 && rate <= 120) fps = rate;
+      else measure(mediaTime);
+    });
+  }
+
+  const player = { element: box, video, note, seek, toggle, step, changeSpeed, get time() { return video.currentTime || 0; } };
+  players.set(box, player);
+  active ??= player;
+  video.controls = false;
+  video.tabIndex = 0;
+  const kept = Number(read(SPEED));
+  setSpeed(SPEEDS.includes(kept) ? kept : 1);
+  slider.addEventListener("input", () => go(Number(slider.value)));
+  video.addEventListener("click", toggle);
+  video.addEventListener("keydown", (event) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault();
+    toggle();
   });
-  watchToEnd(video, note, alreadyWatched, watched);
-  video.addEventListener("error", () => {
-    const again = h("button", { type: "button", onclick: () => video.load() }, "Try again");
-    note.replaceChildren("The video can't be played. ", again);
-    note.dataset.kind = "open";
-  });
-  container.append(video, note);
-  return video;
+  video.addEventListener("play", () => measure(video.currentTime));
+  for (const what of ["play", "pause", "ended"]) {
+    video.addEventListener(what, () => {
+      name.textContent = video.paused ? "Play" : "Pause";
+      play.replaceChildren(drawn(video.paused ? "play" : "pause"), name);
+    });
+  }
+  for (const what of ["timeupdate", "seeked", "loadedmetadata"]) {
+    video.addEventListener(what, () => show(video.currentTime));
+  }
+  const failure = h(
+    "p",
+    { class: "note", "data-kind": "open", role: "alert" },
+    "The video can't be played. ",
+    h("button", { type: "button", onclick: () => { failure.hidden = true; video.load(); } }, "Try again"),
+  );
+  failure.hidden = !video.error;
+  video.addEventListener("error", () => (failure.hidden = false));
+  box.append(bar, note, failure);
+  show(0);
+  return player;
 }
 
-/** Tell in a note whether a video was watched, and call `watched(seconds)` when it has been. */
-export function watchToEnd(video, note, alreadyWatched, watched) {
+/** Have a player's video watched to its end: `watched({watched_s, speed})` is called when it has been. */
+export function watchToEnd({ video, note }, alreadyWatched, watched) {
   let isDone = alreadyWatched;
+  let fastest = 0;
 
   function say(text, kind) {
     note.textContent = text;
     note.dataset.kind = kind;
   }
-
+  function timed() {
+    if (!video.paused) fastest = Math.max(fastest, video.playbackRate);
+  }
+  video.addEventListener("play", timed);
+  video.addEventListener("ratechange", timed);
   video.addEventListener("ended", () => {
     if (isDone) return;
     const seconds = played(video);
@@ -47,7 +181,7 @@ export function watchToEnd(video, note, alreadyWatched, watched) {
     }
     isDone = true;
     say("You have watched it to the end. You can watch it again.", "done");
-    watched(Math.round(seconds * 10) / 10);
+    watched({ watched_s: Math.round(seconds * 10) / 10, speed: fastest || video.playbackRate });
   });
   say(
     isDone ? "You have watched it to the end. You can watch it again."
@@ -56,10 +190,29 @@ export function watchToEnd(video, note, alreadyWatched, watched) {
   );
 }
 
+/** How many seconds of a video have been played, at any speed. */
 function played(video) {
   let seconds = 0;
   for (let i = 0; i < video.played.length; i += 1) {
     seconds += video.played.end(i) - video.played.start(i);
   }
   return seconds;
+}
+
+function press(event) {
+  if (!active || !isShortcut(event) || !active.element.isConnected) return;
+  const does = {
+    k: active.toggle,
+    ",": () => active.step(-1),
+    ".": () => active.step(1),
+    "<": () => active.changeSpeed(-1),
+    ">": () => active.changeSpeed(1),
+  }[event.key.toLowerCase()];
+  if (!does) return;
+  event.preventDefault();
+  does();
+}
+
+function drawn(icon) {
+  return s("svg", { class: "icon", viewBox: "0 0 16 16", width: 16, height: 16, "aria-hidden": "true" }, s("path", { d: ICONS[icon] }));
 }

@@ -17,32 +17,6 @@ export function describeFeedback() {
   };
 }
 
-const shape = (sdcs) => JSON.stringify(sdcs.map(plain));
-const text = (list) => (list ?? []).map(([word]) => word).join(" ");
-
-function plain(clause) {
-  const isWords = Array.isArray(clause.f?.[0]);
-  const below = (field) => (clause[field] ?? []).filter((c) => !Array.isArray(c)).map(plain);
-  return [clause.type, isWords ? text(clause.f) : below("f"), text(clause.r), below("l"), below("l2")];
-}
-
-export function segmentFeedback(sdcs) {
-  const object = (words) => ({ type: "OBJECT", f: words.split(" ").map((word) => [word, 0]) });
-  const robot = [{ type: "OBJECT" }];
-  const buoy = { type: "OBJECT", f: [object("the buoy")], r: [["by", 0]], l: [object("the lighthouse")] };
-  const tree = (field, type, landmark) => [
-    { type: "EVENT", f: robot, r: [["Sail", 0]], [field]: [{ type, r: [["to", 0]], l: [landmark] }] },
-  ];
-  const right = ["l", "l2"].flatMap((field) => ["PATH", "PLACE"].map((type) => shape(tree(field, type, buoy))));
-  const found = shape(sdcs.map((c) => ({ ...c, r: c.r })));
-  if (right.includes(found)) return answer(true, "That is how we would mark it, too.");
-  const events = sdcs.filter((c) => c.type === "EVENT");
-  if (!events.length) return answer(false, "Choose “Sail” and make it an EVENT that stands alone.");
-  if (!found.includes("PATH")) return answer(false, "“to” is a PATH: the landmark of “Sail”.");
-  if (!/"by"/.test(found)) return answer(false, "The buoy is described by the lighthouse: the OBJECT “the buoy” has the relation “by” and the landmark “the lighthouse”.");
-  return answer(false, "EVENT “Sail” has the landmark PATH “to”, which has the landmark OBJECT “by”; its figure is “the buoy” and its landmark “the lighthouse”.");
-}
-
 export function groundFeedback({ groundings }) {
   const chosen = (node) => [...(groundings[node]?.objects ?? [])].sort().join();
   const wrong = Object.entries({ 3: "thing-c", 4: "thing-c", 5: "thing-d" }).find(([node, id]) => chosen(node) !== id);

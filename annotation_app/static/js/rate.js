@@ -1,7 +1,7 @@
 // Rate: how well a command fits a video.
 
 import { $, announce, isShortcut } from "./dom.js";
-import { showVideo } from "./player.js";
+import { playerOf, watchToEnd } from "./player.js";
 import { ownFeedback, rateFeedback } from "./practice.js";
 import { begin, data, payload } from "./work.js";
 
@@ -14,7 +14,7 @@ const work = begin({
   draw(state) {
     for (const radio of radios) radio.checked = Number(radio.value) === state.rating;
   },
-  body: ({ rating, watched_s }) => ({ rating, watched_s }),
+  body: ({ rating, watched_s, speed }) => ({ rating, watched_s, speed }),
   problems(state) {
     const found = [];
     if (!state.played_to_end) found.push("Watch the video to its end first.");
@@ -35,6 +35,6 @@ document.addEventListener("keydown", (event) => {
   radio.focus();
   announce(radio.parentElement.textContent.trim());
 });
-showVideo($("player"), payload, work.state.played_to_end, (watched_s) =>
-  work.change({ ...work.state, played_to_end: true, watched_s }, { silent: true }),
+watchToEnd(playerOf(document.querySelector(".player")), work.state.played_to_end, (watched) =>
+  work.change({ ...work.state, played_to_end: true, ...watched }, { silent: true }),
 );

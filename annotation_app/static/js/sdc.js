@@ -1,19 +1,17 @@
 // SDC trees as they are edited: a flat list of clauses that say which clause they are in.
-// A state is {clauses, next, current, field}; each function gives a new one.
+// A state is {clauses, next, current, left}; each function gives a new one. What people see of it,
+// and where they can put words, is in outline.js.
 //
 // clause: {id, type, parent: id or null, field: "f" | "l" | "l2" | null, f: [word], r: [word]},
-// where a word is its number in the command.
+// where a word is its number in the command. `left` are words that belong nowhere;
+// drafts of earlier versions don't have it.
 
-export const TYPES = ["EVENT", "OBJECT", "PLACE", "PATH"];
-export const FIELD_NAMES = { f: "figure", r: "relation", l: "landmark", l2: "second landmark" };
 const CHILD_FIELDS = ["f", "l", "l2"];
-const ALONE = "alone";
 
-export const empty = { clauses: [], next: 1, current: null, field: ALONE };
+export const empty = { clauses: [], next: 1, current: null, left: [] };
 
 export const find = (state, id) => state.clauses.find((clause) => clause.id === id);
 export const children = (state, id) => inOrder(state, state.clauses.filter((c) => c.parent === id));
-export const currentOf = (state) => find(state, state.current) ?? null;
 
 export function subtree(state, id) {
   return [id, ...children(state, id).flatMap((child) => subtree(state, child.id))];
@@ -21,10 +19,7 @@ export function subtree(state, id) {
 
 /** All words of a clause and the clauses in it, sorted. */
 export function wordsOf(state, id) {
-  const own = subtree(state, id).flatMap((part) => {
-    const clause = find(state, part);
-    return [...clause.f, ...clause.r];
-  });
+  const own = subtree(state, id).flatMap((part) => ownWords(find(state, part)));
   return [...new Set(own)].sort((a, b) => a - b);
 }
 
@@ -38,60 +33,26 @@ function inOrder(state, clauses) {
   return [...clauses].sort((a, b) => rank(a)[0] - rank(b)[0] || rank(a)[1] - rank(b)[1]);
 }
 
-/** Make a clause of words, in the current clause's chosen field. */
-export function add(state, type, words) {
-  const parent = state.field === ALONE ? null : currentOf(state);
-  const clause = {
-    id: state.next,
-    type,
-    parent: parent?.id ?? null,
-    field: parent ? state.field : null,
-    f: type === "OBJECT" ? words : [],
-    r: type === "OBJECT" ? [] : words,
-  };
-  const without = free(state, words);
-  const added = tidy({
-    ...without,
-    clauses: [...without.clauses, clause],
-    next: state.next + 1,
-  });
-  return proposeField(added, type === "OBJECT" && parent ? parent.id : clause.id);
+/** Make a clause of words in a field of another clause, or on its own if `parent` is null. */
+export function add(state, type, parent, field, words) {
+  const inField = (list) => (type === "OBJECT" ? [list, []] : [[], list]);
+  const [f, r] = inField([...words].sort((a, b) => a - b));
+  const clause = { id: state.next, type, parent, field: parent === null ? null : field, f, r };
+  const clauses = [...free(state, words).clauses, clause];
+  return tidy({ ...state, clauses, next: state.next + 1, current: clause.id });
 }
 
-/** What comes next: the first landmark that is free, here or further up; else a new tree. */
-function proposeField(state, id) {
-  for (let clause = find(state, id); clause; clause = find(state, clause.parent)) {
-    const taken = children(state, clause.id).map((child) => child.field);
-    const field = (clause.type === "EVENT" ? ["l", "l2"] : ["l"]).find((f) => !taken.includes(f));
-    if (field) return { ...state, current: clause.id, field };
-  }
-  return { ...state, current: id, field: ALONE };
-}
+export const choose = (state, id) => (find(state, id) ? { ...state, current: id } : state);
 
-export function choose(state, id) {
-  return find(state, id) ? proposeFieldOf(state, id) : state;
-}
-
-function proposeFieldOf(state, id) {
-  const proposed = proposeField(state, id);
-  return proposed.current === id ? proposed : { ...state, current: id, field: "l" };
-}
-
-export const chooseField = (state, field) => ({ ...state, field });
-
-/** Give words to the current clause's figure or relation. */
-export function give(state, field, words) {
-  const current = state.current;
-  return tidy(change(free(state, words), current, (c) => ({ ...c, [field]: sorted(c[field], words) })));
+/** Give words to a clause's figure or relation. */
+export function give(state, id, field, words) {
+  return tidy(change(free(state, words), id, (c) => ({ ...c, [field]: sorted(c[field], words) })));
 }
 
 /** Take words out of whatever clause they are in. */
 export function free(state, words) {
   const rest = (list) => list.filter((word) => !words.includes(word));
-  return {
-    ...state,
-    clauses: state.clauses.map((c) => ({ ...c, f: rest(c.f), r: rest(c.r) })),
-  };
+  return { ...state, clauses: state.clauses.map((c) => ({ ...c, f: rest(c.f), r: rest(c.r) })) };
 }
 
 /** Change a clause's type; a leaf's words go where such a clause has them. */
@@ -116,9 +77,16 @@ export function remove(state, id) {
   const left = state.clauses
     .filter((c) => c.id !== id)
     .map((c) => (c.parent === id ? { ...c, parent: gone.parent, field: gone.field } : c));
-  const next = { ...state, clauses: left };
-  const current = gone.parent ?? left.at(-1)?.id ?? null;
-  return current === null ? { ...next, current, field: ALONE } : proposeFieldOf(next, current);
+  return { ...state, clauses: left, current: gone.parent ?? left.at(-1)?.id ?? null };
+}
+
+/** Remove clauses that have lost all words and hold no others, and descriptions that have lost theirs. */
+export function pruned(state) {
+  const bare = state.clauses.find((c) => {
+    const inside = children(state, c.id);
+    return !ownWords(c).length && (!inside.length || (c.type === "OBJECT" && inside.length === 1 && inside[0].field === "f"));
+  });
+  return bare ? pruned({ ...remove(state, bare.id), current: state.current }) : state;
 }
 
 function change(state, id, how) {
@@ -133,19 +101,12 @@ function tidy(state) {
     (c) => c.f.length && (c.r.length || state.clauses.some((other) => other.parent === c.id)),
   );
   if (!full) return state;
-  const leaf = {
-    id: state.next,
-    type: "OBJECT",
-    parent: full.id,
-    field: "f",
-    f: full.f,
-    r: [],
-  };
+  const leaf = { id: state.next, type: "OBJECT", parent: full.id, field: "f", f: full.f, r: [] };
   const emptied = change(state, full.id, (c) => ({ ...c, f: [] }));
   return tidy({ ...emptied, clauses: [...emptied.clauses, leaf], next: state.next + 1 });
 }
 
-/** As g3.sdc_notation.to_json writes it. An EVENT without a figure has the unnamed robot. */
+/** As g3.sdc.sdc_notation.to_json writes it. An EVENT without a figure has the unnamed robot. */
 export function toJson(state, words) {
   const spans = (list) => list.map((i) => [words[i].text, words[i].start]);
   const clause = (c) => {
@@ -180,41 +141,7 @@ export function fromJson(sdcs, words) {
     }
   };
   for (const value of sdcs) read(value, null, null);
-  const state = { clauses, next: clauses.length + 1, current: null, field: ALONE };
-  return clauses.length ? choose(state, 1) : state;
-}
-
-/** What must be changed before it is sent, in plain words. */
-export function problems(state, words) {
-  if (!state.clauses.length) {
-    return ["Mark at least one clause: choose words, then a type."];
-  }
-  return state.clauses
-    .filter((c) => !wordsOf(state, c.id).length)
-    .map((c) => {
-      const above = find(state, c.parent);
-      const where = above ? ` in “${text(wordsOf(state, above.id), words)}”` : "";
-      return `The ${c.type}${where} has no words. Give it some, or remove it.`;
-    });
-}
-
-/** What looks unusual, though it may be right. */
-export function hints(state, words) {
-  const found = [];
-  const left = words.map((_, i) => i).filter((i) => /[\p{L}\p{N}]/u.test(words[i].text) && !holder(state, i));
-  if (state.clauses.length && left.length) {
-    found.push(`Not in any clause yet: ${text(left, words)}.`);
-  }
-  for (const c of state.clauses) {
-    const inside = children(state, c.id);
-    if (inside.length && !c.r.length) {
-      found.push(`“${text(wordsOf(state, c.id), words)}” has no relation.`);
-    }
-    if (["PLACE", "PATH"].includes(c.type) && inside.some((child) => child.type === "EVENT")) {
-      found.push(`An EVENT is seldom inside a ${c.type}.`);
-    }
-  }
-  return found;
+  return { ...empty, clauses, next: clauses.length + 1, current: clauses.length ? 1 : null };
 }
 
 export const text = (numbers, words) => numbers.map((i) => words[i].text).join(" ");

@@ -1,66 +1,69 @@
-// Segment: choose words, say what they are, see the tree.
+// Segment: give the words of a command their places, and see what belongs to what.
 
-import { $, announce, choice, h, isShortcut, redraw } from "./dom.js";
-import { segmentFeedback } from "./practice.js";
-import { drawTrees } from "./sdc-drawing.js";
-import * as sdc from "./sdc.js";
+import { $, announce, h, isShortcut, redraw } from "./dom.js";
+import { differences, lesson } from "./segment-practice.js";
+import {
+  ROLES, TOP, allParts, lineOf, moreOf, nextWord, outline, partWith, placesOf, problems, put, question,
+} from "./outline.js";
+import "./player.js";
 import { begin, payload } from "./work.js";
+import * as sdc from "./sdc.js";
 
 const { words, suggestion } = payload;
-const TYPE_KEYS = { e: "EVENT", o: "OBJECT", p: "PLACE", t: "PATH" };
-const FIELD_KEYS = { n: "alone", s: "f", l: "l", m: "l2" };
+const right = payload.right && sdc.fromJson(payload.right, words);
 
 let chosen = new Set(); // words, not part of the draft
+let proposed = null; // a word that was chosen for people; their first press of it doesn't take it away
 let focused = 0;
 let anchor = 0;
+let shown = null;
+let changing = null; // the part that people have chosen, to change it
+let wrong = []; // words that practice found in wrong places
+let shortcuts = []; // the places, by the digits that fill them
 
 const editor = $("editor");
-const wordBar = h("div", { class: "words", role: "toolbar", "aria-label": "The words of the command" });
-const maker = h("section", { class: "panel maker", "aria-label": "Make a clause" });
-const clausePanel = h("section", { class: "panel", "aria-label": "The current clause" });
-const list = h("section", { class: "panel", "aria-label": "All clauses" });
-const drawing = h("div", { class: "drawing" });
-const notes = h("div", { class: "hints" });
+const prompt = h("p", { class: "prompt", id: "prompt" });
+const wordBar = h("div", { class: "words", role: "toolbar", "aria-label": "The words of the command", "aria-describedby": "prompt" });
+const notice = suggestion ? suggested() : "";
+const tools = h("div", { class: "actions" });
+const teacher = h("div", { class: "lesson", hidden: true });
+const tree = h("div", { class: "outline-box" });
+const change = h("section", { class: "panel change", "aria-label": "Change a part", hidden: true });
 const buttons = words.map((word, i) =>
   h("button", { type: "button", class: "word", onclick: (event) => press(i, event) }, h("bdi", {}, word.text)),
 );
 wordBar.append(...buttons);
 wordBar.addEventListener("keydown", walk);
 editor.append(
-  suggestion ? suggested() : "",
-  h(
-    "div",
-    { class: "columns" },
-    h("div", { class: "stack" }, h("div", { class: "panel" }, h("p", { class: "label" }, "1. Choose the words of a clause"), wordBar), maker, clausePanel),
-    h("div", { class: "stack" }, drawing, notes, list),
-  ),
+  h("section", { class: "panel chooser", "aria-label": "Choose words" }, notice, prompt, wordBar, tools, teacher),
+  h("section", { class: "panel places", "aria-label": "The parts of the command" }, tree),
+  change,
+  ...document.querySelectorAll("#film"),
 );
 
 showExample();
-const start = suggestion ? sdc.fromJson(suggestion, words) : sdc.empty;
 const work = begin({
-  initial: start,
+  initial: suggestion ? sdc.fromJson(suggestion, words) : sdc.empty,
   draw,
   body: (state) => ({ sdcs: sdc.toJson(state, words) }),
-  problems: (state) => sdc.problems(state, words),
-  feedback: (state) => segmentFeedback(sdc.toJson(state, words)),
+  problems: (state) => problems(state, words),
+  feedback,
 });
 
-/** What the instructions speak of, drawn. */
+/** What the instructions speak of, as it looks when it is done. */
 function showExample() {
   const spans = [["Put", 0], ["the", 4], ["cup", 8], ["on", 12], ["the", 15], ["table", 19]];
-  const [put, the, cup, on, the2, table] = spans;
-  const tree = {
+  const [verb, the, cup, on, the2, table] = spans;
+  const example = spans.map(([text, start]) => ({ text, start }));
+  const state = sdc.fromJson([{
     type: "EVENT",
-    r: [put],
+    r: [verb],
     l: [{ type: "OBJECT", f: [the, cup] }],
     l2: [{ type: "PLACE", r: [on], l: [{ type: "OBJECT", f: [the2, table] }] }],
-  };
-  const example = spans.map(([text, start]) => ({ text, start }));
-  const state = { ...sdc.fromJson([tree], example), current: null };
+  }], example);
   $("example").replaceChildren(
-    h("div", { class: "drawing" }, drawTrees(state, example, null)),
-    h("figcaption", { class: "quiet" }, "“Put the cup on the table”: the OBJECT “the cup” is the landmark of “Put”, and the PLACE “on” is its second landmark."),
+    h("div", { class: "outline-box" }, branches(outline(state), (part) => row("span", part, sdc.text(part.words, example)))),
+    h("figcaption", { class: "quiet" }, "“Put the cup on the table”: Put what? The cup. Put where? On. On what? The table."),
   );
 }
 
@@ -68,14 +71,15 @@ function suggested() {
   return h(
     "p",
     { class: "notice" },
-    "A program has made this suggestion. It makes mistakes: correct them, or ",
-    h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, "All clauses removed") }, "start from nothing"),
+    "A program has placed the words. It makes mistakes: choose a word to move it, or ",
+    h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, "All parts removed") }, "start from nothing"),
     ".",
   );
 }
 
-function apply(next, said) {
-  chosen = new Set();
+function apply(next, said, stillChanging = null) {
+  wrong = [];
+  changing = stillChanging;
   work.change(next);
   announce(said);
 }
@@ -85,7 +89,8 @@ function press(i, event) {
   if (event.shiftKey) range(anchor, i);
   else {
     anchor = i;
-    if (chosen.has(i)) chosen.delete(i);
+    if (i === proposed) proposed = null;
+    else if (chosen.has(i)) chosen.delete(i);
     else chosen.add(i);
   }
   draw(work.state);
@@ -116,143 +121,173 @@ function phrase(numbers) {
   return sdc.text(numbers, words);
 }
 
-function make(type) {
-  if (!chosen.size) return announce("Choose words first");
-  const taken = picked();
-  apply(sdc.add(work.state, type, taken), `${type} made: ${phrase(taken)}`);
+function quoted(numbers) {
+  return h("q", {}, h("bdi", {}, phrase(numbers)));
 }
 
-function give(field) {
-  if (!chosen.size || !sdc.currentOf(work.state)) return announce("Choose words and a clause first");
+/** Fill a place with the chosen words. The next word is chosen then, and has the focus. */
+function fill(place, asked) {
   const taken = picked();
-  apply(sdc.give(work.state, field, taken), `Added to the ${sdc.FIELD_NAMES[field]}: ${phrase(taken)}`);
+  if (!taken.length) return announce("Choose words first");
+  apply(put(work.state, place, taken), `${asked} ${phrase(taken)}`);
+  if (proposed !== null) buttons[proposed].focus({ preventScroll: true });
+}
+
+function leaveOut() {
+  const taken = picked();
+  const state = sdc.free(work.state, taken);
+  apply({ ...state, left: [...new Set([...(state.left ?? []), ...taken])] }, `Left out: ${phrase(taken)}`);
 }
 
 function removeCurrent() {
-  const current = sdc.currentOf(work.state);
-  if (current) apply(sdc.remove(work.state, current.id), `${current.type} removed`);
+  const current = sdc.find(work.state, work.state.current);
+  if (current) apply(sdc.remove(work.state, current.id), "Removed");
 }
 
 function pick(id) {
+  changing = changing === id ? null : id;
   work.change(sdc.choose(work.state, id), { silent: true });
-  const clause = sdc.find(work.state, id);
-  announce(`${clause.type}: ${phrase(sdc.wordsOf(work.state, id))}`);
-}
-
-function inListOrder(state, id = null) {
-  return sdc.children(state, id).flatMap((c) => [c, ...inListOrder(state, c.id)]);
+  announce(phrase(sdc.wordsOf(work.state, id)));
 }
 
 document.addEventListener("keydown", (event) => {
   if (!isShortcut(event)) return;
   const key = event.key.toLowerCase();
   const state = work.state;
-  if (TYPE_KEYS[key]) make(TYPE_KEYS[key]);
-  else if (key === "r" || key === "f") give(key);
-  else if (FIELD_KEYS[key]) setField(FIELD_KEYS[key]);
+  if (/^[1-9]$/.test(key)) shortcuts[Number(key) - 1]?.();
+  else if (key === "x" && chosen.size) leaveOut();
   else if (key === "delete" || key === "backspace") removeCurrent();
   else if (key === "[" || key === "]") {
-    const all = inListOrder(state);
-    const at = all.findIndex((c) => c.id === state.current);
-    const next = all[(at + (key === "]" ? 1 : all.length - 1)) % all.length];
-    if (next) pick(next.id);
+    const all = allParts(outline(state)).map((part) => part.id);
+    const next = all[(all.indexOf(state.current) + (key === "]" ? 1 : all.length - 1)) % all.length];
+    if (next) pick(next);
   } else if (key === "escape") {
     chosen = new Set();
+    proposed = null;
     draw(state);
   } else return;
   event.preventDefault();
 });
 
-function setField(field) {
-  if (field !== "alone" && !sdc.currentOf(work.state)) return;
-  work.change(sdc.chooseField(work.state, field), { silent: true });
-  announce(field === "alone" ? "The next clause stands alone" : `The next clause becomes a ${sdc.FIELD_NAMES[field]}`);
-}
-
 function draw(state) {
-  const current = sdc.currentOf(state);
-  const inCurrent = current ? sdc.wordsOf(state, current.id) : [];
+  if (shown === null || shown.clauses !== state.clauses || shown.left !== state.left) {
+    proposed = nextWord(state, words);
+    chosen = new Set(proposed === null ? [] : [proposed]);
+    focused = anchor = proposed ?? focused;
+  }
+  shown = state;
+  const taken = picked();
   buttons.forEach((button, i) => {
     const holder = sdc.holder(state, i);
-    button.className = `word${holder ? ` type-${holder.type}` : ""}${inCurrent.includes(i) ? " in-current" : ""}`;
+    const isLeft = Boolean(state.left?.includes(i));
+    const kind = holder ? ` type-${holder.type}` : isLeft ? " left-out" : "";
+    button.className = `word${kind}${wrong.includes(i) ? " wrong" : ""}`;
     button.setAttribute("aria-pressed", chosen.has(i));
     button.tabIndex = i === focused ? 0 : -1;
-    button.setAttribute("aria-label", holder ? `${words[i].text}, in ${holder.type}` : words[i].text);
+    const where = wrong.includes(i) ? ", not in its place" : holder ? ", has a place" : isLeft ? ", left out" : "";
+    button.setAttribute("aria-label", words[i].text + where);
   });
-  redraw(maker, ...makerParts(state, current));
-  redraw(clausePanel, ...clauseParts(state, current));
-  redraw(list, h("h2", {}, "All clauses"), state.clauses.length ? branches(state, null) : h("p", { class: "quiet" }, "None yet."));
-  drawing.replaceChildren(state.clauses.length ? drawTrees(state, words, pick) : h("p", { class: "quiet" }, "The tree is drawn here."));
-  notes.replaceChildren(...sdc.hints(state, words).map((hint) => h("p", { class: "quiet" }, hint)));
+  if (notice && !state.clauses.length) notice.hidden = true; // nothing of it is left
+  prompt.replaceChildren(...asked(state, taken));
+  redraw(tools, ...toolParts(taken));
+  shortcuts = [];
+  redraw(tree, ...treeParts(state, taken));
+  change.hidden = changing !== state.current || !sdc.find(state, state.current);
+  redraw(change, ...(change.hidden ? [] : changeParts(state)));
 }
 
-function makerParts(state, current) {
-  const fields = ["alone", "f", "l", "l2"].map((field) =>
-    choice(
-      "radio",
-      "field",
-      field === "alone" ? "alone" : sdc.FIELD_NAMES[field],
-      state.field === field || (field === "alone" && !current),
-      () => setField(field),
-      { value: field, disabled: !current && field !== "alone", "data-key": `field ${field}` },
-    ),
-  );
-  const of = current ? h("span", {}, " of ", name(state, current)) : "";
-  return [
-    h("fieldset", { class: "inline" }, h("legend", {}, "2. It is"), ...fields, of),
-    h("p", { class: "label", id: "type-label" }, "3. Make it a clause"),
-    h(
-      "div",
-      { class: "types", role: "group", "aria-labelledby": "type-label" },
-      Object.entries(TYPE_KEYS).map(([key, type]) =>
-        h(
-          "button",
-          { type: "button", class: `type type-${type}`, "aria-keyshortcuts": key, "data-key": type, onclick: () => make(type) },
-          type, " ", h("kbd", { "aria-hidden": "true" }, key.toUpperCase()),
-        ),
-      ),
-    ),
-  ];
-}
-
-function name(state, clause) {
-  return h("q", {}, h("bdi", {}, phrase(sdc.wordsOf(state, clause.id)) || clause.type));
-}
-
-function clauseParts(state, current) {
-  if (!current) {
-    return [h("h2", {}, "Current clause"), h("p", { class: "quiet" }, "Choose words above and make the first clause.")];
+function asked(state, taken) {
+  if (taken.length) {
+    const more = taken.length === 1 ? " Add words that belong with it, or choose its place." : " Now choose its place.";
+    return [h("b", {}, quoted(taken), " is chosen."), more];
   }
-  const own = sdc.subtree(state, current.id);
-  const others = inListOrder(state).filter((c) => !own.includes(c.id));
-  const type = select("type", sdc.TYPES.map((t) => [t, t]), current.type, (value) =>
-    apply(sdc.retype(work.state, current.id, value), `It is a ${value} now`),
-  );
-  const inside = select(
-    "inside",
-    [["", "nothing, it stands alone"], ...others.map((c) => [c.id, `${c.type}: ${phrase(sdc.wordsOf(state, c.id))}`])],
-    current.parent ?? "",
-    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), "Moved"),
-  );
-  const as = select("as", ["f", "l", "l2"].map((f) => [f, sdc.FIELD_NAMES[f]]), current.field ?? "l", (value) =>
-    apply(sdc.move(work.state, current.id, current.parent, value), `It is a ${sdc.FIELD_NAMES[value]} now`),
-  );
-  as.disabled = current.parent === null;
-  const holds = ["f", "r"].filter((f) => current[f].length);
-  const button = (label, key, onclick) => h("button", { type: "button", "data-key": key, onclick }, label);
+  if (nextWord(state, words) !== null) return [h("b", {}, "Choose words that belong together.")];
+  return [h("b", {}, "Every word has its place."), " Read it once more. To move something, choose its words."];
+}
+
+function toolParts(taken) {
   return [
-    h("h2", {}, "Current clause: ", name(state, current)),
-    holds.length ? h("dl", { class: "fields" }, holds.map((f) => h("div", {}, h("dt", {}, sdc.FIELD_NAMES[f]), h("dd", {}, h("bdi", {}, phrase(current[f])))))) : null,
-    h("div", { class: "grid" }, h("label", {}, "Type", type), h("label", {}, "Inside", inside), h("label", {}, "As its", as)),
-    h(
-      "div",
-      { class: "actions" },
-      button("Add chosen words to the relation", "give r", () => give("r")),
-      button("… to the figure", "give f", () => give("f")),
-      button("Take chosen words out", "free", () => apply(sdc.free(work.state, picked()), "Words taken out")),
-      button("Remove clause", "remove", removeCurrent),
-    ),
+    taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, "Leave it out ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
+    right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, "Show me how") : null,
   ].filter(Boolean);
+}
+
+function treeParts(state, taken) {
+  const parts = outline(state);
+  const isMoving = taken.some((word) => sdc.holder(state, word));
+  const own = partWith(state, taken);
+  const moving = own ? [own, ...allParts(own.parts)].map((part) => part.id) : [];
+  const everywhere = allParts(parts).map((part) => part.id).filter((id) => !moving.includes(id));
+  const line = !taken.length ? [] : isMoving ? everywhere : lineOf(state, state.current);
+  const current = (part) => part.id === state.current;
+  const places = (part) => (line.includes(part.id) ? [...placesOf(part, taken), ...(current(part) ? [moreOf(part)] : [])] : []);
+  const made = branches(
+    parts,
+    (part) => row("button", part, phrase(part.words), {
+      type: "button", "aria-current": current(part) ? "true" : null, "data-key": `part ${part.id}`,
+      class: wrong.length && part.words.some((word) => wrong.includes(word)) ? "wrong" : "",
+      onclick: () => pick(part.id),
+    }),
+    (part) => placeBar(places(part), phrase(part.words)),
+  );
+  const top = taken.length ? placeBar([{ ...TOP, isFilled: parts.length > 0 }], "") : null;
+  return [made, top, parts.length || top ? null : h("p", { class: "quiet" }, "Nothing has a place yet.")];
+}
+
+/** Parts as a list with what belongs to each below it. */
+function branches(parts, rowOf, placesBelow = () => null) {
+  if (!parts.length) return null;
+  return h("ul", { class: "outline" }, parts.map((part) =>
+    h("li", {}, rowOf(part), branches(part.parts, rowOf, placesBelow), placesBelow(part)),
+  ));
+}
+
+function row(tag, part, said, more = {}) {
+  return h(
+    tag,
+    { ...more, class: `part type-${part.type} ${more.class ?? ""}` },
+    h("bdi", {}, said || "…"), " ", h("small", {}, ROLES[part.role]),
+  );
+}
+
+function placeBar(places, said) {
+  if (!places.length) return null;
+  return h("div", { class: "place-bar" }, places.map((place) => {
+    const label = question(place.role, said, place.isFilled);
+    const act = () => fill(place, label);
+    shortcuts.push(act);
+    const digit = shortcuts.length <= 9 ? h("kbd", { "aria-hidden": "true" }, shortcuts.length) : null;
+    const isQuiet = place.isFilled || place.role === "more" ? " filled" : "";
+    return h(
+      "button",
+      { type: "button", class: `place role-${place.role}${isQuiet}`, "data-key": place.key, onclick: act },
+      digit, h("bdi", {}, label),
+      place.example && !place.isFilled ? h("small", { "aria-hidden": "true" }, place.example) : null,
+    );
+  }));
+}
+
+function changeParts(state) {
+  const current = sdc.find(state, state.current);
+  const own = sdc.subtree(state, current.id);
+  const others = allParts(outline(state)).filter((part) => !own.includes(part.id));
+  const kinds = [["EVENT", ROLES.done], ["OBJECT", "a thing or person"], ["PLACE", ROLES.where], ["PATH", ROLES.way]];
+  const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), "Changed", current.id));
+  const above = select(
+    "inside",
+    [["", "nothing"], ...others.map((part) => [part.id, phrase(part.words) || "…"])],
+    current.parent ?? "",
+    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), "Moved", current.id),
+  );
+  const fields = [["f", "who or what it is about"], ["l", "first"], ["l2", "second"]];
+  const as = select("as", fields, current.field ?? "l", (value) => apply(sdc.move(work.state, current.id, current.parent, value), "Moved", current.id));
+  as.disabled = current.parent === null;
+  const own_ = sdc.ownWords(current);
+  return [
+    h("h2", {}, "Change ", quoted(own_.length ? own_ : sdc.wordsOf(state, current.id))),
+    h("div", { class: "grid" }, h("label", {}, "It says", kind), h("label", {}, "It belongs to", above), h("label", {}, "There it comes", as)),
+    h("div", { class: "actions" }, h("button", { type: "button", class: "small", "data-key": "remove", onclick: removeCurrent }, "Remove it from here")),
+  ];
 }
 
 function select(key, options, value, onchange) {
@@ -265,23 +300,46 @@ function select(key, options, value, onchange) {
   return made;
 }
 
-function branches(state, id) {
-  return h(
-    "ul",
-    { class: "clauses" },
-    sdc.children(state, id).map((c) => {
-      const below = sdc.children(state, c.id);
-      const field = c.field ? h("span", { class: "quiet" }, `${sdc.FIELD_NAMES[c.field]}: `) : "";
-      return h(
-        "li",
-        {},
-        h(
-          "button",
-          { type: "button", class: `clause type-${c.type}`, "aria-current": c.id === state.current ? "true" : null, "data-key": `clause ${c.id}`, onclick: () => pick(c.id) },
-          field, h("b", {}, c.type), " ", h("bdi", {}, phrase(sdc.ownWords(c)) || "…"),
-        ),
-        below.length ? branches(state, c.id) : null,
-      );
-    }),
-  );
+function feedback(state) {
+  const found = differences(state, right, words);
+  wrong = found.words;
+  draw(work.state);
+  return found;
+}
+
+/** Do the example step by step: what is chosen, then where it goes. */
+function teach() {
+  const steps = lesson(right, words);
+  let at = 0;
+  apply(sdc.empty, "Everything starts from nothing");
+  const tell = () => {
+    teacher.hidden = false;
+    if (at === steps.length) {
+      const own = h("button", { type: "button", class: "primary", onclick: end }, "Now you");
+      teacher.replaceChildren(h("p", {}, "That is all. Now it is your turn: it starts from nothing."), own);
+      own.focus();
+      return;
+    }
+    const { taken, place, said } = steps[at];
+    chosen = new Set(taken);
+    proposed = null;
+    draw(work.state);
+    tree.querySelector(`[data-key="${CSS.escape(place(work.state).key)}"]`)?.classList.add("pointed");
+    const next = h("button", { type: "button", class: "primary", onclick: go }, "Do it");
+    teacher.replaceChildren(h("p", {}, h("b", {}, `Step ${at + 1} of ${steps.length}.`), " ", said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, "Stop")));
+    next.focus({ preventScroll: true });
+    announce(said);
+  };
+  const go = () => {
+    const { taken, place, said } = steps[at];
+    apply(put(work.state, place(work.state), taken), said);
+    at += 1;
+    tell();
+  };
+  const end = () => {
+    teacher.hidden = true;
+    apply(sdc.empty, "It starts from nothing");
+    buttons[0].focus();
+  };
+  tell();
 }

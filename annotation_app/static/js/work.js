@@ -44,6 +44,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
       past = [...past.slice(-LONGEST_HISTORY), state];
       future = [];
       tell([]);
+      $("feedback").hidden = true;
     }
     state = next;
     drafts.keep(state);
@@ -125,7 +126,10 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   async function note(name) {
     $("note-text").value = "";
     $("note").returnValue = "";
-    $("note-title").textContent = name === "skip" ? "Skip this one?" : "What is the matter?";
+    const isSkip = name === "skip";
+    $("note-title").textContent = isSkip ? "Skip this one?" : "What is the matter?";
+    $("note-ok").textContent = isSkip ? "Skip it" : "Send the report";
+    $("note-why").textContent = isSkip ? "Why? If you like, tell the people who run the study" : "Tell the people who run the study";
     $("note").showModal();
     await new Promise((done) => $("note").addEventListener("close", done, { once: true }));
     if ($("note").returnValue !== "ok") return;
@@ -192,8 +196,12 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
 }
 
 /** What was watched stays watched, whatever is undone. */
-function watchedIn({ watched, watched_s }) {
-  return { ...(watched && { watched }), ...(watched_s !== undefined && { watched_s }) };
+function watchedIn({ watched, watched_s, speed }) {
+  return {
+    ...(watched && { watched }),
+    ...(watched_s !== undefined && { watched_s }),
+    ...(speed !== undefined && { speed }),
+  };
 }
 
 /** Send answers that an earlier page could not: this item's first, then others'. */

@@ -181,6 +181,18 @@ def test_drafts_that_come_out_of_order(app: Flask) -> None:
     assert person.take("describe")["draft"] == {"revision": 5, "body": {"text": "later"}}
 
 
+def test_a_draft_that_is_sent_again_is_there_already(app: Flask) -> None:
+    """A page that is loaded again within a second sends what it sent when it was left."""
+    person = Browser(app)
+    item = person.take("describe")["item"]
+    for _ in range(2):
+        assert person.draft(item, 3, {"text": "Go"}).json["kept"]
+    assert not person.draft(item, 3, {"text": "Stop"}).json["kept"]
+    assert not person.draft(item, 2, {"text": "Go"}).json["kept"]
+    person.answer(item, described())
+    assert not person.draft(item, 3, {"text": "Go"}).json["kept"]
+
+
 def test_a_draft_prolongs_the_lease(app: Flask) -> None:
     finish(app, "describe", leave=1)
     person = Browser(app)

@@ -64,14 +64,10 @@ def test_each_page_is_accessible_and_fits_a_telephone(site: Site, context: Brows
 
 
 def test_pages_in_use_have_no_serious_violations(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "segment")
-    page.locator(".word").first.click()
-    page.keyboard.press("e")
-    found = violations(page)
-    page.goto(f"{site.url}/s/sea/ground")
+    page = site.open(context, "ground")
     for key in ("]", "s", "1", "m", "Enter"):
         page.keyboard.press(key)
-    found += violations(page)
+    found = violations(page)
     page.locator(".clause-bar .type-EVENT").click()
     page.get_by_role("button", name="It starts here").click()
     found += violations(page)
@@ -146,26 +142,6 @@ def test_practice_needs_nobody_to_be_known(site: Site, context: BrowserContext, 
     expect(page.get_by_role("heading", level=1)).to_contain_text("Practice")
     page.get_by_role("button", name="Check my answer").click()
     expect(page.locator("#problems li, #feedback p").first).to_be_visible()
-
-
-def test_practice_of_segment_tells_what_is_right(site: Site, context: BrowserContext) -> None:
-    page = context.new_page()
-    page.goto(f"{site.url}/practice/segment?study=sea")
-    word = page.locator(".word")
-    for chosen, key in (((0,), "e"), ((1,), "t"), ((2, 3), "o")):
-        for i in chosen:
-            word.nth(i).click()
-        page.keyboard.press(key)
-    page.get_by_role("button", name="Check my answer").click()
-    expect(page.locator("#feedback")).to_contain_text("described by the lighthouse")
-    page.locator(".clauses .clause", has_text="the buoy").click()
-    word.nth(4).click()
-    page.keyboard.press("r")
-    for i in (5, 6):
-        word.nth(i).click()
-    page.keyboard.press("o")
-    page.get_by_role("button", name="Check my answer").click()
-    expect(page.locator("#feedback")).to_contain_text("Well done")
 
 
 def test_the_first_admin_signs_in_and_out(site: Site, context: BrowserContext) -> None:

@@ -9,6 +9,7 @@ from sqlalchemy import delete, select
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Slot
+from annotation_app.tasks.describe import LONGEST_COMMAND_WORDS
 from annotation_app.work.handing_out import HOLD_S
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.in_browser import violations
@@ -54,6 +55,22 @@ def test_describe(site: Site, context: BrowserContext) -> None:
     assert answer.body["watched_s"] >= 0.9
 
 
+def test_describe_tells_the_limit_of_words_beforehand(site: Site, context: BrowserContext) -> None:
+    page = site.open(context, "describe")
+    watch(page)
+    text, counter = page.get_by_label("Type the command"), page.locator("#counter")
+    expect(counter).to_have_text(f"0 of at most {LONGEST_COMMAND_WORDS} words")
+    text.fill("go " * LONGEST_COMMAND_WORDS)
+    expect(counter).not_to_have_class("problem")
+    text.fill("go " * (LONGEST_COMMAND_WORDS + 1))
+    expect(counter).to_have_class("quiet problem")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.locator("#problems")).to_contain_text("Use at most 200 words")
+    text.fill("go " * LONGEST_COMMAND_WORDS)
+    send(page, "describe")
+    assert len(site.answers("describe")) == 1
+
+
 def test_describe_by_keys(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "describe")
     tab_to(page, "video")
@@ -71,116 +88,6 @@ def test_video_that_was_skipped_through_was_not_watched(
     page = site.open(context, "describe")
     page.locator("video").evaluate("video => { video.currentTime = 0.8; video.play(); }")
     expect(page.get_by_text("You have left out a part of the video")).to_be_visible()
-
-
-def start_from_nothing(page: Page) -> None:
-    """Where an extractor is installed, there is a suggestion."""
-    button = page.get_by_role("button", name="start from nothing")
-    if button.count():
-        button.click()
-    expect(page.locator(".clauses")).to_have_count(0)
-
-
-TREE = [
-    {
-        "type": "EVENT",
-        "f": [{"type": "OBJECT"}],
-        "r": [["Go", 0]],
-        "l": [
-            {
-                "type": "PATH",
-                "r": [["to", 3]],
-                "l": [{"type": "OBJECT", "f": [["the", 6], ["red", 10], ["crate", 14]]}],
-            }
-        ],
-    }
-]
-
-
-def test_segment(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "segment")
-    words = page.get_by_role("toolbar")
-    start_from_nothing(page)
-    page.get_by_role("button", name="Send", exact=True).click()
-    expect(page.get_by_role("alert")).to_contain_text("Mark at least one clause")
-    for chosen, kind in ((["Go"], "EVENT"), (["to"], "PATH"), (["the", "red", "crate"], "PLACE")):
-        for word in chosen:
-            words.get_by_role("button", name=word, exact=True).click()
-        page.locator(f"button.type-{kind}.type").click()
-    undo, redo = (page.get_by_role("button", name=name, exact=True) for name in ("Undo", "Redo"))
-    undo.click()
-    expect(page.locator("#editor .tree .type-PLACE")).to_have_count(0)
-    redo.click()
-    expect(page.locator("#editor .tree .type-PLACE")).to_have_count(1)
-    undo.click()
-    for word in ("the", "red", "crate"):
-        words.get_by_role("button", name=word, exact=True).click()
-    page.locator("button.type-OBJECT.type").click()
-    expect(page.locator("#editor .tree .node")).to_have_count(3)
-    send(page, "segment")
-    (answer,) = site.answers("segment")
-    assert answer.body["sdcs"] == TREE
-
-
-def make_tree_by_keys(page: Page) -> None:
-    if page.locator(".notice button").count():
-        tab_to(page, ".notice button")
-        page.keyboard.press("Enter")
-    tab_to(page, ".word")
-    for keys in (
-        ("Space", "e", "ArrowRight", "Space", "t", "ArrowRight"),
-        ("Shift+ArrowRight", "Shift+ArrowRight", "p"),
-        ("Control+z", "ArrowLeft", "ArrowLeft", "Shift+ArrowRight", "Shift+ArrowRight", "o"),
-    ):
-        for key in keys:
-            page.keyboard.press(key)
-
-
-def test_segment_by_keys(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "segment")
-    make_tree_by_keys(page)
-    send_by_keys(page)
-    (answer,) = site.answers("segment")
-    assert answer.body["sdcs"] == TREE
-
-
-def test_segment_describes_an_object_by_another(site: Site, context: BrowserContext) -> None:
-    site.add("segment", "Take the cup on the table")
-    page = site.open(context, "segment")
-    if "Take" not in page.get_by_role("toolbar").inner_text():
-        page.locator("#skip").click()
-        page.locator("#note-ok").click()
-        expect(page.get_by_role("toolbar")).to_contain_text("Take")
-    start_from_nothing(page)
-    word = page.locator(".word")
-    word.nth(0).click()
-    page.keyboard.press("e")
-    for i in (1, 2):
-        word.nth(i).click()
-    page.keyboard.press("o")
-    page.locator(".clauses .clause", has_text="the cup").click()
-    word.nth(3).click()
-    page.get_by_role("button", name="Add chosen words to the relation").click()
-    for i in (4, 5):
-        word.nth(i).click()
-    page.keyboard.press("o")
-    send(page, "segment")
-    (answer,) = site.answers("segment")
-    assert answer.body["sdcs"] == [
-        {
-            "type": "EVENT",
-            "f": [{"type": "OBJECT"}],
-            "r": [["Take", 0]],
-            "l": [
-                {
-                    "type": "OBJECT",
-                    "f": [{"type": "OBJECT", "f": [["the", 5], ["cup", 9]]}],
-                    "r": [["on", 13]],
-                    "l": [{"type": "OBJECT", "f": [["the", 16], ["table", 20]]}],
-                }
-            ],
-        }
-    ]
 
 
 def test_ground(site: Site, context: BrowserContext) -> None:
@@ -308,11 +215,11 @@ def test_skip_and_report(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "check")
     page.get_by_role("button", name="Report a problem").click()
     page.get_by_label("Tell the people").fill("The picture is black.")
-    page.locator("#note-ok").click()
+    page.get_by_role("button", name="Send the report").click()
     expect(page.locator("#saving")).to_have_text("Reported. Thank you!")
-    page.get_by_role("button", name="Skip").click()
+    page.get_by_role("button", name="Skip", exact=True).click()
     with page.expect_navigation():
-        page.locator("#note-ok").click()
+        page.get_by_role("button", name="Skip it").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("all that there is for you")
 
 
@@ -351,20 +258,6 @@ def test_nothing_is_preset_for_a_command_of_several_steps(
     (answer,) = site.answers("ground")
     assert answer.body["trims"] == {"0": [0.0, 0.5], "1": [0.5, 1.0]}
     assert set(answer.body["whole"].values()) == {"chosen"}
-
-
-def test_a_suggestion_that_is_just_sent_is_unchanged(site: Site, context: BrowserContext) -> None:
-    """The editor's form of a tree and the suggestion's are the same."""
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="segment")))
-        )
-    site.add("segment", STEPS, suggestion=to_json(parse_brackets(TWO_STEPS, command=STEPS)))
-    page = site.open(context, "segment")
-    expect(page.get_by_text("A program has made this suggestion")).to_be_visible()
-    send(page, "segment")
-    (answer,) = site.answers("segment")
-    assert answer.provenance == {"suggestion": "shown", "unchanged": True, "likeness": 1.0}
 
 
 def test_the_first_click_leases_the_item(site: Site, context: BrowserContext) -> None:

@@ -14,7 +14,8 @@ from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import to_json
 from tests.annotation_app.conftest import PATIENCE_MS, set_up
 from tests.annotation_app.pages.conftest import COMMAND, TASKS, served
-from tests.annotation_app.pages.test_tasks import TREE, make_tree_by_keys, send_by_keys, tab_to
+from tests.annotation_app.pages.segmenting import TREE, make_tree_by_keys
+from tests.annotation_app.pages.test_tasks import send_by_keys, tab_to
 from tests.annotation_app.rendered import VIDEOS
 
 pytestmark = pytest.mark.slow

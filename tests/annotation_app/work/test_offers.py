@@ -159,15 +159,19 @@ def test_people_who_send_unread_suggestions_are_flagged(app: Flask, study: Study
 
 
 @pytest.mark.parametrize(
-    ("watched_s", "seconds", "flags"),
+    ("watched", "seconds", "flags"),
     [
-        (22.8, 7.7, [WATCHED_LONGER]),
-        (9.6, 7.7, []),
-        (22.8, None, []),
-        (7.0, 60.0, []),
+        ({"watched_s": 22.8}, 7.7, [WATCHED_LONGER]),
+        ({"watched_s": 9.6}, 7.7, []),
+        ({"watched_s": 22.8}, None, []),
+        ({"watched_s": 7.0}, 60.0, []),
+        ({"watched_s": 22.8, "speed": 3}, 7.7, []),
+        ({"watched_s": 22.8, "speed": 2}, 7.7, [WATCHED_LONGER]),
+        ({"watched_s": 54.0, "speed": 4}, 13.0, []),
+        ({"watched_s": 54.0, "speed": 4}, 12.5, [WATCHED_LONGER]),
     ],
 )
 def test_nobody_can_watch_longer_than_the_item_was_there(
-    watched_s: float, seconds: float | None, flags: list[str]
+    watched: dict[str, float], seconds: float | None, flags: list[str]
 ) -> None:
-    assert list(answer_flags({}, {"watched_s": watched_s}, None, seconds)) == flags
+    assert list(answer_flags({}, watched, None, seconds)) == flags

@@ -1,0 +1,186 @@
+// What people see of SDC trees: parts of a command in plain words, and the places where more fit.
+//
+// A part is {id, role, type, words, parts}. "the buoy by the lighthouse" is one OBJECT around
+// another; people see the thing, and below it "by", which tells which one.
+
+import { add, children, find, free, give, holder, move, ownWords, pruned, text, wordsOf } from "./sdc.js";
+
+/** What a part says. */
+export const ROLES = {
+  done: "what is done",
+  who: "who does it",
+  what: "what",
+  where: "where",
+  way: "which way",
+  which: "which one",
+};
+const TYPES = { done: "EVENT", who: "OBJECT", what: "OBJECT", where: "PLACE", way: "PATH" };
+const EXAMPLES = { where: "on, in, next to", way: "to, from, past", which: "by, with, that is on" };
+
+/** The parts of a command, each with those that belong to it. */
+export const outline = (state) => children(state, null).map((clause) => partOf(state, clause));
+
+function partOf(state, clause) {
+  const below = children(state, clause.id);
+  const figures = below.filter((child) => child.field === "f");
+  const { id, type } = clause;
+  if (isAroundOne(state, clause)) {
+    const thing = partOf(state, figures[0]);
+    const joined = below.filter((child) => child.field !== "f").map((child) => partOf(state, child));
+    const description = { id, role: "which", type, words: clause.r, parts: joined };
+    return { ...thing, role: roleOf(state, clause), parts: [...thing.parts, description] };
+  }
+  return { id, role: roleOf(state, clause), type, words: ownWords(clause), parts: below.map((child) => partOf(state, child)) };
+}
+
+/** Whether a clause is a thing with what describes it. */
+function isAroundOne(state, clause) {
+  const figures = children(state, clause.id).filter((child) => child.field === "f");
+  return clause.type === "OBJECT" && figures.length === 1 && figures[0].type === "OBJECT";
+}
+
+function roleOf(state, { type, field, parent }) {
+  if (type === "EVENT") return "done";
+  if (field === "f" && find(state, parent).type === "EVENT") return "who";
+  return { OBJECT: "what", PLACE: "where", PATH: "way" }[type];
+}
+
+/** All parts with what they belong to, in the order in which they are shown. */
+export function allParts(parts, above = null) {
+  return parts.flatMap((part) => [{ ...part, above }, ...allParts(part.parts, part)]);
+}
+
+/** The ids of a part and all that it belongs to. */
+export function lineOf(state, id) {
+  const all = new Map(allParts(outline(state)).map((part) => [part.id, part]));
+  const line = [];
+  for (let part = all.get(id); part; part = all.get(part.above?.id)) line.push(part.id);
+  return line;
+}
+
+/** The places that a part has for words: {key, of, role, label, example, isFilled}. */
+export function placesOf(part, chosen) {
+  const roles = {
+    done: ["what", "where", "way", ...(chosen[0] < part.words[0] ? ["who"] : [])],
+    where: ["what"],
+    way: ["what"],
+    which: ["what"],
+    what: part.type === "OBJECT" && part.words.length ? ["which"] : [],
+    who: ["which"],
+  }[part.role];
+  return roles.map((role) => ({
+    key: `${part.id} ${role}`,
+    of: part.id,
+    role,
+    example: EXAMPLES[role],
+    isFilled: part.parts.some((below) => below.role === role),
+  }));
+}
+
+export const TOP = { key: "done", of: null, role: "done" };
+export const moreOf = (part) => ({ key: `${part.id} more`, of: part.id, role: "more" });
+
+/** What a place asks: "Put where?", "by what?". */
+export function question(role, words, isFilled = false) {
+  const more = isFilled ? " else" : "";
+  if (role === "done") return isFilled ? "What is done next?" : "What is done?";
+  if (role === "more") return `More of “${words}”`;
+  if (role === "which") return `${words}: which one?`;
+  if (role === "who") return `Who is to ${words.toLowerCase()}?`;
+  return `${words} ${ROLES[role]}${more}?`;
+}
+
+/** Put words into a place; the part that they make is the current one, with what belonged to them. */
+export function put(state, { of, role }, words) {
+  const from = partWith(state, words);
+  if (from?.type === "OBJECT" && from.role !== "which" && TYPES[role] === "OBJECT") {
+    const [settling, , parent, field] = settled(state, find(state, of), role, "OBJECT");
+    const whole = around(state, find(state, from.id)).id;
+    return closedUp(state, pruned({ ...move(settling, whole, parent, field), current: from.id }));
+  }
+  const below = from ? sdcBelow(state, from) : [];
+  const without = { ...free(state, words), left: (state.left ?? []).filter((word) => !words.includes(word)) };
+  const made = placed(without, of, role, words);
+  if (role === "more") return pruned(made);
+  const moved = below.reduce((next, child) => move(next, child.id, made.current, child.field), made);
+  return closedUp(state, pruned({ ...moved, current: made.current }));
+}
+
+/** Where an EVENT's first landmark has gone elsewhere, the second is the first. */
+function closedUp(before, after) {
+  const has = (state, id, field) => state.clauses.some((c) => c.parent === id && c.field === field);
+  const open = after.clauses.filter((c) => c.type === "EVENT" && has(before, c.id, "l") && !has(after, c.id, "l"));
+  const ids = open.map((c) => c.id);
+  return { ...after, clauses: after.clauses.map((c) => (ids.includes(c.parent) && c.field === "l2" ? { ...c, field: "l" } : c)) };
+}
+
+/** The part that has these words and no others. */
+export const partWith = (state, words) => allParts(outline(state)).find((part) => String(part.words) === String(words));
+
+/** The clauses that go where a part goes: all in it, but not the thing that it describes. */
+function sdcBelow(state, { id, role }) {
+  return children(state, id).filter((child) => role !== "which" || child.field !== "f");
+}
+
+function placed(state, of, role, words) {
+  if (role === "done") return add(state, "EVENT", null, null, words);
+  const whole = find(state, of);
+  if (role === "more") {
+    return { ...give(state, of, whole.type === "OBJECT" && whole.f.length ? "f" : "r", words), current: of };
+  }
+  if (role === "which") return described(state, whole, words);
+  const type = TYPES[role];
+  return add(...settled(state, whole, role, type), words);
+}
+
+/** Where a new clause goes: the object of an EVENT is its landmark, a place or path comes after it. */
+function settled(state, whole, role, type) {
+  if (role === "who") return [state, type, whole.id, "f"];
+  const below = children(state, whole.id);
+  const first = below.filter((child) => child.field === "l");
+  if (whole.type !== "EVENT") return [state, type, whole.id, first.length ? "l2" : "l"];
+  if (type !== "OBJECT") return [state, type, whole.id, first.length ? "l2" : "l"];
+  if (first.some((child) => child.type === "OBJECT")) return [state, type, whole.id, "l"];
+  const after = first.map((child) => child.id);
+  const clauses = state.clauses.map((c) => (after.includes(c.id) ? { ...c, field: "l2" } : c));
+  return [{ ...state, clauses }, type, whole.id, "l"];
+}
+
+/** A thing with all that describes it. */
+function around(state, thing) {
+  const isFigure = thing.field === "f" && isAroundOne(state, find(state, thing.parent));
+  return isFigure ? around(state, find(state, thing.parent)) : thing;
+}
+
+/** A thing gets words that join it to what describes it. */
+function described(state, thing, words) {
+  const outer = around(state, thing);
+  if (outer === thing) return { ...give(state, thing.id, "r", words), current: thing.id };
+  const id = state.next;
+  const wrapper = { id, type: "OBJECT", parent: outer.parent, field: outer.field, f: [], r: [...words] };
+  const clauses = state.clauses.map((c) => (c.id === outer.id ? { ...c, parent: id, field: "f" } : c));
+  return { ...state, clauses: [...clauses, wrapper], next: id + 1, current: id };
+}
+
+/** Words that seldom have a place: they join commands, or are polite. */
+const SELDOM = new Set(["and", "but", "now", "or", "please", "then"]);
+
+/** The first word that wants a place and has none yet; null if there is none. */
+export function nextWord(state, words) {
+  const wants = ({ text: word }, i) =>
+    /[\p{L}\p{N}]/u.test(word) && !SELDOM.has(word.toLowerCase()) && !holder(state, i) && !state.left?.includes(i);
+  const found = words.findIndex(wants);
+  return found < 0 ? null : found;
+}
+
+/** What must be changed before it is sent, in plain words. */
+export function problems(state, words) {
+  if (!state.clauses.length) return ["Give the words their places first: begin with what is done."];
+  return state.clauses
+    .filter((c) => !wordsOf(state, c.id).length)
+    .map((c) => {
+      const above = find(state, c.parent);
+      const where = above ? ` of “${text(wordsOf(state, above.id), words)}”` : "";
+      return `A part${where} has no words. Give it some, or remove it.`;
+    });
+}

@@ -1,0 +1,46 @@
+"""How far people are: of what they have done and may still do."""
+
+from __future__ import annotations
+
+import pytest
+from flask import Flask
+
+from annotation_app.pages.study_progress import progress
+from annotation_app.store.database import reading
+from annotation_app.store.models import Person
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.work.handing_out import find_study
+from tests.annotation_app.browser import Browser, described, engine_of
+
+pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+
+
+@pytest.fixture
+def study() -> StudyConfig:
+    tasks = {task: TaskConfig(practice=False) for task in ("describe", "rate")}
+    return StudyConfig(name="tests", title="A study", tasks=tasks)
+
+
+def rating(app: Flask, person: Browser) -> tuple[int, int]:
+    """How many ratings of how many."""
+    with reading(engine_of(app)) as session:
+        mine = session.get_one(Person, person.person.id)
+        found = progress(session, find_study(session, "tests"), mine)
+    return next((one.done, one.items) for one in found if one.task == "rate")
+
+
+def test_progress_counts_what_somebody_may_do(app: Flask) -> None:
+    author, rater, other = (Browser(app) for _ in range(3))
+    author.do("describe", described())
+    assert rating(app, author) == (0, 0)  # nobody rates their own command
+    assert rating(app, rater) == (0, 2)
+    rater.do("rate", {"rating": 5})
+    assert rating(app, rater) == (1, 2)
+    assert rating(app, other) == (0, 1)
+    held = rater.take("rate")["item"]
+    assert (rating(app, rater), rating(app, other)) == ((1, 2), (0, 1))
+    rater.send("POST", f"/api/items/{held}/skip", {"uuid": "0" * 8 + "-0000-4000-8000-" + "0" * 12})
+    assert rating(app, rater) == (1, 1)
+    other.do("rate", {"rating": 1})
+    assert rating(app, other) == (1, 1)
+    assert rating(app, Browser(app)) == (0, 0)
