@@ -11,7 +11,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.dashboard.adjudication_queue import Dispute, disputes
-from annotation_app.dashboard.consensus import Agreement, agreement
+from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.disagreements import Disagreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     Duration,
     Progress,
@@ -26,6 +27,7 @@ from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
+from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import task_names
 from annotation_app.work.handing_out import find_study
 
@@ -63,7 +65,10 @@ _VIEWS = {
     "videos": _View("adjudicator", _by_video, list[Progress], f"{_GIVEN} and video"),
     "times": _View("annotator", durations, list[Duration], "Quartiles of the time that items take"),
     "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
-    "agreement": _View("adjudicator", agreement, list[Agreement], "How much people agree"),
+    "agreement": _View("adjudicator", agreement, list[Measured], "How much people agree"),
+    "disagreements": _View(
+        "adjudicator", disagreements, list[Disagreement], "What people disagree about most"
+    ),
     "people": _View("adjudicator", workers, list[Worker], "Who has answered, and what is odd"),
     "queue": _View("adjudicator", disputes, list[Dispute], "What people disagree about"),
 }

@@ -5,10 +5,8 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
-from uuid import uuid4
 
 import flask
-import msgspec
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
@@ -32,10 +30,8 @@ from annotation_app.people.participants import RANKS
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Item, Person, Role, Study
-from annotation_app.tasks.task_record import Adjudication
+from annotation_app.store.models import Person, Role, Study
 from annotation_app.tasks.task_registry import tasks
-from annotation_app.web.api import UUID
 from annotation_app.web.needs_login import refused
 from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_writing import corpus_files
@@ -109,53 +105,6 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
     return flask.redirect(flask.url_for("dashboard.people", study_name=study_name), 303)
 
 
-@blueprint.get("/<study_name>/queue")
-def disputes(study_name: str) -> str:
-    """What people disagree about."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        found = queue.disputes(session, study.id)
-        return _page("queue.html", person, study=study, disputes=found)
-
-
-@blueprint.get("/<study_name>/queue/<item_id>")
-def dispute(study_name: str, item_id: str) -> str:
-    """The answers to an item, side by side."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        return _comparison(session, person, study, *_item(session, study, item_id))
-
-
-@blueprint.post("/<study_name>/queue/<item_id>")
-def decide(study_name: str, item_id: str) -> ResponseReturnValue:
-    """Adopt one of the answers, or one made of them."""
-    form = flask.request.form
-    with transaction(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        item, adjudication = _item(session, study, item_id)
-        uuid = _uuid(form.get("uuid", ""))
-        try:
-            if form.get("choice", "").isdecimal():
-                queue.choose(
-                    session, study, item, person, int(form["choice"][:18]), uuid=uuid, now=now()
-                )
-            else:
-                body = adjudication.edited(session, item, form)
-                queue.edit(session, study, item, person, body, uuid=uuid, now=now())
-        except Refusal as refusal:
-            page = _comparison(
-                session, person, study, item, adjudication, refusal=refusal, form=form
-            )
-            return page, refusal.status
-        following = queue.disputes(session, study.id)
-    if following:
-        next_item = following[0].item
-        return flask.redirect(
-            flask.url_for("dashboard.dispute", study_name=study_name, item_id=next_item), 303
-        )
-    return flask.redirect(flask.url_for("dashboard.disputes", study_name=study_name), 303)
-
-
 @blueprint.get("/<study_name>/export/<form>")
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
@@ -172,45 +121,9 @@ def export(study_name: str, form: str) -> Response:
     return response
 
 
-def _comparison(
-    session: Session,
-    person: Person,
-    study: Study,
-    item: Item,
-    adjudication: Adjudication,
-    *,
-    refusal: Refusal | None = None,
-    form: Mapping[str, str] | None = None,
-) -> str:
-    return flask.render_template(
-        adjudication.template,
-        person=person,
-        study=study,
-        found=queue.compare(session, item, adjudication),
-        refusal=refusal,
-        typed=form or {},
-        uuid=str(uuid4()),
-    )
-
-
 def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
     person = required_person(session, role)
     return person, find_study(session, study_name)
-
-
-def _item(session: Session, study: Study, item_id: str) -> tuple[Item, Adjudication]:
-    item = session.get(Item, item_id)
-    adjudication = None if item is None else queue.adjudication_of(item)
-    if item is None or item.study_id != study.id or adjudication is None:
-        raise Refusal(404, "There is no such item.")
-    return item, adjudication
-
-
-def _uuid(value: str) -> str:
-    try:
-        return msgspec.convert(value, UUID)
-    except msgspec.ValidationError:
-        raise Refusal(400, "The request can't be read. Load the page again.") from None
 
 
 def _page(template: str, person: Person, **values: object) -> str:
