@@ -23,22 +23,27 @@ from annotation_app.dashboard.study_statistics import (
     progress_by_video,
 )
 from annotation_app.dashboard.workers import Worker, workers
-from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import task_names
+from annotation_app.web.limits import limited, reads
+from annotation_app.web.readers import required_reader
 from annotation_app.work.handing_out import find_study
+
+READERS: list[dict[str, list[str]]] = [{"session": []}, {"token": []}]
+"""Who may read, as OpenAPI says it: people with a login, and programs."""
 
 blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboard")
 
 
 @blueprint.get("/studies")
+@limited(reads)
 def studies() -> Response:
     """The names of all studies."""
     with reading(installation().engine) as session:
-        required_person(session, "annotator")
+        required_reader(session, "annotator")
         return _reply({"studies": list(session.scalars(select(Study.name).order_by(Study.name)))})
 
 
@@ -75,9 +80,10 @@ _VIEWS = {
 
 
 def _answering(view: _View) -> Callable[..., Response]:
+    @limited(reads)
     def answer(study_name: str) -> Response:
         with reading(installation().engine) as session:
-            required_person(session, view.role)
+            required_reader(session, view.role)
             study = find_study(session, study_name)
             data = view.compute(session, study.id)
             return _reply({"study": study.name, "at": now(), "data": data})
@@ -141,6 +147,7 @@ def _operation(
     refused = {"description": "Refused, and why", "content": {json: {"schema": error}}}
     return {
         "operationId": f"dashboard_{name}",
+        "security": READERS,
         "summary": summary,
         "responses": {
             "200": reply,

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-from collections.abc import Mapping
-
 import flask
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
@@ -15,6 +11,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.exports import export_response
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,
@@ -23,20 +20,16 @@ from annotation_app.dashboard.study_statistics import (
 )
 from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
-from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people import accounts
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.people.participants import RANKS
-from annotation_app.store.audit import name_of, note
+from annotation_app.store.audit import name_of
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Role, Study
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.needs_login import refused
 from annotation_app.work.handing_out import find_study
-from corpus_tools.corpus.corpus_writing import corpus_files
-from corpus_tools.exporters.slu_core import slu_core_files
-from g3.errors import CorpusError
 
 blueprint = Blueprint(
     "dashboard",
@@ -46,7 +39,6 @@ blueprint = Blueprint(
     static_folder="static",
 )
 blueprint.register_error_handler(Refusal, refused)
-FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
 
 
 @blueprint.get("/")
@@ -108,17 +100,7 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
 @blueprint.get("/<study_name>/export/<form>")
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        try:
-            content, name, media_type = _exported(session, study, form)
-        except CorpusError as error:  # something isn't installed
-            raise Refusal(501, str(error)) from error
-    with transaction(installation().engine) as session:
-        note(session, name_of(person), "exported", study.name, format=form)
-    response = Response(content, mimetype=media_type)
-    response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
-    return response
+    return export_response(study_name, form)
 
 
 def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
@@ -128,24 +110,3 @@ def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Stud
 
 def _page(template: str, person: Person, **values: object) -> str:
     return flask.render_template(f"dashboard/{template}", person=person, **values)
-
-
-def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str, str]:
-    table = answer_tables.TABLES.get(form)
-    if table is not None:
-        write = table.write
-        if flask.request.args.get("excluded") == "yes":
-            write = answer_tables.WITH_EXCLUDED.get(form, write)
-        return write(session, study), f"{study.name}.{form}", table.media_type
-    if form in FOLDERS:
-        files = FOLDERS[form](export_corpus(session, study))
-        return _zipped(study.name, files), f"{study.name}.zip", "application/zip"
-    raise Refusal(404, "There is no such export.")
-
-
-def _zipped(folder: str, files: Mapping[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(f"{folder}/{name}", content)
-    return buffer.getvalue()

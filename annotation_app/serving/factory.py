@@ -22,6 +22,7 @@ from annotation_app.dashboard import (
     audit_pages,
     disagreement_pages,
     login_admin,
+    token_pages,
 )
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
@@ -81,6 +82,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         answer_pages,
         answers_api,
         login_admin,
+        token_pages,
         audit_pages,
         interface,
     )

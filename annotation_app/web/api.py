@@ -25,6 +25,7 @@ from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
 from annotation_app.work import adjudicating, adoption, offers
 from annotation_app.work.answer_reading import read_answer
+from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
 from annotation_app.work.page_data import opened_page, page_data
 
@@ -171,6 +172,7 @@ def answer(item_id: str) -> Response:
         )
         if receipt.answer is not None:
             adoption.answered(session, found.task, receipt.answer)
+            after_answer(session, found.study_id, found.id, receipt.answer, now=now())
     return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 

@@ -16,6 +16,7 @@ from annotation_app.items.submissions import add_event, was_received
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Slot, Study
 from annotation_app.work import adoption
+from annotation_app.work.finished_items import finished
 from annotation_app.work.reviewing import LONGEST_REMARK
 
 
@@ -165,6 +166,7 @@ def _decided(
         )
     )
     note(session, name_of(person), "adopted an answer", study.name, answer=answer.id)
+    finished(session, study.id, answer.item_id, "adopted", answer.id, now=now)
     # Nobody need be asked any more of those that adjudicators have asked for.
     wanted = select(func.count()).where(Event.item_id == answer.item_id, Event.name == "ask")
     free = (

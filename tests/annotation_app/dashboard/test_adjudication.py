@@ -57,7 +57,7 @@ def test_what_differs_in_groundings_is_marked(app: Flask) -> None:
     for view in (first_frame, map_):
         assert len(re.findall(r'class="thing named disputed"', view)) == 2
         assert len(set(re.findall(r'data-shown="([^"]+)"', view))) == 2
-    sides = page.split("<h2 id=\"side-")[1:]
+    sides = page.split('<h2 id="side-')[1:]
     for side in sides:
         assert side.count("<mark>") == len(nodes)
     # The script gets the scene as the worker's page does, and nothing is called by its name there.
@@ -111,7 +111,9 @@ def test_a_third_answer(app: Flask) -> None:
     assert judge.client.get(f"{numbers}/agreement").json["data"][0]["units"] == 1
     assert judge.client.get(f"{numbers}/corpus").json["data"]["surplus"] == 0
     # Deciding again replaces it.
-    first = re.findall(r'name="choice" value="(\d+)"', judge.client.get(f"{BASE}/queue/{item}").text)
+    first = re.findall(
+        r'name="choice" value="(\d+)"', judge.client.get(f"{BASE}/queue/{item}").text
+    )
     assert post(judge, f"{BASE}/queue/{item}", choice=first[0]).status_code == 303
     assert [a.id for a in adopted(app, "segment")] == [int(first[0])]
 
