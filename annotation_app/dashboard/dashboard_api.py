@@ -15,10 +15,12 @@ from annotation_app.dashboard.consensus import agreement
 from annotation_app.dashboard.disagreements import Disagreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     Duration,
+    History,
     Progress,
     collected,
     collected_type,
     durations,
+    histories,
     progress_by_task,
     progress_by_video,
 )
@@ -64,11 +66,16 @@ def _by_video(session: Session, study_id: str) -> list[Progress]:
     return progress_by_video(session, study_id, now=now())
 
 
+def _history(session: Session, study_id: str) -> list[History]:
+    return histories(session, study_id, now=now())
+
+
 _GIVEN = "Answers wanted, given and being given, by task"
 _VIEWS = {
     "progress": _View("annotator", _progress, list[Progress], _GIVEN),
     "videos": _View("adjudicator", _by_video, list[Progress], f"{_GIVEN} and video"),
     "times": _View("annotator", durations, list[Duration], "Quartiles of the time that items take"),
+    "history": _View("annotator", _history, list[History], "How the answers to each task came"),
     "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
     "agreement": _View("adjudicator", agreement, list[Measured], "How much people agree"),
     "disagreements": _View(

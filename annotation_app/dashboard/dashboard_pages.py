@@ -10,11 +10,14 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
+from annotation_app.dashboard import charts
 from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.disagreements import disagreements
 from annotation_app.dashboard.exports import export_response
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,
+    histories,
     progress_by_task,
     progress_by_video,
 )
@@ -22,7 +25,7 @@ from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
 from annotation_app.people import accounts
 from annotation_app.people.browser_sessions import required_person
-from annotation_app.people.participants import RANKS
+from annotation_app.people.participants import RANKS, subject_of
 from annotation_app.store.audit import name_of
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
@@ -58,17 +61,27 @@ def overview(study_name: str) -> str:
         by_video = progress_by_video(session, study.id, now=now())
         sees_all = RANKS[person.role] >= RANKS["adjudicator"]
         people = workers(session, study.id) if sees_all else []
+        times = durations(session, study.id)
+        agreed = agreement(session, study.id) if sees_all else []
+        came = histories(session, study.id, now=now())
         return _page(
             "overview.html",
             person,
             study=study,
             by_task=progress_by_task(by_video),
             by_video=by_video if sees_all else [],
-            durations=durations(session, study.id),
+            durations=times,
+            histories=came,
+            charts={
+                "history": charts.history_chart(came),
+                "times": charts.time_chart(times),
+                "agreement": charts.agreement_chart(agreed),
+            },
             collected=collected(session, study.id),
             counts=[task.counts for task in tasks() if task.counts is not None],
             tables=answer_tables.TABLES,
-            agreement=agreement(session, study.id) if sees_all else [],
+            agreement=agreed,
+            disagreements=disagreements(session, study.id, most=1) if sees_all else [],
             flagged=[worker for worker in people if worker.reasons],
             disputes=queue.disputes(session, study.id) if sees_all else [],
             sees_all=sees_all,
@@ -83,14 +96,30 @@ def people(study_name: str) -> str:
         return _page("people.html", person, study=study, workers=workers(session, study.id))
 
 
+@blueprint.get("/<study_name>/people/<person_id>")
+def confirm_block(study_name: str, person_id: str) -> str:
+    """Whether somebody is really to get no more items."""
+    with reading(installation().engine) as session:
+        admin, study = _opened(session, study_name, "admin")
+        found = _person(session, person_id)
+        return _page(
+            "block.html",
+            admin,
+            study=study,
+            name=subject_of(found),
+            about="They get no more items, in any study. What they have answered stays, and what "
+            "they have begun they can still send. You can unblock them.",
+            action=flask.url_for("dashboard.block", study_name=study.name, person_id=found.id),
+            back=flask.url_for("dashboard.people", study_name=study.name),
+        )
+
+
 @blueprint.post("/<study_name>/people/<person_id>")
 def block(study_name: str, person_id: str) -> ResponseReturnValue:
     """Give somebody no more items, or items again."""
     with transaction(installation().engine) as session:
         admin, _ = _opened(session, study_name, "admin")
-        person = session.get(Person, person_id)
-        if person is None:
-            raise Refusal(404, "There is no such person.")
+        person = _person(session, person_id)
         wanted = flask.request.form.get("block") == "yes"
         change = accounts.block if wanted else accounts.unblock
         change(session, person, actor=name_of(admin))
@@ -106,6 +135,13 @@ def export(study_name: str, form: str) -> Response:
 def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
     person = required_person(session, role)
     return person, find_study(session, study_name)
+
+
+def _person(session: Session, person_id: str) -> Person:
+    person = session.get(Person, person_id)
+    if person is None:
+        raise Refusal(404, "There is no such person.")
+    return person
 
 
 def _page(template: str, person: Person, **values: object) -> str:
