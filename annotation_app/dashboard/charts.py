@@ -83,8 +83,8 @@ def history_chart(histories: Sequence[History]) -> LineChart | None:
         return None
     at = histories[0].at
     span = (at[-1] - at[0]) or 1.0
-    step = _step(max(max(history.answers) for history in histories))
-    top = step * math.ceil(max(max(history.answers) for history in histories) / step)
+    most = max(max(history.answers) for history in histories)
+    step, top = _axis(most)
     wide, high = WIDTH - LEFT - RIGHT, LINES_HEIGHT - TOP - BOTTOM
 
     def x(moment: float) -> float:
@@ -119,8 +119,7 @@ def time_chart(durations: Sequence[Duration]) -> BarChart | None:
     """The middle half of how long people took, with the median marked."""
     if not durations:
         return None
-    step = _step(max(duration.upper_s for duration in durations))
-    top = step * math.ceil(max(duration.upper_s for duration in durations) / step)
+    step, top = _axis(max(duration.upper_s for duration in durations))
 
     def x(seconds: float) -> float:
         return round((WIDTH - 20) * seconds / top + 4, 1)
@@ -154,7 +153,7 @@ def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
     bars = tuple(
         Bar(
             f"{one.task}: {one.measure}{f', {one.answers}' if one.answers != 'all' else ''}",
-            f"{value:.2f}",
+            f"{value:.2f}".replace("-", "−"),
             ROW * number,
             min(x(0), x(value)),
             round(abs(x(value) - x(0)), 1),
@@ -176,12 +175,13 @@ def written_time(at: float, span_s: float) -> str:
     return found.strftime("%H:%M" if span_s < 86_400 else "%d %b")
 
 
-def _step(most: float) -> float:
-    """A round distance of ticks: four or five to the top, or fewer."""
+def _axis(most: float) -> tuple[float, float]:
+    """A round distance of ticks, four or five to the top or fewer, and the top."""
     rough = max(most, 1.0) / 4
     power = 10.0 ** math.floor(math.log10(rough))
     found = next(power * n for n in (1, 2, 5, 10) if power * n >= rough)
-    return max(found, 1.0)
+    step = max(found, 1.0)
+    return step, step * max(math.ceil(most / step), 1)
 
 
 def _apart(wanted: Sequence[float], top: float, bottom: float) -> list[float]:

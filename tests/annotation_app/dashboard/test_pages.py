@@ -200,6 +200,11 @@ def test_blocking(app: Flask) -> None:
     one.do("describe", described())
     path = f"{BASE}/people/{one.person.id}"
     assert post(judge, path, block="yes").status_code == 403
+    # It asks first: the list leads to a page that changes nothing.
+    assert f'href="{path}"' in admin.client.get(f"{BASE}/people").text
+    assert "get no more items, in any study" in admin.client.get(path).text
+    assert judge.client.get(path).status_code == 403
+    assert one.lease("describe").status_code == 200
     assert post(admin, path, block="yes").status_code == 303
     assert one.lease("describe").json["reason"] == "blocked"
     assert "Unblock" in admin.client.get(f"{BASE}/people").text
@@ -219,6 +224,27 @@ def test_times(app: Flask) -> None:
     assert reply["data"] == [
         {"task": "describe", "answers": 3, "lower_s": 15.0, "median_s": 20.0, "upper_s": 40.0}
     ]
+
+
+def test_answers_over_time(app: Flask) -> None:
+    one = Browser(app)
+    for _ in range(3):
+        one.do("describe", described())
+    day = 86_400.0
+    with transaction(engine_of(app)) as session:
+        for number, answer in enumerate(session.scalars(select(Answer).order_by(Answer.id))):
+            answer.at -= (4 - 2 * number) * day
+    client = Browser(app, "annotator").client
+    (history,) = client.get("/api/dashboard/studies/tests/history").json["data"]
+    assert history["task"] == "describe"
+    assert history["answers"] == sorted(history["answers"])
+    assert (history["answers"][0], history["answers"][-1]) == (1, 3)
+    middle = [n for at, n in zip(history["at"], history["answers"], strict=True) if n == 2]
+    assert len(middle) in (19, 20, 21)  # half of the time
+    page = client.get(BASE).text
+    assert page.count('class="series ') == 1
+    assert page.count("<polyline") == 1
+    assert "As a table" in page
 
 
 def test_exports(app: Flask, tmp_path: Path) -> None:
@@ -265,7 +291,7 @@ def test_the_interface_is_described(app: Flask) -> None:
     dispute(app)
     admin = Browser(app, "admin")
     described_ = admin.client.get("/api/openapi.json").json
-    of_answers = re.compile("/(answers|reports)")
+    of_answers = re.compile("/(answers|reports|export)")
     paths = [
         path
         for path in described_["paths"]
