@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotation_app.dashboard.charts import (
+from annotation_app.dashboard.dashboard_charts import (
     BOTTOM,
     LABEL,
     LINES_HEIGHT,
