@@ -82,30 +82,37 @@ def test_a_tree_is_edited_as_workers_do(site: Site, context: BrowserContext) -> 
     judge, page, errors = judge_page(site, context, item)
     page.get_by_role("link", name="Edit answer 1").click()
     expect(page.get_by_role("heading", name="Segment")).to_be_visible()
-    # It begins with the first answer: three clauses, and no program has suggested them.
-    expect(page.locator("#editor .tree .node")).to_have_count(3)
-    assert page.get_by_text("A program has made this suggestion").is_hidden()
-    page.locator(".clauses .clause", has_text="the red crate").first.click()
+    assert page.get_by_text("start from nothing").is_hidden()  # no program has suggested it
+    page.keyboard.press("]")  # to the second clause, "to"
     page.keyboard.press("Delete")
-    expect(page.locator("#editor .tree .node")).to_have_count(2)
+    expect(page.locator("#undo")).to_be_enabled()
     page.reload()  # what was begun is kept in this browser
-    expect(page.locator("#editor .tree .node")).to_have_count(2)
-    page.locator("#undo").is_disabled()
+    expect(page.locator("#saving")).to_have_text("Your draft is back")
     page.get_by_role("link", name="Back to the answers").click()
     page.get_by_role("link", name="Edit answer 2").click()  # another answer has its own draft
-    expect(page.locator("#editor .tree .node")).to_have_count(2)
-    expect(page.locator("#editor .tree")).to_contain_text("to the red crate")
+    expect(page.get_by_role("heading", name="Segment")).to_be_visible()
+    expect(page.locator("#saving")).to_be_empty()
     page.go_back()
     page.get_by_role("link", name="Edit answer 1").click()
-    expect(page.locator("#editor .tree")).not_to_contain_text("red crate")
-    page.get_by_label("Comment, for those who run the study").fill("no crate <b>")
+    expect(page.locator("#saving")).to_have_text("Your draft is back")
+    page.get_by_label("Comment, for those who run the study").fill("no path <b>")
     page.get_by_role("button", name="Adopt this answer").click()
     page.wait_for_url("**/dashboard/sea/queue")
     answer = last_answer(site, judge)
-    assert [clause["type"] for clause in answer.body["sdcs"]] == ["EVENT"]
-    assert "crate" not in str(answer.body["sdcs"])
+    assert '"PATH"' in str(trees(NOTATION)[0]).replace("'", '"')
+    assert "PATH" not in str(answer.body["sdcs"])
     with reading(site.engine) as session:
-        assert [r.text for r in session.scalars(select(Remark))] == ["no crate <b>"]
+        assert [r.text for r in session.scalars(select(Remark))] == ["no path <b>"]
+    assert errors == []
+
+
+def test_an_answer_is_adopted_as_it_is_in_the_editor(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "segment", *trees(FLAT, NOTATION))
+    judge, page, errors = judge_page(site, context, item)
+    page.get_by_role("link", name="Edit answer 2").click()
+    page.get_by_role("button", name="Adopt this answer").click()
+    page.wait_for_url("**/dashboard/sea/queue")
+    assert [last_answer(site, judge).body] == trees(NOTATION)
     assert errors == []
 
 
