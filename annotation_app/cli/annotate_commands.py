@@ -13,6 +13,8 @@ from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init, slug
+from annotation_app.cli.token_commands import tokens
+from annotation_app.cli.webhook_commands import webhooks
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
 
@@ -344,6 +346,8 @@ def import_(
 
 
 for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
+    annotate.add_command(_command)
+for _command in (tokens, webhooks):
     annotate.add_command(_command)
 
 

@@ -66,7 +66,7 @@ def crowd() -> None:
 
     \b
     Examples:
-      ct crowd publish links my-study --url https://lab.example.org --people 20
+      ct crowd publish links my-study --url https://lab.example.org
       ct crowd collect mturk my-study --sandbox --dry-run
       ct crowd reconcile mturk my-study --sandbox
     """
@@ -78,7 +78,7 @@ def publish() -> None:
 
     \b
     Examples:
-      ct crowd publish links my-study --url https://lab.example.org --people 20
+      ct crowd publish links my-study --url https://lab.example.org
       ct crowd publish mturk my-study --url https://lab.example.org --people 30 --sandbox
     """
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from annotation_app.cli.changing_commands import changing, moment
 from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.erasure_commands import erase
 from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
-
     from annotation_app.store.models import Role
 
 LOGIN = click.argument("login", metavar="LOGIN")
@@ -93,7 +90,7 @@ def add(
     password = password_file.readline().rstrip("\r\n") if password_file else None
     if ask:
         password = click.prompt("Password", hide_input=True, confirmation_prompt=True, err=True)
-    with _changing(place, login) as session:
+    with changing(place, login) as session:
         person = accounts.add_login(session, login, role, password, actor=COMMAND_LINE)
         if password is not None:
             record = {"login": person.login, "role": role}
@@ -124,7 +121,7 @@ def invite(*, role: Role, url: str, days: int, place: Place, form: str) -> None:
     from annotation_app.people import account_links
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(place) as session:
+    with changing(place) as session:
         token = account_links.invite(session, role, days, actor=COMMAND_LINE)
     told = f"by this link somebody becomes {role}:"
     _tell_link(form, _link(url, token), days, told, role=role)
@@ -143,7 +140,7 @@ def list_(*, place: Place, form: str) -> None:
     """
     from annotation_app.people import account_links, accounts
 
-    with _changing(place, is_new_fine=False) as session:
+    with changing(place, is_new_fine=False) as session:
         found = accounts.accounts(session)
         links = account_links.open_invitations(session)
         invitations = [
@@ -151,10 +148,10 @@ def list_(*, place: Place, form: str) -> None:
             for link in links
         ]
     lines = [
-        f"{a.login}: {a.role}, {a.state}, last signed in {_moment(a.last_signed_in)}" for a in found
+        f"{a.login}: {a.role}, {a.state}, last signed in {moment(a.last_signed_in)}" for a in found
     ]
     lines += [
-        f"an invitation: {i['role']}, by {i['made_by']}, until {_moment(i['expires_at'])}"
+        f"an invitation: {i['role']}, by {i['made_by']}, until {moment(i['expires_at'])}"
         for i in invitations
     ]
     tell(
@@ -238,7 +235,7 @@ def reset(*, login: str, url: str, days: int, place: Place, form: str) -> None:
     from annotation_app.people import account_links, accounts
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(place, login, is_new_fine=False) as session:
+    with changing(place, login, is_new_fine=False) as session:
         person = accounts.required_login(session, login)
         accounts.reset(session, person, actor=COMMAND_LINE)
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
@@ -272,7 +269,7 @@ def _change(login: str, place: Place, change: Any, **more: Any) -> str:
     from annotation_app.people import accounts
     from annotation_app.store.audit import COMMAND_LINE
 
-    with _changing(place, login, is_new_fine=False) as session:
+    with changing(place, login, is_new_fine=False) as session:
         person = accounts.required_login(session, login)
         name = str(person.login)
         change(session, person, actor=COMMAND_LINE, **more)
@@ -293,44 +290,6 @@ def _link(url: str, token: str) -> str:
     from annotation_app.people.account_links import path_of
 
     return f"{url.rstrip('/')}{path_of(token)}"
-
-
-def _moment(at: Any) -> str:
-    import datetime
-
-    if at is None:
-        return "never"
-    return f"{datetime.datetime.fromtimestamp(at, datetime.timezone.utc):%Y-%m-%d %H:%M UTC}"
-
-
-@contextmanager
-def _changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iterator[Session]:
-    """An installation's database, to be changed; refusals become errors of the command line."""
-    from annotation_app.core.config import open_instance
-    from annotation_app.core.problems import Refusal
-    from annotation_app.serving import server as serving
-    from annotation_app.serving.factory import create_app
-    from annotation_app.store.database import opened, transaction
-    from g3.errors import FormatError
-
-    if not (is_new_fine or place.database or place.instance.is_dir()):
-        raise FormatError(
-            "there is no installation here",
-            where=str(place.instance),
-            fix="name it with --instance, or start one with `ct annotate`",
-        )
-    config = open_instance(*place)
-    serving.prepare(config)
-    with opened(config.database) as engine:
-        app = create_app(config, engine)
-        try:
-            with app.app_context(), transaction(engine) as session:
-                yield session
-        except Refusal as refusal:
-            what, _, fix = refusal.message.rstrip(".").partition(". ")
-            raise FormatError(
-                what[:1].lower() + what[1:], where=login, fix=fix[:1].lower() + fix[1:]
-            ) from None
 
 
 people.add_command(erase)

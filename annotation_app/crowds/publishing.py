@@ -83,11 +83,17 @@ def publish_links(
     Raises
     ------
     FormatError
-        If the study has no such task.
+        If the study has no such task, or several links are wanted of one that is open.
     """
     study = restored(session.study.config)
     offer = _offer(session, study, task, items)
     if study.access == "open":
+        if people > 1:
+            raise FormatError(
+                "the study is open: all people use the same link",
+                where=study.name,
+                fix="leave out --people, or give its file `access: invited`",
+            )
         yield _address(session, url, offer, "")
         return
     for _ in range(people):

@@ -1,22 +1,20 @@
-"""What people disagree about, and the decisions of adjudicators."""
+"""What people disagree about, and is to be decided."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 from sqlalchemy import Select, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
-from annotation_app.core.problems import Refusal
 from annotation_app.items.new_items import REPLACED
-from annotation_app.items.submissions import add_event
 from annotation_app.people.participants import subject_of
-from annotation_app.store.models import Answer, Event, Item, Person, Record, Slot, Study, TaskName
+from annotation_app.store.models import Answer, Event, Item, Person, Slot, TaskName
 from annotation_app.tasks.task_record import Adjudication, Compared
 from annotation_app.tasks.task_registry import find_task, tasks
-from annotation_app.work import adoption
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +33,21 @@ class Side:
 
     Parameters
     ----------
+    number
+        1 for the first.
     shown
         What the task's template shows of it.
+    same_as
+        The numbers of the other answers that say the same.
     """
 
     answer: int
+    number: int
     subject: str
     seconds: float | None
+    adopted: bool
     shown: Any
+    same_as: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,9 @@ class Comparison:
     compared
         What the task makes of them.
     agreement
-        How much the first two agree.
+        How much any two agree, on average.
+    is_waiting
+        Whether there is room for one more answer.
     """
 
     item: str
@@ -63,6 +70,7 @@ class Comparison:
     sides: tuple[Side, ...]
     compared: Compared
     agreement: float
+    is_waiting: bool
 
 
 def adjudication_of(item: Item) -> Adjudication | None:
@@ -73,15 +81,19 @@ def adjudication_of(item: Item) -> Adjudication | None:
 
 def disputes(session: Session, study_id: str) -> list[Dispute]:
     """What is to be decided, oldest first: all answers that are wanted are there."""
-    ids = disputed(study_id)
-    rows = session.execute(
-        select(Item, func.count(Answer.id))
-        .join(Answer, Answer.item_id == Item.id)
-        .where(Item.id.in_(ids), Answer.excluded.is_(False))
-        .group_by(Item.id)
-        .order_by(func.min(Answer.id))
+    return _listed(session, disputed(study_id))
+
+
+def waiting(session: Session, study_id: str) -> list[Dispute]:
+    """What waits for one more answer that an adjudicator has asked for."""
+    ids = select(Item.id).where(
+        Item.study_id == study_id,
+        ~Item.subject.startswith(REPLACED),
+        exists().where(Event.item_id == Item.id, Event.name == "ask"),
+        exists().where(Slot.item_id == Item.id, Slot.answered.is_(False)),
+        ~exists().where(Answer.item_id == Item.id, Answer.adopted),
     )
-    return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
+    return _listed(session, ids)
 
 
 def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
@@ -111,7 +123,7 @@ def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
     )
 
 
-def compare(session: Session, item: Item, adjudication: Adjudication) -> Comparison:
+def compare(session: Session, item: Item, adjudication: Adjudication, salt: bytes) -> Comparison:
     """An item's answers side by side."""
     rows = session.execute(
         select(Answer, Person)
@@ -120,60 +132,35 @@ def compare(session: Session, item: Item, adjudication: Adjudication) -> Compari
         .order_by(Answer.id)
     ).all()
     bodies = [answer.body for answer, _ in rows]
-    compared = adjudication.compare(session, item, bodies)
+    compared = adjudication.compare(session, item, bodies, salt)
+    essences = [adjudication.essence(body) for body in bodies]
     sides = tuple(
-        Side(answer.id, subject_of(person), answer.seconds, shown)
-        for (answer, person), shown in zip(rows, compared.sides, strict=True)
+        Side(
+            answer.id,
+            i + 1,
+            subject_of(person),
+            answer.seconds,
+            answer.adopted,
+            shown,
+            tuple(j + 1 for j, one in enumerate(essences) if j != i and one == essences[i]),
+        )
+        for i, ((answer, person), shown) in enumerate(zip(rows, compared.sides, strict=True))
     )
-    agreement = adjudication.agreement(*bodies[:2]) if len(bodies) > 1 else 1.0
-    return Comparison(item.id, item.task, item.payload["text"], sides, compared, agreement)
-
-
-def choose(
-    session: Session,
-    study: Study,
-    item: Item,
-    person: Person,
-    answer_id: int,
-    *,
-    uuid: str,
-    now: float,
-) -> None:
-    """Adopt one of an item's answers.
-
-    Raises
-    ------
-    Refusal
-        If it isn't one of them.
-    """
-    answer = session.get(Answer, answer_id)
-    if answer is None or answer.item_id != item.id or answer.excluded:
-        raise Refusal(422, "Choose one of the answers.")
-    if _is_known(session, person, uuid):
-        return
-    add_event(
-        session, item, person.id, name="adjudicate", uuid=uuid, body={"answer": answer_id}, now=now
+    pairs = [adjudication.agreement(one, other) for one, other in combinations(bodies, 2)]
+    agreement = sum(pairs) / len(pairs) if pairs else 1.0
+    slot = select(Slot.id).where(Slot.item_id == item.id, Slot.answered.is_(False)).limit(1)
+    is_waiting = session.scalar(slot) is not None
+    return Comparison(
+        item.id, item.task, item.payload["text"], sides, compared, agreement, is_waiting
     )
-    adoption.adopt(session, study, item, answer)
 
 
-def edit(
-    session: Session,
-    study: Study,
-    item: Item,
-    person: Person,
-    body: Record,
-    *,
-    uuid: str,
-    now: float,
-) -> None:
-    """Adopt an answer of the adjudicator's own, made of the others."""
-    if _is_known(session, person, uuid):
-        return
-    sent = {"body": body}
-    adoption.adjudicate(session, study, item, person, uuid=uuid, sent=sent, body=body, now=now)
-
-
-def _is_known(session: Session, person: Person, uuid: str) -> bool:
-    known = select(Event.id).where(Event.person_id == person.id, Event.uuid == uuid)
-    return session.scalar(known) is not None
+def _listed(session: Session, ids: Select[str]) -> list[Dispute]:
+    rows = session.execute(
+        select(Item, func.count(Answer.id))
+        .join(Answer, Answer.item_id == Item.id)
+        .where(Item.id.in_(ids), Answer.excluded.is_(False))
+        .group_by(Item.id)
+        .order_by(func.min(Answer.id))
+    )
+    return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]

@@ -155,7 +155,8 @@ def _answer_page(
         person=person,
         study=study,
         one=one,
-        compared=adjudication and adjudication.compare(session, item, [found.body]),
+        compared=adjudication
+        and adjudication.compare(session, item, [found.body], installation().salt),
         facts=_facts(item, found.body),
         files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
         remarks=browsing.remarks(session, found.id),

@@ -11,11 +11,13 @@ from flask import Blueprint, Response
 
 from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.dashboard.answer_pages import act, answer_of
+from annotation_app.dashboard.exports import export_response
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.web.api import read_request
-from annotation_app.web.limits import limited, submissions
+from annotation_app.web.limits import limited, reads, submissions
+from annotation_app.web.readers import required_reader
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/studies")
@@ -37,21 +39,23 @@ QUERIES = {
 
 
 @blueprint.get("/<study_name>/answers")
+@limited(reads)
 def read_answers(study_name: str) -> Response:
     """Answers, newest first, a page at a time."""
     wanted = browsing.read_wanted(flask.request.args)
     with reading(installation().engine) as session:
-        required_person(session, "adjudicator")
+        required_reader(session, "adjudicator")
         study = find_study(session, study_name)
         found, older = browsing.find_answers(session, study.id, wanted)
     return _reply({"study": study_name, "data": found, "before": older})
 
 
 @blueprint.get("/<study_name>/answers/<answer_id>")
+@limited(reads)
 def read_answer(study_name: str, answer_id: str) -> Response:
     """An answer, with what reviewers said about it."""
     with reading(installation().engine) as session:
-        required_person(session, "adjudicator")
+        required_reader(session, "adjudicator")
         study = find_study(session, study_name)
         found = answer_of(session, study, _number(answer_id))
         (one,) = browsing.shown(session, study.id, [found.id])
@@ -74,14 +78,22 @@ def review_answer(study_name: str, answer_id: str) -> Response:
 
 
 @blueprint.get("/<study_name>/reports")
+@limited(reads)
 def read_reports(study_name: str) -> Response:
     """Reported problems and skipped items, newest first, a page at a time."""
     before = browsing.read_before(flask.request.args)
     with reading(installation().engine) as session:
-        required_person(session, "adjudicator")
+        required_reader(session, "adjudicator")
         study = find_study(session, study_name)
         found, older = browsing.find_reports(session, study.id, before=before)
     return _reply({"study": study_name, "data": found, "before": older})
+
+
+@blueprint.get("/<study_name>/export/<form>")
+@limited(reads)
+def read_export(study_name: str, form: str) -> Response:
+    """A file of all answers, or of the corpus that they make, as on the dashboard."""
+    return export_response(study_name, form)
 
 
 def _number(text: str) -> int:

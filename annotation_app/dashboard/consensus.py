@@ -3,41 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Event, Item, Record, TaskName
+from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import is_untouched
 
 ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion seen"
+"""Which answers are measured. Where a program makes suggestions: all, those that are no untouched
+suggestion, and those of people who saw none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Agreement:
-    """A measure of agreement.
-
-    Parameters
-    ----------
-    value
-        None where too little has been answered twice, or everybody says the same all the time.
-    units
-        What was answered by two people or more: commands, clauses, pairs.
-    answers
-        Which answers are measured. Where a program makes suggestions, all, those that aren't an
-        untouched suggestion, and those of people who saw none.
-    """
-
-    task: TaskName
-    measure: str
-    value: float | None
-    units: int
-    answers: str = "all"
-
-
-def agreement(session: Session, study_id: str) -> list[Agreement]:
+def agreement(session: Session, study_id: str) -> list[Measured]:
     """What can be measured so far, of all tasks that are answered by several people."""
     rows = session.execute(
         select(Answer.task, Answer.item_id, Answer.body, Answer.provenance)
@@ -57,7 +38,7 @@ def agreement(session: Session, study_id: str) -> list[Agreement]:
         for group in _groups(provenance):
             bodies.setdefault((task_name, group), {}).setdefault(item_id, []).append(body)
     return [
-        Agreement(task.name, found.measure, found.value, found.units, group)
+        replace(found, task=task.name, answers=group)
         for task in tasks()
         for group in ((ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN))
         for found in task.agreement(list(bodies.get((task.name, group), {}).values()))

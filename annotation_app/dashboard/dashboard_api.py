@@ -11,32 +11,41 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.dashboard.adjudication_queue import Dispute, disputes
-from annotation_app.dashboard.consensus import Agreement, agreement
+from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.disagreements import Disagreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     Duration,
+    History,
     Progress,
     collected,
     collected_type,
     durations,
+    histories,
     progress_by_task,
     progress_by_video,
 )
 from annotation_app.dashboard.workers import Worker, workers
-from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
+from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import task_names
+from annotation_app.web.limits import limited, reads
+from annotation_app.web.readers import required_reader
 from annotation_app.work.handing_out import find_study
+
+READERS: list[dict[str, list[str]]] = [{"session": []}, {"token": []}]
+"""Who may read, as OpenAPI says it: people with a login, and programs."""
 
 blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboard")
 
 
 @blueprint.get("/studies")
+@limited(reads)
 def studies() -> Response:
     """The names of all studies."""
     with reading(installation().engine) as session:
-        required_person(session, "annotator")
+        required_reader(session, "annotator")
         return _reply({"studies": list(session.scalars(select(Study.name).order_by(Study.name)))})
 
 
@@ -57,22 +66,31 @@ def _by_video(session: Session, study_id: str) -> list[Progress]:
     return progress_by_video(session, study_id, now=now())
 
 
+def _history(session: Session, study_id: str) -> list[History]:
+    return histories(session, study_id, now=now())
+
+
 _GIVEN = "Answers wanted, given and being given, by task"
 _VIEWS = {
     "progress": _View("annotator", _progress, list[Progress], _GIVEN),
     "videos": _View("adjudicator", _by_video, list[Progress], f"{_GIVEN} and video"),
     "times": _View("annotator", durations, list[Duration], "Quartiles of the time that items take"),
+    "history": _View("annotator", _history, list[History], "How the answers to each task came"),
     "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
-    "agreement": _View("adjudicator", agreement, list[Agreement], "How much people agree"),
+    "agreement": _View("adjudicator", agreement, list[Measured], "How much people agree"),
+    "disagreements": _View(
+        "adjudicator", disagreements, list[Disagreement], "What people disagree about most"
+    ),
     "people": _View("adjudicator", workers, list[Worker], "Who has answered, and what is odd"),
     "queue": _View("adjudicator", disputes, list[Dispute], "What people disagree about"),
 }
 
 
 def _answering(view: _View) -> Callable[..., Response]:
+    @limited(reads)
     def answer(study_name: str) -> Response:
         with reading(installation().engine) as session:
-            required_person(session, view.role)
+            required_reader(session, view.role)
             study = find_study(session, study_name)
             data = view.compute(session, study.id)
             return _reply({"study": study.name, "at": now(), "data": data})
@@ -136,6 +154,7 @@ def _operation(
     refused = {"description": "Refused, and why", "content": {json: {"schema": error}}}
     return {
         "operationId": f"dashboard_{name}",
+        "security": READERS,
         "summary": summary,
         "responses": {
             "200": reply,

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-from collections.abc import Mapping
-from uuid import uuid4
-
 import flask
-import msgspec
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
@@ -16,31 +10,29 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
+from annotation_app.dashboard import dashboard_charts as charts
 from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.disagreements import disagreements
+from annotation_app.dashboard.exports import export_response
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,
+    histories,
     progress_by_task,
     progress_by_video,
 )
 from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
-from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people import accounts
 from annotation_app.people.browser_sessions import required_person
-from annotation_app.people.participants import RANKS
-from annotation_app.store.audit import name_of, note
+from annotation_app.people.participants import RANKS, subject_of
+from annotation_app.store.audit import name_of
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Item, Person, Role, Study
-from annotation_app.tasks.task_record import Adjudication
+from annotation_app.store.models import Person, Role, Study
 from annotation_app.tasks.task_registry import tasks
-from annotation_app.web.api import UUID
 from annotation_app.web.needs_login import refused
 from annotation_app.work.handing_out import find_study
-from corpus_tools.corpus.corpus_writing import corpus_files
-from corpus_tools.exporters.slu_core import slu_core_files
-from g3.errors import CorpusError
 
 blueprint = Blueprint(
     "dashboard",
@@ -50,7 +42,6 @@ blueprint = Blueprint(
     static_folder="static",
 )
 blueprint.register_error_handler(Refusal, refused)
-FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
 
 
 @blueprint.get("/")
@@ -70,17 +61,27 @@ def overview(study_name: str) -> str:
         by_video = progress_by_video(session, study.id, now=now())
         sees_all = RANKS[person.role] >= RANKS["adjudicator"]
         people = workers(session, study.id) if sees_all else []
+        times = durations(session, study.id)
+        agreed = agreement(session, study.id) if sees_all else []
+        came = histories(session, study.id, now=now())
         return _page(
             "overview.html",
             person,
             study=study,
             by_task=progress_by_task(by_video),
             by_video=by_video if sees_all else [],
-            durations=durations(session, study.id),
+            durations=times,
+            histories=came,
+            charts={
+                "history": charts.history_chart(came),
+                "times": charts.time_chart(times),
+                "agreement": charts.agreement_chart(agreed),
+            },
             collected=collected(session, study.id),
             counts=[task.counts for task in tasks() if task.counts is not None],
             tables=answer_tables.TABLES,
-            agreement=agreement(session, study.id) if sees_all else [],
+            agreement=agreed,
+            disagreements=disagreements(session, study.id, most=1) if sees_all else [],
             flagged=[worker for worker in people if worker.reasons],
             disputes=queue.disputes(session, study.id) if sees_all else [],
             sees_all=sees_all,
@@ -95,102 +96,40 @@ def people(study_name: str) -> str:
         return _page("people.html", person, study=study, workers=workers(session, study.id))
 
 
+@blueprint.get("/<study_name>/people/<person_id>")
+def confirm_block(study_name: str, person_id: str) -> str:
+    """Whether somebody is really to get no more items."""
+    with reading(installation().engine) as session:
+        admin, study = _opened(session, study_name, "admin")
+        found = _person(session, person_id)
+        return _page(
+            "block.html",
+            admin,
+            study=study,
+            name=subject_of(found),
+            about="They get no more items, in any study. What they have answered stays, and what "
+            "they have begun they can still send. You can unblock them.",
+            action=flask.url_for("dashboard.block", study_name=study.name, person_id=found.id),
+            back=flask.url_for("dashboard.people", study_name=study.name),
+        )
+
+
 @blueprint.post("/<study_name>/people/<person_id>")
 def block(study_name: str, person_id: str) -> ResponseReturnValue:
     """Give somebody no more items, or items again."""
     with transaction(installation().engine) as session:
         admin, _ = _opened(session, study_name, "admin")
-        person = session.get(Person, person_id)
-        if person is None:
-            raise Refusal(404, "There is no such person.")
+        person = _person(session, person_id)
         wanted = flask.request.form.get("block") == "yes"
         change = accounts.block if wanted else accounts.unblock
         change(session, person, actor=name_of(admin))
     return flask.redirect(flask.url_for("dashboard.people", study_name=study_name), 303)
 
 
-@blueprint.get("/<study_name>/queue")
-def disputes(study_name: str) -> str:
-    """What people disagree about."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        found = queue.disputes(session, study.id)
-        return _page("queue.html", person, study=study, disputes=found)
-
-
-@blueprint.get("/<study_name>/queue/<item_id>")
-def dispute(study_name: str, item_id: str) -> str:
-    """The answers to an item, side by side."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        return _comparison(session, person, study, *_item(session, study, item_id))
-
-
-@blueprint.post("/<study_name>/queue/<item_id>")
-def decide(study_name: str, item_id: str) -> ResponseReturnValue:
-    """Adopt one of the answers, or one made of them."""
-    form = flask.request.form
-    with transaction(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        item, adjudication = _item(session, study, item_id)
-        uuid = _uuid(form.get("uuid", ""))
-        try:
-            if form.get("choice", "").isdecimal():
-                queue.choose(
-                    session, study, item, person, int(form["choice"][:18]), uuid=uuid, now=now()
-                )
-            else:
-                body = adjudication.edited(session, item, form)
-                queue.edit(session, study, item, person, body, uuid=uuid, now=now())
-        except Refusal as refusal:
-            page = _comparison(
-                session, person, study, item, adjudication, refusal=refusal, form=form
-            )
-            return page, refusal.status
-        following = queue.disputes(session, study.id)
-    if following:
-        next_item = following[0].item
-        return flask.redirect(
-            flask.url_for("dashboard.dispute", study_name=study_name, item_id=next_item), 303
-        )
-    return flask.redirect(flask.url_for("dashboard.disputes", study_name=study_name), 303)
-
-
 @blueprint.get("/<study_name>/export/<form>")
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
-    with reading(installation().engine) as session:
-        person, study = _opened(session, study_name, "adjudicator")
-        try:
-            content, name, media_type = _exported(session, study, form)
-        except CorpusError as error:  # something isn't installed
-            raise Refusal(501, str(error)) from error
-    with transaction(installation().engine) as session:
-        note(session, name_of(person), "exported", study.name, format=form)
-    response = Response(content, mimetype=media_type)
-    response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
-    return response
-
-
-def _comparison(
-    session: Session,
-    person: Person,
-    study: Study,
-    item: Item,
-    adjudication: Adjudication,
-    *,
-    refusal: Refusal | None = None,
-    form: Mapping[str, str] | None = None,
-) -> str:
-    return flask.render_template(
-        adjudication.template,
-        person=person,
-        study=study,
-        found=queue.compare(session, item, adjudication),
-        refusal=refusal,
-        typed=form or {},
-        uuid=str(uuid4()),
-    )
+    return export_response(study_name, form)
 
 
 def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
@@ -198,41 +137,12 @@ def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Stud
     return person, find_study(session, study_name)
 
 
-def _item(session: Session, study: Study, item_id: str) -> tuple[Item, Adjudication]:
-    item = session.get(Item, item_id)
-    adjudication = None if item is None else queue.adjudication_of(item)
-    if item is None or item.study_id != study.id or adjudication is None:
-        raise Refusal(404, "There is no such item.")
-    return item, adjudication
-
-
-def _uuid(value: str) -> str:
-    try:
-        return msgspec.convert(value, UUID)
-    except msgspec.ValidationError:
-        raise Refusal(400, "The request can't be read. Load the page again.") from None
+def _person(session: Session, person_id: str) -> Person:
+    person = session.get(Person, person_id)
+    if person is None:
+        raise Refusal(404, "There is no such person.")
+    return person
 
 
 def _page(template: str, person: Person, **values: object) -> str:
     return flask.render_template(f"dashboard/{template}", person=person, **values)
-
-
-def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str, str]:
-    table = answer_tables.TABLES.get(form)
-    if table is not None:
-        write = table.write
-        if flask.request.args.get("excluded") == "yes":
-            write = answer_tables.WITH_EXCLUDED.get(form, write)
-        return write(session, study), f"{study.name}.{form}", table.media_type
-    if form in FOLDERS:
-        files = FOLDERS[form](export_corpus(session, study))
-        return _zipped(study.name, files), f"{study.name}.zip", "application/zip"
-    raise Refusal(404, "There is no such export.")
-
-
-def _zipped(folder: str, files: Mapping[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(f"{folder}/{name}", content)
-    return buffer.getvalue()

@@ -90,6 +90,22 @@ def change_role(person_id: str) -> ResponseReturnValue:
     )
 
 
+@blueprint.get("/logins/<person_id>/block")
+def confirm_block(person_id: str) -> str:
+    """Whether somebody is really to sign in no more."""
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        found = _find(session, person_id)
+        return flask.render_template(
+            "dashboard/block.html",
+            person=admin,
+            name=found.login,
+            about="Their sessions end at once, and they can't sign in. You can unblock them.",
+            action=flask.url_for("login_admin.block", person_id=found.id),
+            back=flask.url_for("login_admin.one", person_id=found.id),
+        )
+
+
 @blueprint.post("/logins/<person_id>/block")
 def block(person_id: str) -> ResponseReturnValue:
     """Let somebody sign in no more."""

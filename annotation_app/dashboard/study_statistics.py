@@ -99,6 +99,44 @@ def durations(session: Session, study_id: str) -> list[Duration]:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class History:
+    """How many answers to a task there were by certain times, in seconds since 1970."""
+
+    task: TaskName
+    at: tuple[float, ...]
+    answers: tuple[int, ...]
+
+
+def histories(session: Session, study_id: str, *, now: float, moments: int = 40) -> list[History]:
+    """How the answers to each task came, from the first to now, at times of equal distance.
+
+    Answers that were left out don't count, nor do attention checks.
+    """
+    rows = session.execute(
+        select(Answer.task, Answer.at)
+        .join(Item, Item.id == Answer.item_id)
+        .where(Item.study_id == study_id, Item.attention.is_(False), Answer.excluded.is_(False))
+    )
+    times: dict[TaskName, list[float]] = {}
+    for task, came_at in rows:
+        times.setdefault(task, []).append(came_at)
+    if not times:
+        return []
+    every = [came_at for of_task in times.values() for came_at in of_task]
+    # Clocks may have been set back since.
+    at = np.linspace(min(every), max(now, *every), moments)
+    return [
+        History(
+            task,
+            tuple(at.tolist()),
+            tuple(np.searchsorted(np.sort(times[task]), at, side="right").tolist()),
+        )
+        for task in task_names()
+        if task in times
+    ]
+
+
 def collected(session: Session, study_id: str) -> Record:
     """What people have given so far: the counts of all tasks, ``annotators`` and ``surplus``."""
     rows = session.execute(

@@ -131,7 +131,7 @@ def add_event(
     item: AnyItem,
     who: str,
     *,
-    name: Literal["submit", "skip", "flag", "adjudicate"],
+    name: Literal["submit", "skip", "flag", "adjudicate", "ask"],
     uuid: str,
     body: Record,
     now: float,

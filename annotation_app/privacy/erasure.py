@@ -30,6 +30,7 @@ from annotation_app.store.models import (
     Remark,
     Slot,
 )
+from annotation_app.store.program_models import WebhookMessage
 from annotation_app.store.tombstones import Tombstone, joined
 from annotation_app.tasks.task_registry import find_task, makers
 
@@ -235,7 +236,7 @@ def _answers_to(session: Session, items: Iterable[str]) -> Iterator[Answer]:
 def _delete_items(session: Session, items: Iterable[str]) -> None:
     for ids in _batches(items):
         _delete_remarks(session, Answer.item_id.in_(ids))
-        for table in (Answer, Event, Draft, Handout, Slot):
+        for table in (Answer, Event, Draft, Handout, Slot, WebhookMessage):
             session.execute(delete(table).where(table.item_id.in_(ids)))
         session.execute(delete(Item).where(Item.id.in_(ids)))
 

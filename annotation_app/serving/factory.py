@@ -15,7 +15,15 @@ from werkzeug.middleware.proxy_fix import ProxyFix
 from annotation_app.core.config import Config
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds import crowd_pages as crowds
-from annotation_app.dashboard import answer_pages, answers_api, audit_pages, login_admin
+from annotation_app.dashboard import (
+    adjudication_pages,
+    answer_pages,
+    answers_api,
+    audit_pages,
+    disagreement_pages,
+    login_admin,
+    token_pages,
+)
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
 from annotation_app.items import media
@@ -67,7 +75,17 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     install(app, Installation(config, engine, installation_salt(engine, config), counter))
     Attempts(config.instance, config.model).install(app)
     CSRFProtect(app)
-    of_dashboard = (dashboard, answer_pages, answers_api, login_admin, audit_pages, interface)
+    of_dashboard = (
+        dashboard,
+        adjudication_pages,
+        disagreement_pages,
+        answer_pages,
+        answers_api,
+        login_admin,
+        token_pages,
+        audit_pages,
+        interface,
+    )
     modules = (api, openapi, media, crowds, *of_dashboard, trying)
     of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *of_tasks):

@@ -46,6 +46,7 @@ def description() -> dict[str, Any]:
             "schemas": {**schemas[1], **interface.schemas(), "Error": _ERROR},
             "securitySchemes": {
                 "session": {"type": "apiKey", "in": "cookie", "name": "session"},
+                "token": {"type": "http", "scheme": "bearer"},
                 "csrf": {"type": "apiKey", "in": "header", "name": "X-CSRFToken"},
             },
         },
@@ -73,6 +74,9 @@ def _paths(bodies: Mapping[str, Any]) -> dict[str, Any]:
                 operation.setdefault("parameters", []).append(
                     {"name": asked, "in": "query", "schema": {"type": "string"}}
                 )
+    for name, paths in found.items():
+        if name.startswith("/api/dashboard/") and "get" in paths:
+            paths["get"]["security"] = interface.READERS
     found["/api/session"]["get"]["security"] = []
     return found
 

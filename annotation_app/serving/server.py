@@ -21,10 +21,11 @@ from annotation_app.serving.connection_room import CONNECTIONS, Room
 from annotation_app.serving.connections import Connections
 from annotation_app.serving.ending import asked_to_end
 from annotation_app.serving.factory import create_app
+from annotation_app.serving.webhook_delivery import delivering
 from annotation_app.store import tombstones
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import OnlyReadError, opened, reading, transaction
-from annotation_app.store.installation import now
+from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import migrate
@@ -200,8 +201,9 @@ def serve(
                 max_request_body_size=2 * config.max_body_bytes,
             )
         listening()
-        while not end.is_set():
-            connections.wait(WAIT_S)
+        with app.app_context(), delivering(engine, config.secret_key, installation().outages):
+            while not end.is_set():
+                connections.wait(WAIT_S)
         if not connections.finish(FINISH_S):
             log.warning("requests that took longer than %.0f s were cut off", FINISH_S)
         server.task_dispatcher.shutdown(timeout=STOP_S)

@@ -204,7 +204,8 @@ class Event(Base):
     uuid: Mapped[str]
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), index=True)
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
-    name: Mapped[Literal["submit", "skip", "flag", "adjudicate"]] = mapped_column(String(20))
+    name: Mapped[Literal["submit", "skip", "flag", "adjudicate", "ask"]] = mapped_column(String(20))
+    """``ask`` is an adjudicator's wish for one more answer."""
     body: Mapped[Record]
     at: Mapped[float]
 
@@ -249,8 +250,8 @@ class Remark(Base):
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     answer_id: Mapped[int] = mapped_column(ForeignKey("answer.id"), index=True)
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
-    kind: Mapped[Literal["excluded", "sent back", "taken back", "commented"]] = mapped_column(
-        String(20)
+    kind: Mapped[Literal["excluded", "sent back", "taken back", "commented", "adopted"]] = (
+        mapped_column(String(20))
     )
     text: Mapped[str] = mapped_column(String(2000))
     before: Mapped[Record]

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from annotation_app.store.models import Record
+from annotation_app.store.models import Record, TaskName
 from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
@@ -27,11 +27,15 @@ class Measured:
         None where too little has been answered twice, or everybody says the same all the time.
     units
         What was answered by two people or more: commands, clauses, pairs.
+    task, answers
+        Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says.
     """
 
     measure: str
     value: float | None
     units: int
+    task: TaskName = ""
+    answers: str = "all"
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

@@ -7,7 +7,7 @@ True, False or "cant_tell"}}``, which is kept. The answers make a corpus's negat
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -28,6 +28,7 @@ from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
 from annotation_app.tasks.exported_groundings import checked_negative
 from annotation_app.tasks.practice_example import PracticeExample
 from annotation_app.tasks.task_record import (
@@ -183,6 +184,15 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
     return measured(by_clause(items, "verdicts", str))
 
 
+def _disputed(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
+    for clause in clauses_of(from_json(item.payload["sdcs"])):
+        node = str(clause["node"])
+        verdicts = {str(body["verdicts"][node]) for body in bodies if node in body["verdicts"]}
+        if verdicts:
+            yield Part(CLAUSE_TYPE, clause["type"], len(verdicts) > 1)
+            yield Part(WORDS, clause["phrase"].lower(), len(verdicts) > 1)
+
+
 CHECK = Task(
     name="check",
     words=TaskWords(
@@ -215,4 +225,5 @@ CHECK = Task(
     export=_export,
     counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
     agreement=_measured,
+    disputed=_disputed,
 )

@@ -32,9 +32,9 @@ from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import positive
 from annotation_app.tasks.grounding_comparison import (
     compare,
+    disputed_parts,
     essence,
     grounding_key,
-    mixed_groundings,
     shared_part,
 )
 from annotation_app.tasks.suggested_groundings import suggested
@@ -229,6 +229,17 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     )
 
 
+def _opened(data: Record, answer: Record) -> Record:
+    """The page's first state has the parts of an answer, and nodes as numbers.
+
+    Who decides between answers has seen the video on the page before, and needn't watch it again.
+    """
+    return {
+        **data,
+        "start": {**answer, "whole": [int(node) for node in answer["whole"]], "watched_s": 0},
+    }
+
+
 def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
     return measured(by_clause(items, "groundings", grounding_key))
 
@@ -288,10 +299,11 @@ GROUND = Task(
         essence=essence,
         agreement=shared_part,
         compare=compare,
-        edited=mixed_groundings,
+        opened=_opened,
         template="dashboard/compare_groundings.html",
     ),
     export=_export,
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
     agreement=_measured,
+    disputed=disputed_parts,
 )

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-import string
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
-from sqlalchemy.orm import Session
-
-from annotation_app.items.item_scenes import scene_of
-from annotation_app.items.media import media_files
 from annotation_app.items.scenes import Scene
-from annotation_app.store.models import Item, Record
+from annotation_app.tasks.disputed_parts import AREA, PLACE, THING, Key
 
 MARGIN_M = 2.0
-
-Point: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +17,23 @@ class Outline:
 
     Parameters
     ----------
-    label
-        Written at `at`; empty for what no answer speaks of.
     kind
-        ``object``, ``place`` or ``area``: one that an answer has drawn.
+        ``thing``, ``place`` or ``area``: one that an answer has drawn.
+    shown
+        What the worker's page calls it; empty for what no answer speaks of.
+    differs
+        Whether the answers don't agree on it.
     polygons
         Corners of each, as the attribute ``points``.
+    at
+        Where to write what it is called.
     """
 
-    label: str
     kind: str
+    shown: str
+    differs: bool
     polygons: tuple[str, ...]
-    at: Point
+    at: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +49,8 @@ class Picture:
     seen
         Outlines on the first frame, in pixels.
     view
-        The map's ``viewBox``, in metres with y downwards.
+        The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
+        worker's is.
     mapped
         Outlines on the map, in the same.
     """
@@ -64,59 +62,52 @@ class Picture:
     mapped: tuple[Outline, ...]
 
 
-def lettered(groundings: Iterable[Record]) -> dict[str, str]:
-    """A letter for each object that groundings name, in the order in which they do."""
-    ids = dict.fromkeys(name for grounding in groundings for name in grounding["objects"])
-    return {name: _letters(number) for number, name in enumerate(ids)}
+def draw(
+    scene: Scene,
+    video: str | None,
+    keys: Sequence[Key],
+    shown: Mapping[Key, str],
+    disputed: Collection[Key],
+) -> Picture:
+    """A scene, with what answers speak of.
 
-
-def draw(session: Session, item: Item, groundings: Sequence[Record]) -> Picture:
-    """The scene of an item, with what groundings of its clauses speak of."""
-    name = item.payload["video"]
-    scene = scene_of(session, item.study_id, name)
-    letters = lettered(groundings)
+    Parameters
+    ----------
+    keys
+        What they speak of.
+    shown
+        What the worker's page calls things and places.
+    disputed
+        Of what they speak, that on which they don't agree.
+    """
     size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
-    video = media_files(session, item.study_id, name).public.get("video") if all(size) else None
-    mapped = (*_things(scene, letters), *_places(scene, groundings), *_areas(groundings))
-    return Picture(video, size, tuple(_seen(scene, letters)), _view(scene), mapped)
+
+    def outline(key: Key, polygons: Sequence[Sequence[Sequence[float]]]) -> Outline:
+        corners = [corner for polygon in polygons for corner in polygon]
+        xs, ys = [corner[0] for corner in corners], [corner[1] for corner in corners]
+        middle = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+        points = tuple(map(_points, polygons))
+        name = shown.get(key, "") if key in keys else ""
+        return Outline(key[0], name, key in disputed, points, middle)
+
+    seen = [
+        outline((THING, thing["id"]), thing["polygons"])
+        for thing in scene.segmentation.get("objects", [])
+        if (THING, thing["id"]) in keys and thing["polygons"]
+    ]
+    # Those that are spoken of come last, to lie on top.
+    things = sorted(scene.context.objects, key=lambda thing: (THING, thing.id) in keys)
+    mapped = [outline((THING, thing.id), [_turned(thing.prism.xy.tolist())]) for thing in things]
+    for key in keys:
+        if key[0] == PLACE:
+            mapped.append(outline(key, [_turned(scene.context.places[key[1]].prism.xy.tolist())]))
+        elif key[0] == AREA:
+            mapped.append(outline(key, [_turned(key[1])]))
+    return Picture(video if all(size) else None, size, tuple(seen), _view(scene), tuple(mapped))
 
 
-def _seen(scene: Scene, letters: Mapping[str, str]) -> Iterable[Outline]:
-    for thing in scene.segmentation.get("objects", []):
-        if thing["id"] in letters and thing["polygons"]:
-            left, top, width, height = thing["box"]
-            middle = left + width / 2, top + height / 2
-            polygons = tuple(_points(corners) for corners in thing["polygons"])
-            yield Outline(letters[thing["id"]], "object", polygons, middle)
-
-
-def _things(scene: Scene, letters: Mapping[str, str]) -> Iterable[Outline]:
-    # Those with a letter come last, to lie on top.
-    for thing in sorted(scene.context.objects, key=lambda thing: thing.id in letters):
-        yield _mapped(letters.get(thing.id, ""), "object", thing.prism.xy.tolist())
-
-
-def _places(scene: Scene, groundings: Iterable[Record]) -> Iterable[Outline]:
-    indices = {
-        place["place"]
-        for grounding in groundings
-        for place in grounding["places"]
-        if place.get("place") is not None
-    }
-    for index in sorted(indices):
-        yield _mapped(f"{index}", "place", scene.context.places[index].prism.xy.tolist())
-
-
-def _areas(groundings: Iterable[Record]) -> Iterable[Outline]:
-    for grounding in groundings:
-        for place in grounding["places"]:
-            if place.get("place") is None:
-                yield _mapped("", "area", place["xy"])
-
-
-def _mapped(label: str, kind: str, corners: Sequence[Sequence[float]]) -> Outline:
-    turned = [(x, -y) for x, y in corners]
-    return Outline(label, kind, (_points(turned),), _middle(turned))
+def _turned(corners: Iterable[Sequence[float]]) -> list[tuple[float, float]]:
+    return [(x, -y) for x, y in corners]
 
 
 def _view(scene: Scene) -> str:
@@ -130,16 +121,5 @@ def _view(scene: Scene) -> str:
     return f"{left:.2f} {top:.2f} {max(xs) - left + MARGIN_M:.2f} {max(ys) - top + MARGIN_M:.2f}"
 
 
-def _middle(corners: Sequence[Point]) -> Point:
-    xs, ys = zip(*corners, strict=True)
-    return sum(xs) / len(xs), sum(ys) / len(ys)
-
-
 def _points(corners: Iterable[Sequence[float]]) -> str:
     return " ".join(f"{x:.2f},{y:.2f}" for x, y in corners)
-
-
-def _letters(number: int) -> str:
-    """A to Z, then AA and so on."""
-    most, last = divmod(number, 26)
-    return (_letters(most - 1) if most else "") + string.ascii_uppercase[last]

@@ -9,7 +9,7 @@ asked for agree; else an adjudicator adopts one.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, get_args
@@ -18,7 +18,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.core.problems import FieldProblem, Refusal
+from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
@@ -27,6 +27,7 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.studies.suggestions import suggest, warm_up
 from annotation_app.tasks.agreement import Measure, Measured, mean_pairwise, tree_f
 from annotation_app.tasks.clause_words import words_of
+from annotation_app.tasks.disputed_parts import Part
 from annotation_app.tasks.task_record import (
     CLAUSES,
     COMMAND,
@@ -39,10 +40,11 @@ from annotation_app.tasks.task_record import (
     Task,
     TaskWords,
 )
+from annotation_app.tasks.tree_differences import MarkedClause, disputed_parts, marked
 from g3.errors import SDCError
 from g3.sdc.clauses import SDC, SDC_TYPES, all_words, breadth_first
 from g3.sdc.sdc_drawing import to_svg
-from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
+from g3.sdc.sdc_notation import format_brackets, from_json, to_json
 
 
 class Segmented(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -61,10 +63,11 @@ class TreeCounts:
 
 @dataclass(frozen=True, slots=True)
 class ShownTrees:
-    """The clauses of an answer as text and as SVG."""
+    """The clauses of an answer as text and as SVG, with what differs in other answers marked."""
 
     notation: str
     drawing: str
+    clauses: tuple[MarkedClause, ...]
 
 
 def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem]:
@@ -133,24 +136,27 @@ def _agreement(one: Record, other: Record) -> float:
     return tree_f(from_json(one["sdcs"]), from_json(other["sdcs"]))
 
 
-def _compare(_session: Session, _item: Item, bodies: Sequence[Record]) -> Compared:
+def _compare(_session: Session, _item: Item, bodies: Sequence[Record], _salt: bytes) -> Compared:
     trees = [from_json(body["sdcs"]) for body in bodies]
-    return Compared(tuple(ShownTrees(format_brackets(sdcs), to_svg(sdcs)) for sdcs in trees))
+    return Compared(
+        tuple(
+            ShownTrees(
+                format_brackets(sdcs),
+                to_svg(sdcs, [clause.number for clause in clauses if clause.differs]),
+                clauses,
+            )
+            for sdcs, clauses in zip(trees, marked(trees), strict=True)
+        )
+    )
 
 
-def _edited(_session: Session, item: Item, form: Mapping[str, str]) -> Record:
-    """A segmentation from what somebody typed."""
-    text = item.payload["text"]
-    try:
-        sdcs = parse_brackets(form.get("notation", ""), command=text)
-    except SDCError as error:
-        raise Refusal(
-            422, "The clauses can't be read.", [FieldProblem("notation", str(error))]
-        ) from error
-    problems = segmentation_problems(sdcs, text)
-    if problems:
-        raise Refusal(422, "The clauses must be changed.", problems)
-    return {"sdcs": to_json(sdcs)}
+def _opened(data: Record, answer: Record) -> Record:
+    """The page shows a suggestion as its first state: here it is an answer."""
+    return {**data, "payload": {**data["payload"], "suggestion": answer["sdcs"]}}
+
+
+def _disputed(_item: Item, bodies: Sequence[Record]) -> Iterable[Part]:
+    return disputed_parts([from_json(body["sdcs"]) for body in bodies])
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -249,12 +255,13 @@ SEGMENT = Task(
         essence=lambda body: body,
         agreement=_agreement,
         compare=_compare,
-        edited=_edited,
+        opened=_opened,
         template="dashboard/compare_trees.html",
     ),
     counts=Counts(
         TreeCounts, _counts, {"trees": "adopted SDC trees"}, "dashboard/clause_counts.html"
     ),
     agreement=_measured,
+    disputed=_disputed,
     tables={"conllu": AnswerTable("Clauses (CoNLL-U)", "text/plain; charset=utf-8", to_conllu)},
 )

@@ -21,6 +21,7 @@ from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.corpus_parts import CorpusParts
+from annotation_app.tasks.disputed_parts import Part
 from annotation_app.tasks.practice_example import PracticeExample
 from corpus_tools.world.scenarios.documents import Problem
 from g3.short_repr import short_repr
@@ -109,18 +110,19 @@ class Adjudication:
     agreement
         How much two answers agree, from 0 to 1.
     compare
-        What the page shows of an item's answers.
-    edited
-        The answer that somebody has made of the others, from the page's form. It raises a
-        :class:`~annotation_app.core.problems.Refusal` if it can't be kept.
+        What the page shows of an item's answers. The last argument hides the names of things.
+    opened
+        What the task's page gets so that its editor begins with an answer: made of what it gets
+        anyway and the answer in the form in which the page sends it. The page's first state is
+        ``data.start`` if that is given.
     template
-        Of the page; it extends ``dashboard/compare.html``.
+        Of the page that compares; it extends ``dashboard/compare.html``.
     """
 
     essence: Callable[[Record], Any]
     agreement: Callable[[Record, Record], float]
-    compare: Callable[[Session, Item, Sequence[Record]], Compared]
-    edited: Callable[[Session, Item, Mapping[str, str]], Record]
+    compare: Callable[[Session, Item, Sequence[Record], bytes], Compared]
+    opened: Callable[[Record, Record], Record]
     template: str
 
 
@@ -240,6 +242,8 @@ class Task:
         What the dashboard counts.
     agreement
         How much people agree, from the answers to each item.
+    disputed
+        The parts of an item's answers, two or more, on which people may disagree.
     oddities
         What is odd about the answers of one person, in plain words.
     tables
@@ -275,5 +279,6 @@ class Task:
     export: Callable[[CorpusParts], None] = lambda _parts: None
     counts: Counts | None = None
     agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
+    disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)

@@ -23,8 +23,9 @@ from annotation_app.store.models import Answer, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
-from annotation_app.work import adoption, offers
+from annotation_app.work import adjudicating, adoption, offers
 from annotation_app.work.answer_reading import read_answer
+from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
 from annotation_app.work.page_data import opened_page, page_data
 
@@ -52,6 +53,14 @@ class AnswerRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     body: dict[str, Any]
 
 
+class AdjudicationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An adjudicator's own answer, and what they say about it."""
+
+    uuid: UUID
+    body: dict[str, Any]
+    comment: Annotated[str, msgspec.Meta(max_length=2000)] = ""
+
+
 class NoteRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Why somebody skips or flags an item."""
 
@@ -64,7 +73,7 @@ REQUESTS: dict[str, type[msgspec.Struct]] = {
     "answer": AnswerRequest,
     "skip": NoteRequest,
     "flag": NoteRequest,
-    "adjudicate": AnswerRequest,
+    "adjudicate": AdjudicationRequest,
 }
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -163,6 +172,7 @@ def answer(item_id: str) -> Response:
         )
         if receipt.answer is not None:
             adoption.answered(session, found.task, receipt.answer)
+            after_answer(session, found.study_id, found.id, receipt.answer, now=now())
     return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 
@@ -215,24 +225,23 @@ def answers(item_id: str) -> Response:
 @limited(submissions)
 def adjudicate(item_id: str) -> Response:
     """Keep an adjudicator's answer to any item, and go on with it."""
-    request = read_request(AnswerRequest)
+    request = read_request(AdjudicationRequest)
     salt = installation().salt
     with transaction(installation().engine) as session:
         person = required_person(session, "adjudicator")
         found = any_item(session, item_id)
         kept = read_answer(session, found, request.body, salt)
-        if not was_received(session, person.id, request.uuid):
-            study = session.get_one(Study, found.study_id)
-            adoption.adjudicate(
-                session,
-                study,
-                found,
-                person,
-                uuid=request.uuid,
-                sent=request.body,
-                body=kept,
-                now=now(),
-            )
+        adjudicating.answer_instead(
+            session,
+            session.get_one(Study, found.study_id),
+            found,
+            person,
+            sent=request.body,
+            body=kept,
+            comment=request.comment,
+            uuid=request.uuid,
+            now=now(),
+        )
     return _answer({"kept": True})
 
 

@@ -16,6 +16,7 @@ from limits.strategies import MovingWindowRateLimiter
 from werkzeug.exceptions import TooManyRequests
 
 from annotation_app.core import counting  # noqa: F401 - makes process:// known
+from annotation_app.people.api_tokens import digest_of
 from annotation_app.people.browser_sessions import current_id
 from annotation_app.store.installation import installation
 from annotation_app.store.outages import Outage
@@ -24,6 +25,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 submissions = "240/minute"
+reads = "600/minute"
+"""What programs and the dashboard's own scripts read."""
 arrivals = "120/minute"
 """New people who come by an open link, by address: a class may sit behind one."""
 tries = "10/minute"
@@ -64,6 +67,21 @@ def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]
     return decorate
 
 
+def count_now(often: str, what: str, whose: str) -> None:
+    """Count something that was done, and refuse it if it was done too often."""
+    counter = installation().limiter
+    if counter is not None:
+        for limit in parse_many(often):
+            _count(counter, limit, (what, whose))
+
+
+def bearer() -> str | None:
+    """The token that a program has sent; None if the request is a person's."""
+    sent = flask.request.headers.get("Authorization", "")
+    scheme, _, token = sent.partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else None
+
+
 def _count(counter: MovingWindowRateLimiter, limit: RateLimitItem, what: tuple[str, str]) -> None:
     try:
         if counter.hit(limit, *what):
@@ -77,5 +95,8 @@ def _count(counter: MovingWindowRateLimiter, limit: RateLimitItem, what: tuple[s
 
 
 def _whose() -> str:
+    token = bearer()
+    if token is not None:
+        return f"token {digest_of(token)}"
     person_id = current_id()
     return str(flask.request.remote_addr) if person_id is None else f"person {person_id}"

@@ -102,7 +102,8 @@ def offer(file: Path, crowd: Crowd) -> list[str]:
         endpoint=crowd.endpoint,
     ) as session:
         if not provider.pays:
-            return [*publish_links(session, url=crowd.url, task="rate", items=items, people=people)]
+            wanted = people if study.access == "invited" else 1  # an open link is for all
+            return [*publish_links(session, url=crowd.url, task="rate", items=items, people=wanted)]
         posted = publish_posting(
             session,
             url=crowd.url,

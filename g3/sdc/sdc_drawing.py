@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -22,6 +22,7 @@ _FILLS = {"EVENT": "#dbe7f6", "OBJECT": "#eef1f5", "PLACE": "#e2f1e4", "PATH": "
 @dataclass(slots=True, eq=False)
 class _Box:
     sdc: SDC
+    number: int
     within: Field | None
     lines: list[str]
     children: list[_Box]
@@ -38,13 +39,15 @@ class _Box:
         return len(self.lines) * _LINE + 2 * _PADDING - 4
 
 
-def to_svg(sdcs: Sequence[SDC]) -> str:
+def to_svg(sdcs: Sequence[SDC], marked: Collection[int] = ()) -> str:
     """Draw the clauses of a command, each above those in its fields.
 
     Parameters
     ----------
     sdcs
         The top-level clauses.
+    marked
+        The numbers of clauses, depth first from 1, whose boxes get a dashed border.
 
     Returns
     -------
@@ -66,7 +69,7 @@ def to_svg(sdcs: Sequence[SDC]) -> str:
         '<rect width="100%" height="100%" fill="white"/>',
     ]
     lines += [_edge(box, child) for box in boxes for child in box.children]
-    lines += [_drawn(box) for box in boxes]
+    lines += [_drawn(box, box.number in marked) for box in boxes]
     return "\n".join([*lines, "</svg>"])
 
 
@@ -77,7 +80,7 @@ def _box(sdc: SDC, within: Field | None, numbers: Iterator[int]) -> _Box:
     children = [
         _box(child, field, numbers) for field in CHILD_FIELDS for child in sdc.children(field)
     ]
-    return _Box(sdc, within, [name, *textwrap.wrap(words, _WRAP)], children)
+    return _Box(sdc, number, within, [name, *textwrap.wrap(words, _WRAP)], children)
 
 
 def _spread(box: _Box, left: float) -> float:
@@ -121,11 +124,12 @@ def _edge(box: _Box, child: _Box) -> str:
     )
 
 
-def _drawn(box: _Box) -> str:
+def _drawn(box: _Box, is_marked: bool) -> str:
     left = box.x - box.width / 2
+    border = ' stroke="#a3201d" stroke-width="2.5" stroke-dasharray="6 3"' if is_marked else ""
     parts = [
         f'<rect x="{left:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" '
-        f'height="{box.height:.1f}" rx="5" fill="{_FILLS[box.sdc.type]}"/>'
+        f'height="{box.height:.1f}" rx="5" fill="{_FILLS[box.sdc.type]}"{border}/>'
     ]
     for i, line in enumerate(box.lines):
         style = 'font-size="11" fill="#5b6470"' if i == 0 else 'fill="#1f2933"'

@@ -51,6 +51,10 @@ ELSEWHERE = {
         "tests/annotation_app/cli/test_people_commands.py",
         "changes an installation",
     ),
+    r"ct annotate (tokens|webhooks)": (
+        "tests/annotation_app/cli/test_program_commands.py",
+        "needs a study",
+    ),
     r"ct annotate copy-media": (
         "tests/annotation_app/copies/test_media_copies.py",
         "needs a study",

@@ -8,13 +8,14 @@ const AGAIN_MS = 5000;
 
 /** The draft that is newer: the browser's or the server's. */
 export function newest(who, data) {
-  const stored = read(key(who, data.item));
+  const stored = read(key(who, data));
   const own = stored ? JSON.parse(stored) : null;
   if (own && data.draft) return own.revision >= data.draft.revision ? own : data.draft;
   return own ?? data.draft;
 }
 
-const key = (who, item) => `g3:${who}:draft:${item}`;
+/** An adjudicator has a draft for each answer that they begin with, in this browser only. */
+const key = (who, { item, from }) => `g3:${who}:draft:${item}${from ? `:${from}` : ""}`;
 
 export class Drafts {
   #timer;
@@ -22,8 +23,8 @@ export class Drafts {
   #onServer;
 
   constructor(who, data, show) {
-    this.key = key(who, data.item);
-    this.path = data.practice ? null : `/api/items/${data.item}/draft`;
+    this.key = key(who, data);
+    this.path = data.practice || data.to ? null : `/api/items/${data.item}/draft`;
     this.show = show;
     this.latest = newest(who, data);
     this.#onServer = data.draft?.revision ?? 0;

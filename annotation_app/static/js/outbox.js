@@ -35,8 +35,9 @@ export async function deliver(who, entry, waiting) {
     let message = "Not sent yet: there is no network. Your answer is kept and will be sent.";
     let again = 0;
     try {
-      const path = `/api/items/${entry.item}/answer`;
-      const sent = { uuid: entry.uuid, body: entry.body };
+      const path = `/api/items/${entry.item}/${entry.to ?? "answer"}`;
+      const { uuid, body, comment } = entry;
+      const sent = { uuid, body, comment };
       const { status, data, againMs } = await send("POST", path, sent);
       again = againMs;
       if (status === 200) {

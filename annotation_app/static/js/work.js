@@ -15,13 +15,14 @@ const LOST = "Somebody else may have got this one meanwhile. You can go on, or l
 /**
  * Begin to work on the page's item.
  *
- * initial: the state without a draft; anything that JSON can say.
+ * initial: the state without a draft; anything that JSON can say. `data.start` goes over it: where
+ * somebody decides between answers, parts of one of these.
  * draw(state): show it. body(state): the answer. problems(state): messages, before it is sent.
  * feedback(state): for practice, {good, text}; without `good` there is no verdict. undoable: whether undo is offered.
  */
 export function begin({ initial, draw, body, problems, feedback, undoable = true }) {
   const drafts = new Drafts(data.who, data, show);
-  let state = drafts.latest?.body ?? initial;
+  let state = drafts.latest?.body ?? (data.start ? { ...initial, ...data.start } : initial);
   let past = [];
   let future = [];
   let isSending = false;
@@ -79,6 +80,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
       uuid: uuid(),
       body: body(state),
       at: Date.now(),
+      ...(data.to && { to: data.to, comment: $("comment").value }),
     };
     try {
       put(data.who, entry);
@@ -150,7 +152,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
 
   /** The item was only held for a look; whoever does something has it on. */
   async function hold() {
-    if (data.practice || isSending || Date.now() < heldUntil) return;
+    if (data.practice || data.to || isSending || Date.now() < heldUntil) return;
     heldUntil = Date.now() + HOLD_AGAIN_MS;
     try {
       const { status, data: reply } = await send("POST", `/api/items/${data.item}/begin`, {});

@@ -8,7 +8,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 import msgspec
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from flask import Flask
 
 from annotation_app.cli.crowd_commands import crowd
@@ -16,14 +16,19 @@ from annotation_app.core.config import Config
 from annotation_app.crowds.crowd_registry import Provider, find_provider, providers, register
 from annotation_app.store.database import transaction
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
+from g3.errors import FormatError
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker
 
 
-def links(config: Config, *options: str) -> list[str]:
+def publish(config: Config, *options: str) -> Result:
     arguments = ["publish", "links", "tests", "--url", LAB, "--items", "2", *options]
-    result = CliRunner().invoke(crowd, [*arguments, "--instance", str(config.instance)])
+    return CliRunner().invoke(crowd, [*arguments, "--instance", str(config.instance)])
+
+
+def links(config: Config, *options: str) -> list[str]:
+    result = publish(config, *options)
     assert result.exit_code == 0, result.output
     return result.output.split()
 
@@ -33,7 +38,7 @@ def visit(app: Flask, link: str) -> CrowdWorker:
 
 
 def test_anybody_may_take_an_open_link(app: Flask, config: Config) -> None:
-    (link,) = links(config, "--people", "5")
+    (link,) = links(config)
     one, other = visit(app, link), visit(app, link)
     one.do("describe", described())
     one.open(link, {})  # the same browser is the same person
@@ -42,6 +47,13 @@ def test_anybody_may_take_an_open_link(app: Flask, config: Config) -> None:
     one.do("describe", described("Wait."))
     assert "completion code" in one.finish()
     assert "Your code for questions about your data" in one.finish()
+
+
+def test_an_open_study_has_one_link_for_all(app: Flask, config: Config) -> None:
+    refused = publish(config, "--people", "5")
+    assert isinstance(refused.exception, FormatError)
+    assert "all people use the same link" in str(refused.exception)
+    assert "access: invited" in refused.exception.fix
 
 
 def test_an_invitation_is_for_one_person(app: Flask, config: Config, videos: Path) -> None:

@@ -154,6 +154,7 @@ def test_leaving_out_and_taking_back(app: Flask, judge: Browser) -> None:
         ]
     about = {"answer": command}
     assert trail == [
+        ("adopted an answer", "tests", {"answer": first}),
         ("excluded an answer", "tests", about), ("taken back an answer", "tests", about),
     ]  # fmt: skip
 

@@ -15,7 +15,7 @@ from annotation_app.store.audit import note
 from annotation_app.store.database import transaction
 from tests.annotation_app.browser import engine_of
 from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
-from tests.annotation_app.signing_in import PASSWORD, Member
+from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
 
 pytestmark = pytest.mark.slow
 
@@ -92,7 +92,11 @@ def test_an_admin_invites_a_person_who_signs_in(
     found += look(page, "logins")
     page.get_by_role("link", name="grace").click()
     found += look(page, "login")
-    page.get_by_role("button", name="Block").click()
+    page.get_by_role("link", name="Block…").click()
+    found += look(page, "block")
+    page.get_by_role("link", name="Don’t block").click()
+    page.get_by_role("link", name="Block…").click()
+    page.get_by_role("button", name="Block", exact=True).click()
     expect(page.get_by_role("button", name="Unblock")).to_be_visible()
     guest.goto(f"{address}/dashboard")
     expect(guest.get_by_role("heading", name="Sign in")).to_be_visible()
@@ -122,3 +126,34 @@ def test_an_admin_invites_a_person_who_signs_in(
     assert errors == []
     # The browser's console tells of the refusal.
     assert [error for error in guest_errors if "/login" not in error] == []
+
+
+def test_an_admin_makes_a_token_and_revokes_it(
+    app: Flask, address: str, context: BrowserContext
+) -> None:
+    context.grant_permissions(["clipboard-read", "clipboard-write"], origin=address)
+    cookie = signed_in(app, "ada", "admin").client.get_cookie("session")
+    assert cookie is not None
+    context.add_cookies([{"name": "session", "value": cookie.value, "url": address}])
+    page = context.new_page()
+    errors = errors_of(page)
+    page.goto(f"{address}/admin/logins")
+    page.get_by_role("link", name="Tokens").click()
+    page.get_by_label("Name of the program").fill("notebook")
+    page.get_by_role("button", name="Make the token").click()
+    token = page.get_by_label("The token", exact=True).input_value()
+    page.get_by_role("button", name="Copy the token").click()
+    expect(page.get_by_role("status")).to_have_text("The token is copied.")
+    assert page.evaluate("navigator.clipboard.readText()") == token
+    found = look(page, "token")
+    headers = {"Authorization": f"Bearer {token}"}
+    assert app.test_client().get("/api/dashboard/studies", headers=headers).status_code == 200
+    page.get_by_role("link", name="All tokens").click()
+    found += look(page, "tokens")
+    page.get_by_role("link", name="Revoke notebook").click()
+    found += look(page, "revoke")
+    page.get_by_role("button", name="Revoke the token").click()
+    expect(page.get_by_text("There are no tokens.")).to_be_visible()
+    assert app.test_client().get("/api/dashboard/studies", headers=headers).status_code == 401
+    assert found == []
+    assert errors == []

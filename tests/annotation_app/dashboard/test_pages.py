@@ -45,6 +45,13 @@ def post(browser: Browser, path: str, **form: str) -> Any:
     return browser.client.post(path, data=sent)
 
 
+def adjudicate(judge: Browser, item: str, body: Any, comment: str = "") -> None:
+    """Send an answer of one's own to an item."""
+    sent = {"uuid": str(uuid.uuid4()), "body": body, "comment": comment}
+    reply = judge.send("POST", f"/api/items/{item}/adjudicate", sent)
+    assert reply.status_code == 200, reply.text
+
+
 def adopted(app: Flask, task: str) -> list[Answer]:
     with reading(engine_of(app)) as session:
         return list(session.scalars(select(Answer).where(Answer.task == task, Answer.adopted)))
@@ -109,33 +116,9 @@ def test_choosing_an_answer(app: Flask) -> None:
     assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
 
 
-def test_editing_an_answer(app: Flask) -> None:
-    item = dispute(app)
-    judge = Browser(app, "adjudicator")
-    path = f"{BASE}/queue/{item}"
-    for wrong in ("EVENT(", "EVENT(r = Lift)", ""):
-        refused = post(judge, path, choice="edit", notation=wrong)
-        assert refused.status_code == 422
-        assert 'role="alert"' in refused.text
-        assert wrong in refused.text
-    mine = "EVENT(r = Pick up, l = OBJ(f = the tires by the truck))"
-    assert post(judge, path, choice="edit", notation=mine).status_code == 303
-    (answer,) = adopted(app, "segment")
-    assert answer.person_id == judge.person.id
-    assert answer.body == sdcs(mine)
-    # It is neither one of the annotators' answers nor late.
-    numbers = "/api/dashboard/studies/tests"
-    assert judge.client.get(f"{numbers}/agreement").json["data"][0]["units"] == 1
-    assert judge.client.get(f"{numbers}/corpus").json["data"]["surplus"] == 0
-    # Deciding again replaces it.
-    first = re.findall(r'name="choice" value="(\d+)"', judge.client.get(path).text)[0]
-    assert post(judge, path, choice=first).status_code == 303
-    assert [a.id for a in adopted(app, "segment")] == [int(first)]
-
-
 def grounding_dispute(app: Flask, judge: Browser) -> tuple[str, list[int]]:
     """Two people ground a command's objects differently; its item, and the clauses."""
-    post(judge, f"{BASE}/queue/{dispute(app)}", choice="edit", notation=ONE)
+    adjudicate(judge, dispute(app), sdcs(ONE))
     for number, person in enumerate((Browser(app), Browser(app))):
         if number:
             assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
@@ -145,31 +128,6 @@ def grounding_dispute(app: Flask, judge: Browser) -> tuple[str, list[int]]:
         groundings = {str(n): {"objects": [objects[number]]} for n in nodes}
         person.answer(page["item"], {"groundings": groundings, "trims": {}})
     return page["item"], nodes
-
-
-def test_choosing_clause_by_clause(app: Flask) -> None:
-    judge = Browser(app, "adjudicator")
-    item, nodes = grounding_dispute(app, judge)
-    path = f"{BASE}/queue/{item}"
-    shown = judge.client.get(path).text
-    assert "the tires by the truck" in shown
-    # Both objects have letters, in the first frame, on the map, and in the answers.
-    first_frame, map_ = re.findall(r"<svg.*?</svg>", shown, re.DOTALL)
-    for view in (first_frame, map_):
-        assert sorted(re.findall(r"<text [^>]*>(\w)</text>", view)) == ["A", "B"]
-    assert {letter for letter, _ in re.findall(r"<dd>(\w) \(([-\w]+)\)</dd>", shown)} == {"A", "B"}
-    first, second = re.findall(r'name="choice" value="(\d+)"', shown)
-    assert post(judge, path, choice="edit").status_code == 422
-    wanted = dict(zip(map(str, nodes), (second, first, second), strict=True))
-    choices = {f"node-{node}": answer for node, answer in wanted.items()}
-    assert post(judge, path, choice="edit", **choices).status_code == 303
-    with reading(engine_of(app)) as session:
-        bodies = {
-            str(a.id): a.body["groundings"]
-            for a in session.scalars(select(Answer).where(Answer.id.in_((int(first), int(second)))))
-        }
-    (answer,) = adopted(app, "ground")
-    assert answer.body["groundings"] == {n: bodies[a][n] for n, a in wanted.items()}
 
 
 def test_forms_need_their_token(app: Flask) -> None:
@@ -242,6 +200,11 @@ def test_blocking(app: Flask) -> None:
     one.do("describe", described())
     path = f"{BASE}/people/{one.person.id}"
     assert post(judge, path, block="yes").status_code == 403
+    # It asks first: the list leads to a page that changes nothing.
+    assert f'href="{path}"' in admin.client.get(f"{BASE}/people").text
+    assert "get no more items, in any study" in admin.client.get(path).text
+    assert judge.client.get(path).status_code == 403
+    assert one.lease("describe").status_code == 200
     assert post(admin, path, block="yes").status_code == 303
     assert one.lease("describe").json["reason"] == "blocked"
     assert "Unblock" in admin.client.get(f"{BASE}/people").text
@@ -263,10 +226,31 @@ def test_times(app: Flask) -> None:
     ]
 
 
+def test_answers_over_time(app: Flask) -> None:
+    one = Browser(app)
+    for _ in range(3):
+        one.do("describe", described())
+    day = 86_400.0
+    with transaction(engine_of(app)) as session:
+        for number, answer in enumerate(session.scalars(select(Answer).order_by(Answer.id))):
+            answer.at -= (4 - 2 * number) * day
+    client = Browser(app, "annotator").client
+    (history,) = client.get("/api/dashboard/studies/tests/history").json["data"]
+    assert history["task"] == "describe"
+    assert history["answers"] == sorted(history["answers"])
+    assert (history["answers"][0], history["answers"][-1]) == (1, 3)
+    middle = [n for at, n in zip(history["at"], history["answers"], strict=True) if n == 2]
+    assert len(middle) in (19, 20, 21)  # half of the time
+    page = client.get(BASE).text
+    assert page.count('class="series ') == 1
+    assert page.count("<polyline") == 1
+    assert "As a table" in page
+
+
 def test_exports(app: Flask, tmp_path: Path) -> None:
     item = dispute(app)
     judge = Browser(app, "adjudicator")
-    post(judge, f"{BASE}/queue/{item}", choice="edit", notation=ONE)
+    adjudicate(judge, item, sdcs(ONE))
     reply = judge.client.get(f"{BASE}/export/corpus")
     assert reply.headers["Content-Disposition"] == 'attachment; filename="tests.zip"'
     with zipfile.ZipFile(io.BytesIO(reply.data)) as archive:
@@ -307,13 +291,13 @@ def test_the_interface_is_described(app: Flask) -> None:
     dispute(app)
     admin = Browser(app, "admin")
     described_ = admin.client.get("/api/openapi.json").json
-    of_answers = re.compile("/(answers|reports)")
+    of_answers = re.compile("/(answers|reports|export)")
     paths = [
         path
         for path in described_["paths"]
         if path.startswith("/api/dashboard") and not of_answers.search(path)
     ]
-    assert len(paths) == 8
+    assert len(paths) == 10
     for path in paths:
         assert list(described_["paths"][path].keys() - {"parameters"}) == ["get"]
         reply = admin.client.get(path.format(study="tests"))

@@ -1,0 +1,158 @@
+"""``ct annotate webhooks``: other programs are told of finished items."""
+
+from __future__ import annotations
+
+import click
+
+from annotation_app.cli.changing_commands import changing
+from annotation_app.cli.command_options import INSTALLATION, Place
+from corpus_tools.options.format_option import FORMAT, tell
+
+
+@click.group()
+def webhooks() -> None:
+    """Tell other programs of finished items.
+
+    Nothing is sent unless you add a webhook.
+
+    \b
+    Examples:
+      ct annotate webhooks add my-study https://lab.example.org/hook
+      ct annotate webhooks list
+    """
+
+
+@webhooks.command()
+@click.argument("study_name", metavar="STUDY")
+@click.argument("address", metavar="URL")
+@click.option(
+    "--url",
+    default="http://localhost:8765",
+    show_default=True,
+    metavar="URL",
+    help="Where people reach the app; links in messages begin with it.",
+)
+@click.option("--with-answers", is_flag=True, help="Send what people answered, too.")
+@click.option(
+    "--allow-private",
+    is_flag=True,
+    help="The address may be this machine or in a private network, and without TLS.",
+)
+@INSTALLATION
+@FORMAT
+def add(
+    *,
+    study_name: str,
+    address: str,
+    url: str,
+    with_answers: bool,
+    allow_private: bool,
+    place: Place,
+    form: str,
+) -> None:
+    """Tell a URL of a study's items that are finished from now on.
+
+    You get the secret by which whoever gets the messages can check them. Messages have the
+    study, the item, its task, what became of it, and a link.
+
+    \b
+    Examples:
+      ct annotate webhooks add my-study https://lab.example.org/hook --url https://study.example.org
+      ct annotate webhooks add my-study http://localhost:9000/ --allow-private
+    """
+    from annotation_app.core.config import open_instance
+    from annotation_app.store.audit import COMMAND_LINE
+    from annotation_app.work.handing_out import find_study
+    from annotation_app.work.webhooks import add_webhook, written_secret
+
+    with changing(place, address, is_new_fine=False) as session:
+        made = add_webhook(
+            session,
+            find_study(session, study_name),
+            address,
+            links_to=url,
+            with_answers=with_answers,
+            allows_private=allow_private,
+            actor=COMMAND_LINE,
+        )
+        name = made.id
+    secret = written_secret(open_instance(*place).secret_key, name)
+    tell(
+        form,
+        {"webhook": name, "study": study_name, "url": address, "secret": secret},
+        f"webhook {name} of {study_name}; its secret:",
+        secret,
+        "It is not shown again.",
+    )
+
+
+@webhooks.command("list")
+@INSTALLATION
+@FORMAT
+def list_(*, place: Place, form: str) -> None:
+    """List webhooks, and how many messages wait.
+
+    \b
+    Examples:
+      ct annotate webhooks list
+      ct annotate webhooks list --json
+    """
+    from annotation_app.work.webhooks import webhook_states
+
+    with changing(place, is_new_fine=False) as session:
+        found = webhook_states(session)
+    lines = [
+        f"{one.webhook}: {one.study} to {one.url}; {one.sent} sent, {one.waiting} waiting, "
+        f"{one.given_up} given up{f' (last problem: {one.problem})' if one.problem else ''}"
+        for one in found
+    ]
+    tell(form, {"webhooks": found}, *(lines or ["there are no webhooks"]))
+
+
+@webhooks.command()
+@click.argument("webhook", metavar="ID")
+@INSTALLATION
+@FORMAT
+def remove(*, webhook: str, place: Place, form: str) -> None:
+    """Send nothing to a webhook any more, also not what waits.
+
+    \b
+    Example:
+      ct annotate webhooks remove 3f9a1c
+    """
+    from annotation_app.store.audit import COMMAND_LINE
+    from annotation_app.work.webhooks import remove_webhook
+
+    with changing(place, webhook, is_new_fine=False) as session:
+        remove_webhook(session, webhook, actor=COMMAND_LINE)
+    tell(form, {"webhook": webhook, "done": "removed"}, f"{webhook}: removed")
+
+
+@webhooks.command()
+@click.option("--again", is_flag=True, help="Also what waits for later, or was given up.")
+@INSTALLATION
+@FORMAT
+def send(*, again: bool, place: Place, form: str) -> None:
+    """Send now what waits. `ct annotate` does so in the background.
+
+    Use it with another server, or when whoever gets the messages is back.
+
+    \b
+    Examples:
+      ct annotate webhooks send
+      ct annotate webhooks send --again
+    """
+    from annotation_app.core.config import open_instance
+    from annotation_app.serving import server as serving
+    from annotation_app.serving.webhook_delivery import deliver_due, try_again
+    from annotation_app.store.database import opened
+    from annotation_app.store.installation import now
+
+    config = open_instance(*place)
+    serving.prepare(config)
+    with opened(config.database) as engine:
+        at = now()
+        if again:
+            try_again(engine, now=at)
+        done = deliver_due(engine, config.secret_key, now=at)
+    tell(form, done, f"{done.sent} sent, {done.failed} failed, {done.given_up} given up")

@@ -1,0 +1,204 @@
+"""Deciding between answers in a real browser: the worker's own editor, and the worker's map."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+from sqlalchemy import select
+
+from annotation_app.store.database import reading
+from annotation_app.store.models import Answer, Remark
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import Browser
+from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.pages.conftest import COMMAND, NOTATION, Site
+
+pytestmark = pytest.mark.slow
+
+FLAT = "EVENT(r = Go, l = PATH(f = to the red crate))"
+WIDTHS = (390, 1280)
+
+
+def sign_in(site: Site, context: BrowserContext, person: Browser) -> None:
+    cookie = person.client.get_cookie("session")
+    assert cookie is not None
+    context.add_cookies([{"name": "session", "value": cookie.value, "url": site.url}])
+
+
+def answered(site: Site, task: str, *bodies: Any) -> str:
+    """Several people answer the task's item; its id. A body may be made of the page's data."""
+    item = ""
+    for body in bodies:
+        person = Browser(site.app, study="sea")
+        page = person.lease(task, "sea").json
+        item = page["item"]
+        sent = body(page["payload"]) if callable(body) else body
+        assert person.answer(item, sent).status_code == 200
+    return item
+
+
+def trees(*notations: str) -> list[Any]:
+    return [{"sdcs": to_json(parse_brackets(text, command=COMMAND))} for text in notations]
+
+
+def named(number: int) -> Any:
+    """Grounds the crate to a thing, by its place in the page's list."""
+
+    def body(payload: Any) -> Any:
+        node = next(str(c["node"]) for c in payload["clauses"] if c["type"] == "OBJECT")
+        thing = payload["segmentation"]["objects"][number]["id"]
+        trims = {"0": [0.0, 0.5]} if number else {}
+        return {
+            "groundings": {node: {"objects": [thing]}},
+            "trims": trims,
+            "whole": ["2"],
+            "watched_s": 1.0,
+        }
+
+    return body
+
+
+def judge_page(site: Site, context: BrowserContext, path: str) -> tuple[Browser, Page, list[str]]:
+    judge = Browser(site.app, "adjudicator", study="sea")
+    sign_in(site, context, judge)
+    page = context.new_page()
+    errors = errors_of(page)
+    page.goto(f"{site.url}/dashboard/sea/queue/{path}")
+    return judge, page, errors
+
+
+def last_answer(site: Site, judge: Browser) -> Answer:
+    with reading(site.engine) as session:
+        return session.scalars(
+            select(Answer).where(Answer.person_id == judge.person.id, Answer.adopted)
+        ).one()
+
+
+def test_a_tree_is_edited_as_workers_do(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "segment", *trees(NOTATION, FLAT))
+    judge, page, errors = judge_page(site, context, item)
+    page.get_by_role("link", name="Edit answer 1").click()
+    expect(page.get_by_role("heading", name="Segment")).to_be_visible()
+    assert page.get_by_text("start from nothing").is_hidden()  # no program has suggested it
+    page.keyboard.press("]")  # to the second clause, "to"
+    page.keyboard.press("Delete")
+    expect(page.locator("#undo")).to_be_enabled()
+    page.reload()  # what was begun is kept in this browser
+    expect(page.locator("#saving")).to_have_text("Your draft is back")
+    page.get_by_role("link", name="Back to the answers").click()
+    page.get_by_role("link", name="Edit answer 2").click()  # another answer has its own draft
+    expect(page.get_by_role("heading", name="Segment")).to_be_visible()
+    expect(page.locator("#saving")).to_be_empty()
+    page.go_back()
+    page.get_by_role("link", name="Edit answer 1").click()
+    expect(page.locator("#saving")).to_have_text("Your draft is back")
+    page.get_by_label("Comment, for those who run the study").fill("no path <b>")
+    page.get_by_role("button", name="Adopt this answer").click()
+    page.wait_for_url("**/dashboard/sea/queue")
+    answer = last_answer(site, judge)
+    assert '"PATH"' in str(trees(NOTATION)[0]).replace("'", '"')
+    assert "PATH" not in str(answer.body["sdcs"])
+    with reading(site.engine) as session:
+        assert [r.text for r in session.scalars(select(Remark))] == ["no path <b>"]
+    assert errors == []
+
+
+def test_an_answer_is_adopted_as_it_is_in_the_editor(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "segment", *trees(FLAT, NOTATION))
+    judge, page, errors = judge_page(site, context, item)
+    page.get_by_role("link", name="Edit answer 2").click()
+    page.get_by_role("button", name="Adopt this answer").click()
+    page.wait_for_url("**/dashboard/sea/queue")
+    assert [last_answer(site, judge).body] == trees(NOTATION)
+    assert errors == []
+
+
+def test_a_grounding_is_edited_as_workers_do(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "ground", named(0), named(1))
+    judge, page, errors = judge_page(site, context, item)
+    page.get_by_role("link", name="Edit answer 2").click()
+    expect(page.get_by_role("heading", name="Ground")).to_be_visible()
+    expect(page.locator(".map .thing")).to_have_count(4)
+    for _ in range(4):  # wherever the page begins, the clause of the thing is among them
+        if page.locator(".map .thing.chosen").count():
+            break
+        page.keyboard.press("]")
+    expect(page.locator(".map .thing.chosen")).to_have_count(1)
+    page.get_by_role("button", name="Adopt this answer").click()  # unchanged: nothing is missing
+    page.wait_for_url("**/dashboard/sea/queue")
+    with reading(site.engine) as session:
+        answers = session.scalars(
+            select(Answer).where(Answer.item_id == item).order_by(Answer.id)
+        ).all()
+    mine = last_answer(site, judge)
+    second = answers[1]
+    things = [[g["objects"] for g in one.body["groundings"].values()] for one in (mine, second)]
+    assert things[0] == things[1]
+    assert mine.body["trims"] == second.body["trims"] == {"0": [0.0, 0.5]}
+    assert mine.body["whole"] == second.body["whole"]
+    assert mine.id != second.id
+    assert errors == []
+
+
+CENTRE = "box => [box.x + box.width / 2, box.y + box.height / 2]"
+OF_COMPARED = f"""() => Object.fromEntries(
+  [...document.querySelectorAll("svg.map text")].map(
+    text => [text.dataset.shown, ({CENTRE})(text.getBoundingClientRect())]))"""
+OF_WORKERS = f"""() => Object.fromEntries(
+  [...document.querySelectorAll("svg.map .thing")].map(thing => [
+    thing.dataset.id, ({CENTRE})(thing.querySelector("polygon.shape").getBoundingClientRect())]))"""
+
+
+def test_the_map_lies_as_the_workers(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "ground", named(0), named(1))
+    _, page, errors = judge_page(site, context, item)
+    expect(page.locator("svg.map text").first).not_to_be_empty()
+    compared = page.evaluate(OF_COMPARED)
+    page.get_by_role("link", name="Edit answer 1").click()
+    expect(page.locator(".map .thing")).to_have_count(4)
+    worker = page.evaluate(OF_WORKERS)
+    one, other = compared
+
+    def direction(places: dict[str, list[float]]) -> tuple[float, float]:
+        x, y = (places[other][i] - places[one][i] for i in (0, 1))
+        length = (x * x + y * y) ** 0.5
+        return x / length, y / length
+
+    assert direction(compared) == pytest.approx(direction(worker), abs=0.06)
+    assert errors == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pages_are_accessible_and_narrow(
+    site: Site, context: BrowserContext, scheme: Any
+) -> None:
+    tree = answered(site, "segment", *trees(NOTATION, FLAT))
+    grounded = answered(site, "ground", named(0), named(1))
+    _, page, errors = judge_page(site, context, "")
+    page.emulate_media(color_scheme=scheme)
+    with reading(site.engine) as session:
+        ids = {a.item_id: a.id for a in session.scalars(select(Answer))}
+    queue = "/dashboard/sea/queue"
+    found: list[str] = []
+    for path in (
+        "/dashboard/sea",
+        "/dashboard/sea/disagreements",
+        queue,
+        *(f"{queue}/{item}" for item in (tree, grounded)),
+        *(f"{queue}/{item}/edit?answer={ids[item]}" for item in (tree, grounded)),
+        *(f"/dashboard/sea/answers/{ids[item]}" for item in (tree, grounded)),
+    ):
+        page.goto(f"{site.url}{path}")
+        page.wait_for_load_state("networkidle")
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 800})
+            found += violations(page)
+            assert width_of(page) <= width, path
+        if path.endswith(grounded):
+            numbers = page.locator("dd b[data-shown]").all_inner_texts()
+            assert all(re.fullmatch(r"\d+", number) for number in numbers), numbers
+    assert found == []
+    assert [error for error in errors if "404" not in error] == []
