@@ -103,12 +103,11 @@ class Corpus:
     def _repr_html_(self) -> str:
         """Where it is from, what it holds, and some of its commands."""
         step = max(1, len(self) // SAMPLE)
-        some = self[::step][:SAMPLE]
-        rows = [(e.id, e.text, e.command.scenario, "yes" if e.annotations else "no") for e in some]
+        rows = [(e.id, e.text, "yes" if e.annotations else "no") for e in self[::step][:SAMPLE]]
         return "\n".join(
             [
                 html_view.heading(f"Corpus {self.name}", *self._counts()),
                 html_view.paragraph(f"{self.source} · {self.licence}"),
-                html_view.table(("id", "command", "scenario", "annotated"), rows),
+                html_view.table(("id", "command", "annotated"), rows),
             ]
         )
