@@ -17,12 +17,9 @@ from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from annotation_app.core.config import Config
-    from annotation_app.studies.study_file import StudyConfig
-    from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo
     from annotation_app.study_setup.rendered_study import Rendered
+    from annotation_app.study_setup.study_starting import StudyParts
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -68,6 +65,13 @@ def annotate() -> None:
     type=click.Path(path_type=Path, exists=True),
     help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
     "instead of the study's.",
+)
+@click.option(
+    "--studies",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Folder of the studies and videos that admins work with in the browser; made if it isn't "
+    "there. Its study files are served [default: studies in the instance].",
 )
 @INSTALLATION
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
@@ -135,6 +139,7 @@ def serve(
     study_files: tuple[Path, ...],
     demo: bool,
     videos: Path | None,
+    studies: Path | None,
     place: Place,
     host: str,
     port: int,
@@ -154,6 +159,7 @@ def serve(
     \b
     Examples:
       ct annotate serve --demo
+      ct annotate serve --studies my-studies
       ct annotate serve my-study.yaml --host 0.0.0.0 --https --proxies 1
       ct annotate serve my-study.yaml --database postgresql://me@localhost/annotation
     """
@@ -163,7 +169,8 @@ def serve(
     from annotation_app.serving import server as serving
 
     is_elsewhere = place.instance != Path("annotation")
-    demo = demo or not (study_files or is_elsewhere or place.database or place.instance.exists())
+    is_new = study_files or studies or is_elsewhere or place.database
+    demo = demo or not (is_new or place.instance.exists())
     folder = _demo_instance() if demo and not is_elsewhere else place.instance
     config = replace(
         open_instance(folder, place.database),
@@ -171,8 +178,11 @@ def serve(
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
         open_trying=open_trying or demo,
+        studies=studies,
         **settings,
     )
+    # Those that were made in the browser are brought up to date, too, as their files are now.
+    study_files = study_files or tuple(sorted(config.studies_folder.glob("*.yaml")))
     coming = 0
 
     def tell_addresses() -> None:
@@ -196,7 +206,7 @@ def serve(
         if demo:
             coming = _demo(config, videos)
         for file in study_files:
-            _put(config, *_read(file, videos))
+            _put(config, _read(file, videos))
         serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
@@ -357,9 +367,10 @@ def _demo(config: Config, videos: Path | None) -> int:
     """Set the demo up, or bring it up to date; how many of its videos come later."""
     from annotation_app.study_setup.demo_study import demo_study, ready, render_first, render_rest
     from annotation_app.study_setup.rendered_study import rendered_videos
+    from annotation_app.study_setup.study_starting import StudyParts
 
     def put(found: list[Rendered]) -> None:
-        _put(config, demo_study(found), found)
+        _put(config, StudyParts(demo_study(found), found))
 
     if videos is not None:
         put(rendered_videos(videos))
@@ -370,34 +381,18 @@ def _demo(config: Config, videos: Path | None) -> int:
     return render_rest(folder, put)
 
 
-def _read(
-    file: Path, videos: Path | None
-) -> tuple[StudyConfig, Sequence[Rendered | OwnVideo], list[GivenCommand]]:
-    from annotation_app.study_setup.rendered_study import check_videos
-    from annotation_app.study_setup.study_reading import read_study
-    from annotation_app.study_setup.study_videos import study_commands, study_videos
+def _read(file: Path, videos: Path | None) -> StudyParts:
+    from annotation_app.study_setup.study_starting import read_parts
 
-    study = read_study(file)
-    found = study_videos(videos or file.parent / study.videos, study.only)
-    check_videos(study, found)
-    return study, found, study_commands(study, file.parent, found)
+    return read_parts(file, videos)
 
 
-def _put(
-    config: Config,
-    study: StudyConfig,
-    videos: Sequence[Rendered | OwnVideo],
-    commands: Sequence[GivenCommand] = (),
-) -> None:
+def _put(config: Config, parts: StudyParts) -> None:
     from annotation_app.store.database import opened, transaction
     from annotation_app.store.salt import installation_salt
-    from annotation_app.study_setup.given_commands import put_commands
-    from annotation_app.study_setup.rendered_study import put_study
-    from annotation_app.study_setup.study_videos import prepared
+    from annotation_app.study_setup.study_starting import put_parts
 
-    ready = prepared(videos, config.instance / "own-videos" / study.name)
     with opened(config.database) as engine:
         salt = installation_salt(engine, config)
         with transaction(engine) as session:
-            found = put_study(session, study, ready)
-            put_commands(session, found, commands, salt)
+            put_parts(session, parts, config, salt)

@@ -82,7 +82,6 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
-    from annotation_app.study_setup.own_videos import OwnVideo, check_readable
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -90,10 +89,9 @@ def check(
         people_by_role,
         study_obstacles,
     )
-    from annotation_app.study_setup.rendered_study import check_videos
     from annotation_app.study_setup.study_reading import read_study
-    from annotation_app.study_setup.study_videos import study_commands, study_videos
-    from g3.errors import CorpusError, FormatError
+    from annotation_app.study_setup.study_starting import find_parts
+    from g3.errors import FormatError
 
     found: list[Obstacle] = []
     with existing(place) as session:
@@ -106,12 +104,7 @@ def check(
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)
-            try:
-                shown = study_videos(videos or file.parent / study.videos, study.only)
-                check_videos(study, shown)
-                check_readable([item for item in shown if isinstance(item, OwnVideo)])
-                study_commands(study, file.parent, shown)
-            except CorpusError as error:
+            for error in find_parts(study, file, videos, are_played=True)[1]:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
             found += study_obstacles(study, logins, {})

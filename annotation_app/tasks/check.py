@@ -199,6 +199,7 @@ CHECK = Task(
     payload=_payload,
     check=_check,
     example=_example,
+    reads=("labels",),
     needs_scenes=True,
     source=Source(GROUNDINGS, _items, lambda payload, answer: payload["grounding"] == answer.id),
     export=_export,

@@ -264,6 +264,7 @@ GROUND = Task(
         "asks_parts": False,
         **scene.scene,
     },
+    reads=("labels",),
     needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),

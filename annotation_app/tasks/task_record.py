@@ -190,6 +190,8 @@ class Task:
         study or the draw withholds it, as ``"suggestion"`` of its payload.
     likeness
         How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it.
+    reads
+        The fields of a study's file that its page shows, besides those of the task itself.
     needs_scenes
         Whether it must be known what is where in the videos.
     practises
@@ -240,6 +242,7 @@ class Task:
     hides_title: bool = False
     suggestion: Callable[[Item], Any] | None = None
     likeness: Callable[[Any, Record], float] | None = None
+    reads: tuple[str, ...] = ()
     needs_scenes: bool = False
     practises: tuple[str, ...] = ()
     warm_up: Callable[[], None] | None = None

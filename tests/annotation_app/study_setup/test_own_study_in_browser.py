@@ -63,7 +63,7 @@ def test_people_practise_and_rate_with_the_studys_words(browser: Browser, tmp_pa
     (tmp_path / "arm.yaml").write_text(json.dumps(STUDY))
     config = replace(open_instance(tmp_path / "instance"), rate_limits=False)
     server.prepare(config)
-    annotate_commands._put(config, *annotate_commands._read(tmp_path / "arm.yaml", None))
+    annotate_commands._put(config, annotate_commands._read(tmp_path / "arm.yaml", None))
     with opened(config.database) as engine:
         app = create_app(config, engine)
         with serving(app) as url:

@@ -40,7 +40,7 @@ def set_up(file: Path) -> Iterator[Flask]:
     """What `ct annotate FILE` sets up, without its server."""
     config = replace(open_instance(file.parent / "instance"), rate_limits=False)
     serving.prepare(config)
-    annotate_commands._put(config, *annotate_commands._read(file, None))
+    annotate_commands._put(config, annotate_commands._read(file, None))
     with opened(config.database) as engine:
         yield create_app(config, engine)
 
