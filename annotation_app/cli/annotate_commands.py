@@ -12,7 +12,7 @@ from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
-from annotation_app.cli.study_commands import check, init, slug
+from annotation_app.cli.study_commands import check, init
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
 
@@ -336,6 +336,7 @@ def import_(
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, transaction
     from annotation_app.store.salt import installation_salt
+    from annotation_app.studies.study_file import slug
     from annotation_app.study_setup.corpus_study import import_corpus
     from annotation_app.study_setup.rendered_study import rendered_videos
     from corpus_tools.importers.authored.bundled import open_corpus, resolve
@@ -390,9 +391,10 @@ def _read(file: Path, videos: Path | None) -> StudyParts:
 def _put(config: Config, parts: StudyParts) -> None:
     from annotation_app.store.database import opened, transaction
     from annotation_app.store.salt import installation_salt
-    from annotation_app.study_setup.study_starting import put_parts
+    from annotation_app.study_setup.study_starting import prepare_parts, put_parts
 
+    ready = prepare_parts(parts, config)
     with opened(config.database) as engine:
         salt = installation_salt(engine, config)
         with transaction(engine) as session:
-            put_parts(session, parts, config, salt)
+            put_parts(session, parts, ready, salt)

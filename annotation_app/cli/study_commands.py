@@ -32,6 +32,7 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
       ct annotate init my-study.yaml
       ct annotate init my-robot.yaml --videos clips
     """
+    from annotation_app.studies.study_file import slug
     from annotation_app.studies.study_template import TEMPLATE
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
@@ -136,13 +137,6 @@ def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
     has = videos.suffix.lower() in TABLES and has_commands(videos)
     commands = f"commands: {path}" if has else "# commands: commands.csv"
     return OWN_TEMPLATE.format(name=name, videos=path, commands=commands), len(found)
-
-
-def slug(text: str) -> str:
-    """A name for addresses, made of what a file or a corpus is called."""
-    import re
-
-    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
 
 
 @contextmanager

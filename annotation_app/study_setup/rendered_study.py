@@ -186,7 +186,9 @@ def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[st
     for task, of_task in config.tasks.items():
         for item in of_task.practice_items:
             if item.video not in videos:
-                what = f"a practice item of {task} names the video {item.video!r}, which isn't there"
+                what = (
+                    f"a practice item of {task} names the video {item.video!r}, which isn't there"
+                )
                 yield what, known
 
 

@@ -50,7 +50,9 @@ def video_choices(root: Path) -> list[VideoChoice]:
     for folder, files in _folders(root):
         path = folder.relative_to(root).as_posix()
         own = sum(Path(name).suffix.lower() in SUFFIXES for name in files)
-        rendered = sum((folder / name / FILES["manifest"]).is_file() for name in _subfolders(folder))
+        rendered = sum(
+            (folder / name / FILES["manifest"]).is_file() for name in _subfolders(folder)
+        )
         if rendered and not own:
             found.append(VideoChoice(path, f"{_count(rendered)} of ct render-videos"))
         elif own and FILES["manifest"] not in files:

@@ -84,15 +84,19 @@ def find_parts(
     return StudyParts(config, found, commands, file), errors
 
 
-def put_parts(session: Session, parts: StudyParts, setup: Config, salt: bytes) -> Study:
+def prepare_parts(parts: StudyParts, setup: Config) -> list[Rendered]:
+    """A study's videos, with pictures of them in the installation's folder."""
+    return prepared(parts.videos, setup.instance / "own-videos" / parts.config.name)
+
+
+def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: bytes) -> Study:
     """Add a study to the database, or bring it up to date.
 
     Parameters
     ----------
-    setup
-        Of the installation: pictures of videos are kept in its folder.
+    ready
+        What :func:`prepare_parts` has made, which takes long if there are many videos.
     """
-    ready = prepared(parts.videos, setup.instance / "own-videos" / parts.config.name)
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
     return study
