@@ -25,7 +25,7 @@ from annotation_app.study_setup.study_changes import Change, asked_so_far, chang
 from annotation_app.study_setup.study_drafts import StudyDraft, drop_draft, sha256_of
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.study_setup.study_starting import StudyParts, prepare_parts, put_parts
-from annotation_app.study_setup.study_writing import comments, write_study
+from annotation_app.study_setup.study_writing import comments, in_order, write_study
 from annotation_app.tasks.task_registry import find_task
 from annotation_app.web.needs_login import refused
 from annotation_app.work.handing_out import find_study
@@ -99,7 +99,7 @@ def start(name: str) -> ResponseReturnValue:
             raise Refusal(409, "Somebody else has changed this study just now. Open it again.")
         put_parts(session, found.parts, ready, installation().salt)
         session.flush()
-        kept = write_study(draft.file, draft.value)
+        kept = write_study(draft.file, in_order(draft.value) if draft.is_new else draft.value)
         details = {"file": str(draft.file)}
         if kept:
             details["before"] = kept

@@ -143,10 +143,9 @@ def _consent(value: Value, form: Form) -> None:
 
 
 def _new_id(wish: str, known: set[str]) -> str:
-    name = slug(wish)[:40]
-    return next(
-        n for i in range(1, MOST_ROWS + 2) if (n := f"{name}-{i}" if i > 1 else name) not in known
-    )
+    name = slug(wish)[:40].strip("-")
+    names = (name, *(f"{name}-{i}" for i in range(2, MOST_ROWS + 2)))
+    return next(one for one in names if one not in known)
 
 
 def number_of(form: Form, name: str) -> int | float | str:
@@ -159,9 +158,7 @@ def number_of(form: Form, name: str) -> int | float | str:
 
 def _put(value: Value, name: str, found: Any, usual: Any) -> None:
     """Keep what says something that leaving it out doesn't say; what the file says stays there."""
-    if found in ("", None) or (found == usual and name not in value):
-        value.pop(name, None)
-    elif found == usual and not found:
+    if found in ("", None) or (found == usual and (name not in value or not found)):
         value.pop(name, None)
     else:
         value[name] = found

@@ -123,7 +123,7 @@ def save(name: str, step_name: str) -> ResponseReturnValue:
         if problems:
             return _step_page(session, admin, draft, step_name, problems), 422
     following = steps_after(step_name)[0]
-    if following == REVIEW or wanted == REVIEW:
+    if following == REVIEW:
         return flask.redirect(flask.url_for("making_review.review", name=name), 303)
     return flask.redirect(flask.url_for(".step", name=name, step_name=following), 303)
 

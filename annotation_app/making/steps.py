@@ -225,13 +225,13 @@ LABELS = {
 _PLAIN = (
     ("of length >= 1$", "This is empty."),
     ("text of length <= ", "Use at most {n} characters."),
-    ("expected a whole number", "Type a whole number."),
+    ("expected a whole number(,|$)", "Type a whole number."),
     ("whole number >= ", "Type a number of {n} or more."),
     ("whole number <= ", "Type a number of {n} or less."),
     ("number >= ", "Type a number of {n} or more."),
     ("number > ", "Type a number above {n}."),
     ("number <= ", "Type a number of {n} or less."),
-    ("expected a number", "Type a number."),
+    ("expected a number(,|$)", "Type a number."),
     ("there are no tasks", "Choose a task."),
 )
 """What is said instead of what the reader of files says."""
@@ -239,13 +239,18 @@ _PLAIN = (
 
 def defaults() -> dict[str, Any]:
     """What a study says that its file leaves out."""
-    found: dict[str, Any] = msgspec.to_builtins(StudyConfig(name="-", title="-", tasks={}))
+    found = _plain(StudyConfig(name="-", title="-", tasks={}))
     return {**found, "name": "", "title": "", "videos": "", "tasks": {}}
 
 
 def task_defaults() -> dict[str, Any]:
     """The same of a task's part."""
-    found: dict[str, Any] = msgspec.to_builtins(TaskConfig())
+    return _plain(TaskConfig())
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    """A record as files have it, with lists."""
+    found: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(record))
     return found
 
 

@@ -39,7 +39,7 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
         yield problem
 
 
-class SeveralErrors(FormatError):
+class ManyError(FormatError):
     """Several errors, each on a line of its own."""
 
     def __init__(self, errors: Sequence[CorpusError]) -> None:
@@ -50,12 +50,12 @@ class SeveralErrors(FormatError):
 def together(errors: Iterable[CorpusError]) -> CorpusError:
     """Several errors as one."""
     every = [one for error in errors for one in apart(error)]
-    return every[0] if len(every) == 1 else SeveralErrors(every)
+    return every[0] if len(every) == 1 else ManyError(every)
 
 
 def apart(error: CorpusError) -> Sequence[CorpusError]:
     """The errors that one was made of, else only itself."""
-    return error.errors if isinstance(error, SeveralErrors) else (error,)
+    return error.errors if isinstance(error, ManyError) else (error,)
 
 
 @contextmanager

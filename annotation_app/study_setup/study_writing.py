@@ -8,8 +8,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import yaml
 
+from annotation_app.studies.study_file import StudyConfig
 from corpus_tools.world.scenarios.documents import parse_document
 from g3.errors import FormatError
 from g3.storage.atomic_file import write_bytes
@@ -33,6 +35,12 @@ def to_yaml(value: Mapping[str, Any]) -> bytes:
         default_flow_style=False,
     )
     return f"{HEADER}{text}".encode()
+
+
+def in_order(value: Mapping[str, Any]) -> dict[str, Any]:
+    """A study with its fields in the order in which docs tell of them."""
+    names = [known.encode_name for known in msgspec.structs.fields(StudyConfig)]
+    return {name: value[name] for name in (*names, *value) if name in value}
 
 
 def write_study(file: Path, value: Mapping[str, Any]) -> str:
@@ -75,7 +83,7 @@ def comments(content: bytes) -> list[str]:
     values = [
         (event.start_mark.index, event.end_mark.index)
         for event in yaml.parse(text, Loader=yaml.SafeLoader)
-        if isinstance(event, yaml.ScalarEvent)
+        if isinstance(event, yaml.ScalarEvent) and event.start_mark and event.end_mark
     ]
     found = []
     for match in re.finditer(r"(?m)(?:^|(?<=\s))#.*$", text):
@@ -88,7 +96,7 @@ def comments(content: bytes) -> list[str]:
 class _Dumper(yaml.SafeDumper):
     """Writes text so that no reader takes it for a number: of several lines as it is read."""
 
-    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:  # noqa: FBT001, FBT002
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
         super().increase_indent(flow, indentless=False)
 
 

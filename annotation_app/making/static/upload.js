@@ -56,7 +56,7 @@ async function add(files) {
   }
   input.value = "";
   // What is there now is listed by the page; what failed stays to be read.
-  if (!failed) location.reload();
+  if (!failed) location.assign(location.pathname);
 }
 
 input.addEventListener("change", () => add(input.files));
