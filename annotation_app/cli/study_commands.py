@@ -105,10 +105,11 @@ def check(
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)
-            for error in find_parts(study, file, videos, are_played=True)[1]:
+            parts, errors = find_parts(study, file, videos, are_played=True)
+            for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
-            found += study_obstacles(study, logins, {})
+            found += study_obstacles(study, logins, {}, has_scenes=parts.has_scenes)
         if session is not None and not study_files:
             found += obstacles(session)
     what = ", ".join(map(str, study_files)) or str(place.instance)

@@ -215,6 +215,18 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     }
 
 
+def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
+    """The same of a video of which nobody knows what is where: no outlines, and an empty map."""
+    return {
+        "video": media.get("video"),
+        "poster": media.get("poster"),
+        "duration_s": film.duration_s,
+        "steps": [],
+        "segmentation": {"image": None, "width": 0, "height": 0, "objects": []},
+        "map": {"bounds": [0, 0, 0, 0], "robot": None, "objects": [], "places": []},
+    }
+
+
 def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     """The world from above, in metres.
 

@@ -20,7 +20,7 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.study_setup.readiness import people_by_role, study_obstacles
+from annotation_app.study_setup.readiness import obstacles, people_by_role, study_obstacles
 from annotation_app.study_setup.study_changes import Change, asked_so_far, changes
 from annotation_app.study_setup.study_drafts import StudyDraft, drop_draft, sha256_of
 from annotation_app.study_setup.study_reading import read_study
@@ -131,7 +131,11 @@ def started(name: str) -> str:
             study=study,
             link=flask.url_for("entrance.study_page", study_name=name, _external=True),
             access=config.access,
-            obstacles=_obstacles(session, config),
+            obstacles=[
+                f"{one.what[:1].upper()}{one.what[1:]}."
+                for one in obstacles(session, of_installation=False)
+                if one.study == name
+            ],
         )
 
 
@@ -148,7 +152,8 @@ def _review(session: Session, draft: StudyDraft) -> Review:
     if study is not None and not draft.is_new:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))
         lost = comments(draft.file.read_bytes())
-    return Review(parts, [], changed, lost, _obstacles(session, config))
+    stopping = _obstacles(session, config, has_scenes=parts.has_scenes)
+    return Review(parts, [], changed, lost, stopping)
 
 
 def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
@@ -166,8 +171,9 @@ def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
     return []
 
 
-def _obstacles(session: Session, config: StudyConfig) -> list[str]:
-    found = study_obstacles(config, people_by_role(session), {})
+def _obstacles(session: Session, config: StudyConfig, *, has_scenes: bool) -> list[str]:
+    logins = people_by_role(session)
+    found = study_obstacles(config, logins, {}, has_scenes=has_scenes)
     return [f"{one.what[:1].upper()}{one.what[1:]}." for one in found]
 
 

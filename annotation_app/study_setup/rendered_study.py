@@ -195,7 +195,11 @@ def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[st
 def _without_scenes(
     config: StudyConfig, videos: Sequence[Rendered | OwnVideo]
 ) -> Iterator[tuple[str, str]]:
-    needing = [task.name for task in tasks() if task.needs_scenes and task.name in config.tasks]
+    needing = [
+        task.name
+        for task in tasks()
+        if task.needs_scenes and task.without_scenes is None and task.name in config.tasks
+    ]
     without = [item.video for item in videos if isinstance(item, OwnVideo) or item.file is not None]
     if needing and without:
         what = (

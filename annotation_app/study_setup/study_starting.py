@@ -35,6 +35,11 @@ class StudyParts:
     commands: Sequence[GivenCommand] = ()
     file: Path | None = None
 
+    @property
+    def has_scenes(self) -> bool:
+        """Whether it is known what is where in the videos."""
+        return not any(isinstance(v, OwnVideo) or v.file is not None for v in self.videos)
+
 
 def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
     """Read a study's file, and find its videos and commands.

@@ -204,6 +204,9 @@ class Task:
         `COMMAND` have a ``"text"``.
     source
         Where items come from that are made of answers.
+    without_scenes
+        Where items come from instead for videos of which nobody knows what is where. It makes none
+        for others.
     of_video
         The item about a video, from its name and its SHA-256, for tasks that begin with videos.
     of_study
@@ -249,6 +252,7 @@ class Task:
 
     gives: str = ""
     source: Source | None = None
+    without_scenes: Source | None = None
     of_video: Callable[[str, str], NewItem] | None = None
     of_study: Callable[[StudyConfig], Iterable[NewItem]] = _none
     study_problem: Callable[[StudyConfig], Problem | None] = lambda _study: None
@@ -261,3 +265,8 @@ class Task:
     agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Where items come from that are made of answers."""
+        return tuple(s for s in (self.source, self.without_scenes) if s is not None)
