@@ -67,7 +67,8 @@ def asked_so_far(session: Session, study: Study) -> Asked:
         .group_by(Item.task)
     )
     people = sum(has_consented(person, study.id) for person in session.scalars(select(Person)))
-    return Asked(dict(counts.tuples().all()), people)
+    answers: dict[TaskName, int] = dict(counts.all())
+    return Asked(answers, people)
 
 
 def changes(before: StudyConfig, after: StudyConfig, asked: Asked) -> list[Change]:

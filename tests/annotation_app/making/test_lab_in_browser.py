@@ -178,7 +178,8 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
         clip(tmp_path / f"clips/{name}.mp4", shade)
     studies = tmp_path / "studies"
     with running(config, tmp_path, "--studies", str(studies)) as server:
-        assert (link := re.search(r"http://\S+/setup/\S+", server.told))
+        link = re.search(r"http://\S+/setup/\S+", server.told)
+        assert link
         address = f"http://localhost:{server.port}/s/arm"
         page = context.new_page()
         errors = errors_of(page)
@@ -217,7 +218,8 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
     assert rows[0]["video"] != rows[0]["shown_video"]
     adopted = [row for row in csv.DictReader(io.StringIO(answers)) if row["adopted"] == "True"]
     trees = [row for row in adopted if row["task"] == "segment"]
-    assert len(trees) == 1 and "OBJECT" in trees[0]["body"]
+    assert len(trees) == 1
+    assert "OBJECT" in trees[0]["body"]
     assert [c.text for c in load_corpus(tmp_path / "arm").commands.values()] == [COMMAND]
     assert found == []
     # The browser's console tells of the page with a problem.
