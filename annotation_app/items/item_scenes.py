@@ -41,10 +41,10 @@ def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
     }
 
 
-def has_scene(session: Session, study_id: str, video: str) -> bool:
+def has_things(session: Session, study_id: str, video: str) -> bool:
     """Whether it is known what is where in a video; it is where nothing else is told."""
     manifest = media_files(session, study_id, video).paths.get("manifest")
-    return manifest is None or not manifest.is_file() or read_film(manifest.parent).has_scene
+    return manifest is None or not manifest.is_file() or read_film(manifest.parent).has_things
 
 
 def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:

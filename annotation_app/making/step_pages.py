@@ -33,8 +33,9 @@ from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
 from annotation_app.studies.study_file import StudyConfig, slug
 from annotation_app.studies.study_template import OWN_CONSENT
+from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.readiness import people_by_role
-from annotation_app.study_setup.server_folders import command_tables, video_choices
+from annotation_app.study_setup.server_folders import command_tables, files_ending, video_choices
 from annotation_app.study_setup.study_drafts import (
     StudyDraft,
     begun,
@@ -228,10 +229,15 @@ def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
         "root": root,
         "choices": video_choices(root) if root.is_dir() else [],
         "tables": command_tables(root) if root.is_dir() else [],
-        "named": _from_root(draft, "videos"),
-        "named_commands": _from_root(draft, "commands"),
+        "coco_files": files_ending(root, ".json") if root.is_dir() else [],
+        "named": {name: _from_root(draft, name) for name in ("videos", "commands", "things")},
         "as_before": AS_BEFORE,
         "found": [] if wrong or parts is None else [item.video for item in parts.videos],
+        "thing_count": sum(
+            len(item.things.things)
+            for item in (parts.videos if parts is not None else ())
+            if isinstance(item, OwnVideo) and item.things is not None
+        ),
         "command_count": 0 if parts is None else len(parts.commands),
         "upload": flask.url_for("making_uploads.upload", name=draft.name),
     }

@@ -12,6 +12,7 @@ import msgspec
 
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.every_problem import apart
+from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.server_folders import inside
 from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.study_setup.study_reading import study_problems
@@ -124,6 +125,8 @@ def parts_of(
         if not _is_as_before(draft):
             for item in parts.videos:
                 inside(root, item.file if item.file is not None else item.folder)
+                if isinstance(item, OwnVideo) and item.things and item.things.picture:
+                    inside(root, item.things.picture)
     except CorpusError as error:
         return None, [_of_videos(one) for one in apart(error)]
     return parts, [_of_videos(error) for error in errors]

@@ -139,6 +139,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Names of the videos to use; all if empty.
     commands
         Table (CSV or JSONL) of commands for the videos, which nobody needs to type.
+    things
+        COCO JSON file of what is where in the pictures of one's own videos.
     tasks
         Those that are done.
     robot
@@ -171,6 +173,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     videos: Line = "videos"
     only: tuple[str, ...] = ()
     commands: Line | None = None
+    things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
     robot: Line = "forklift"

@@ -57,7 +57,7 @@ def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacl
         )
         items: dict[TaskName, int] = dict(counts.all())
         films = films_of(session, study.id).values()
-        known = not films or any(film.has_scene for film in films)
+        known = not films or any(film.has_things for film in films)
         found += study_obstacles(restored(study.config), logins, items, has_scenes=known)
     return found
 

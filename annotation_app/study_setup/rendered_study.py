@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.media import digest
 from annotation_app.items.new_items import GIVEN, NewItem, add_item
+from annotation_app.items.scenes import read_film
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
@@ -124,6 +125,13 @@ def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> 
         raise together([FormatError(what, where=where, fix=fix) for what, fix in wrong])
 
 
+def knows_things(item: Rendered | OwnVideo) -> bool:
+    """Whether it is known what is where in a video."""
+    if isinstance(item, OwnVideo):
+        return item.things is not None
+    return item.file is None or read_film(item.folder).has_things
+
+
 def add_video(session: Session, study_id: str, item: Rendered) -> None:
     """Give a video's files names that say nothing, or keep those that they have."""
     for role, name in FILES.items():
@@ -200,13 +208,13 @@ def _without_scenes(
         for task in tasks()
         if task.needs_scenes and task.without_scenes is None and task.name in config.tasks
     ]
-    without = [item.video for item in videos if isinstance(item, OwnVideo) or item.file is not None]
+    without = [item.video for item in videos if not knows_things(item)]
     if needing and without:
         what = (
             f"the task {' and the task '.join(needing)} must know what is where in a video, "
             f"which nobody has told of {without[0]!r}"
         )
-        yield what, f"leave out {' and '.join(needing)}, or use videos of `ct render-videos`"
+        yield what, f"leave out {' and '.join(needing)}, or name a COCO file of its things: things"
 
 
 def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:

@@ -14,7 +14,12 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.study_setup.every_problem import gathering, together
 from annotation_app.study_setup.given_commands import put_commands
 from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo, check_readable
-from annotation_app.study_setup.rendered_study import Rendered, check_videos, put_study
+from annotation_app.study_setup.rendered_study import (
+    Rendered,
+    check_videos,
+    knows_things,
+    put_study,
+)
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.study_setup.study_videos import prepared, study_commands, study_videos
 from g3.errors import CorpusError
@@ -38,7 +43,7 @@ class StudyParts:
     @property
     def has_scenes(self) -> bool:
         """Whether it is known what is where in the videos."""
-        return not any(isinstance(v, OwnVideo) or v.file is not None for v in self.videos)
+        return all(knows_things(video) for video in self.videos)
 
 
 def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
@@ -77,7 +82,8 @@ def find_parts(
     found: Sequence[Rendered | OwnVideo] = ()
     commands: Sequence[GivenCommand] = ()
     with gathering(errors):
-        found = study_videos(videos or file.parent / config.videos, config.only)
+        things = file.parent / config.things if config.things else None
+        found = study_videos(videos or file.parent / config.videos, config.only, things)
     if not errors:
         with gathering(errors):
             check_videos(config, found)

@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import aliases_of, has_scene, scene_of, shown_film
+from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
 from annotation_app.items.scenes import scene_payload
@@ -63,7 +63,7 @@ class CheckCounts:
 def _payload(session: Session, item: Item, salt: bytes) -> Record:
     shown = item.payload["shown"]
     videos = list(dict.fromkeys(shown[node]["video"] for node in shown))
-    known = [video for video in videos if has_scene(session, item.study_id, video)]
+    known = [video for video in videos if has_things(session, item.study_id, video)]
     worlds = {video: aliases_of(session, item, video, salt) for video in known}
     clauses = []
     for clause in clauses_of(from_json(item.payload["sdcs"])):
@@ -159,6 +159,9 @@ def _export(parts: CorpusParts) -> None:
         select(Item).where(Item.study_id == study.id, Item.task == "check").order_by(Item.subject)
     )
     for item in items:
+        worlds = {shown["video"] for shown in item.payload["shown"].values()}
+        if not worlds <= parts.worlds.keys():
+            continue  # tables tell of what nobody knows a world of
         if item.id in verdicts and item.payload.get("grounding") in still_adopted:
             command = parts.commands[item.payload["command"]]
             parts.annotations.append(

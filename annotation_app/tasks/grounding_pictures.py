@@ -54,7 +54,7 @@ class Picture:
     view
         The map's ``viewBox``, in metres with y downwards.
     mapped
-        Outlines on the map, in the same.
+        Outlines on the map, in the same; none where only a picture is known.
     """
 
     video: str | None
@@ -77,6 +77,8 @@ def draw(session: Session, item: Item, groundings: Sequence[Record]) -> Picture:
     letters = lettered(groundings)
     size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
     video = media_files(session, item.study_id, name).public.get("video") if all(size) else None
+    if scene.is_picture:
+        return Picture(video, size, tuple(_seen(scene, letters)), "", ())
     mapped = (*_things(scene, letters), *_places(scene, groundings), *_areas(groundings))
     return Picture(video, size, tuple(_seen(scene, letters)), _view(scene), mapped)
 

@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.table_cells import safe_cell
-from annotation_app.items.item_scenes import has_scene
+from annotation_app.items.item_scenes import has_things
 from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
 from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.studies.study_file import StudyConfig
@@ -34,7 +34,7 @@ def with_another_video(
     same command. There is none where it is known what is where: then things are drawn, too.
     """
     own, text = item.payload["video"], item.payload["text"]
-    if has_scene(session, item.study_id, own):
+    if has_things(session, item.study_id, own):
         return
     same = select(Item.video).where(
         Item.study_id == item.study_id, Item.task == item.task, Item.command == text

@@ -50,7 +50,7 @@ function view(index, state) {
   if (!views[index]) {
     const scene = numbered(payload.scenes[index]);
     // Nobody knows what is where in some videos.
-    const isMapped = scene.things.length + scene.zones.length > 0;
+    const isMapped = !scene.map.missing;
     const map = isMapped ? showMap(scene, null, () => {}) : { element: null, show() {}, mark() {} };
     const picture = showPicture(scene, null, map.show);
     if (clauses.some((c) => c.shown.scene === index && isShownByVideo(c))) {

@@ -17,6 +17,7 @@ const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
 const isAsked = (clause) => isThing(clause) || payload.asks_parts;
 const first = clauses.find(isAsked) ?? clauses[0];
 const mustWatch = Boolean(scene.video);
+const hasMap = !scene.map.missing;
 
 let map = null;
 const picture = showPicture(scene, toggleObject, (t) => map?.show(t));
@@ -24,7 +25,7 @@ map = showMap(scene, (kind, id) => (kind === "object" ? toggleObject(id) : toggl
 const bar = h("div");
 const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" });
 const lists = h("section", { class: "lists", "aria-label": "Things and places by their numbers" });
-$("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, map.element), lists);
+$("editor").append(bar, ask, h("div", { class: "scene" }, picture.element, hasMap ? map.element : null), lists);
 
 const work = begin({
   initial: { groundings: {}, trims: {}, whole: [], current: first?.node },
@@ -120,7 +121,7 @@ document.addEventListener("keydown", (event) => {
   const key = event.key.toLowerCase();
   if (key === "[" || key === "]") go(neighbour(clauses, work.state.current, key === "]" ? 1 : -1));
   else if (key === "x") cantTell();
-  else if (key === "m" && isThing(clauseOf(work.state))) map.startMarking();
+  else if (key === "m" && hasMap && isThing(clauseOf(work.state))) map.startMarking();
   else if (/^[1-9]$/.test(key) && scene.things[Number(key) - 1]) toggleObject(scene.things[Number(key) - 1].id);
   else return;
   event.preventDefault();
@@ -159,12 +160,12 @@ function askParts(clause, grounding) {
     );
   return [
     question(clause, clause.type === "PLACE" ? "Where is" : "What is"),
-    h("p", { class: "quiet" }, "Click it in the picture or on the map, or choose its number below. Several are fine."),
+    h("p", { class: "quiet" }, hasMap ? "Click it in the picture or on the map, or choose its number below. Several are fine." : "Click it in the picture, or choose its number below. Several are fine."),
     marked.length ? h("ul", { class: "marked" }, marked) : null,
     h(
       "div",
       { class: "actions" },
-      h("button", { type: "button", "data-key": "mark", onclick: () => map.startMarking() }, "Mark a place on the map"),
+      hasMap ? h("button", { type: "button", "data-key": "mark", onclick: () => map.startMarking() }, "Mark a place on the map") : null,
       h("button", { type: "button", "data-key": "cant", "aria-pressed": grounding.cant_tell, onclick: cantTell }, "Can't tell"),
       next(),
     ),

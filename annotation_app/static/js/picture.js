@@ -14,6 +14,7 @@ export function showPicture(scene, pick, moved) {
   const { width, height } = scene.segmentation;
   const video = h("video", {
     src: scene.video && mediaUrl(scene.video),
+    poster: scene.map.missing && scene.poster ? mediaUrl(scene.poster) : null,
     preload: "auto",
     muted: true,
     playsinline: true,
