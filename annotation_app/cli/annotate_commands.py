@@ -181,8 +181,7 @@ def serve(
         studies=studies,
         **settings,
     )
-    # Those that were made in the browser are brought up to date, too, as their files are now.
-    study_files = study_files or tuple(sorted(config.studies_folder.glob("*.yaml")))
+    made_here = () if study_files else sorted(config.studies_folder.glob("*.yaml"))
     coming = 0
 
     def tell_addresses() -> None:
@@ -207,6 +206,8 @@ def serve(
             coming = _demo(config, videos)
         for file in study_files:
             _put(config, _read(file, videos))
+        for file in made_here:
+            _bring_up_to_date(config, file)
         serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
@@ -380,6 +381,17 @@ def _demo(config: Config, videos: Path | None) -> int:
     render_first(folder)
     put(ready(folder))
     return render_rest(folder, put)
+
+
+def _bring_up_to_date(config: Config, file: Path) -> None:
+    """Make a study that was made in the browser as its file says; a wrong file stops no other."""
+    from g3.errors import CorpusError
+
+    try:
+        _put(config, _read(file, None))
+    except CorpusError as error:
+        note(f"note: {error}")
+        note(f"note: {file.name} has changed nothing; its study stays as it was")
 
 
 def _read(file: Path, videos: Path | None) -> StudyParts:
