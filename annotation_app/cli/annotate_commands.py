@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,11 +15,6 @@ from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
-
-if TYPE_CHECKING:
-    from annotation_app.core.config import Config
-    from annotation_app.study_setup.rendered_study import Rendered
-    from annotation_app.study_setup.study_starting import StudyParts
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -165,13 +160,14 @@ def serve(
     """
     from dataclasses import replace
 
+    from annotation_app.cli import served_studies
     from annotation_app.core.config import open_instance
     from annotation_app.serving import server as serving
 
     is_elsewhere = place.instance != Path("annotation")
     is_new = study_files or studies or is_elsewhere or place.database
     demo = demo or not (is_new or place.instance.exists())
-    folder = _demo_instance() if demo and not is_elsewhere else place.instance
+    folder = served_studies.demo_instance() if demo and not is_elsewhere else place.instance
     config = replace(
         open_instance(folder, place.database),
         https=https,
@@ -203,11 +199,11 @@ def serve(
         serving.prepare(config)
         serving.make_first_admin(config)
         if demo:
-            coming = _demo(config, videos)
+            coming = served_studies.put_demo(config, videos)
         for file in study_files:
-            _put(config, _read(file, videos))
+            served_studies.put_file(config, file, videos)
         for file in made_here:
-            _bring_up_to_date(config, file)
+            served_studies.bring_up_to_date(config, file)
         serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
@@ -357,56 +353,3 @@ def import_(
 
 for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
     annotate.add_command(_command)
-
-
-def _demo_instance() -> Path:
-    from corpus_tools.importers.authored.bundled import cache_folder
-
-    return cache_folder() / "annotate-demo"
-
-
-def _demo(config: Config, videos: Path | None) -> int:
-    """Set the demo up, or bring it up to date; how many of its videos come later."""
-    from annotation_app.study_setup.demo_study import demo_study, ready, render_first, render_rest
-    from annotation_app.study_setup.rendered_study import rendered_videos
-    from annotation_app.study_setup.study_starting import StudyParts
-
-    def put(found: list[Rendered]) -> None:
-        _put(config, StudyParts(demo_study(found), found))
-
-    if videos is not None:
-        put(rendered_videos(videos))
-        return 0
-    folder = config.instance / "videos"
-    render_first(folder)
-    put(ready(folder))
-    return render_rest(folder, put)
-
-
-def _bring_up_to_date(config: Config, file: Path) -> None:
-    """Make a study that was made in the browser as its file says; a wrong file stops no other."""
-    from g3.errors import CorpusError
-
-    try:
-        _put(config, _read(file, None))
-    except CorpusError as error:
-        note(f"note: {error}")
-        note(f"note: {file.name} has changed nothing; its study stays as it was")
-
-
-def _read(file: Path, videos: Path | None) -> StudyParts:
-    from annotation_app.study_setup.study_starting import read_parts
-
-    return read_parts(file, videos)
-
-
-def _put(config: Config, parts: StudyParts) -> None:
-    from annotation_app.store.database import opened, transaction
-    from annotation_app.store.salt import installation_salt
-    from annotation_app.study_setup.study_starting import prepare_parts, put_parts
-
-    ready = prepare_parts(parts, config)
-    with opened(config.database) as engine:
-        salt = installation_salt(engine, config)
-        with transaction(engine) as session:
-            put_parts(session, parts, ready, salt)

@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 import pytest
 
-from annotation_app.cli import annotate_commands
 from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.study_starting import read_parts
 from corpus_tools.cli.console import run
@@ -161,4 +160,4 @@ def test_groundings_name_the_annotations(lab: Path) -> None:
     corpus = load_corpus(lab / "corpus")
     assert len(corpus.commands) == 2
     assert not corpus.annotations  # a picture is no world
-    assert annotate_commands._read(lab / "arm.yaml", None).has_scenes
+    assert read_parts(lab / "arm.yaml").has_scenes
