@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -12,19 +12,11 @@ from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.people_commands import people
-from annotation_app.cli.study_commands import check, init, slug
+from annotation_app.cli.study_commands import check, init
 from annotation_app.cli.token_commands import tokens
 from annotation_app.cli.webhook_commands import webhooks
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from annotation_app.core.config import Config
-    from annotation_app.studies.study_file import StudyConfig
-    from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo
-    from annotation_app.study_setup.rendered_study import Rendered
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -70,6 +62,13 @@ def annotate() -> None:
     type=click.Path(path_type=Path, exists=True),
     help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
     "instead of the study's.",
+)
+@click.option(
+    "--studies",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Folder of the studies and videos that admins work with in the browser; made if it isn't "
+    "there. Its study files are served [default: studies in the instance].",
 )
 @INSTALLATION
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
@@ -137,6 +136,7 @@ def serve(
     study_files: tuple[Path, ...],
     demo: bool,
     videos: Path | None,
+    studies: Path | None,
     place: Place,
     host: str,
     port: int,
@@ -156,25 +156,30 @@ def serve(
     \b
     Examples:
       ct annotate serve --demo
+      ct annotate serve --studies my-studies
       ct annotate serve my-study.yaml --host 0.0.0.0 --https --proxies 1
       ct annotate serve my-study.yaml --database postgresql://me@localhost/annotation
     """
     from dataclasses import replace
 
+    from annotation_app.cli import served_studies
     from annotation_app.core.config import open_instance
     from annotation_app.serving import server as serving
 
     is_elsewhere = place.instance != Path("annotation")
-    demo = demo or not (study_files or is_elsewhere or place.database or place.instance.exists())
-    folder = _demo_instance() if demo and not is_elsewhere else place.instance
+    is_new = study_files or studies or is_elsewhere or place.database
+    demo = demo or not (is_new or place.instance.exists())
+    folder = served_studies.demo_instance() if demo and not is_elsewhere else place.instance
     config = replace(
         open_instance(folder, place.database),
         https=https,
         frame_ancestors=frame_ancestors,
         form_targets=frame_ancestors,
         open_trying=open_trying or demo,
+        studies=studies,
         **settings,
     )
+    made_here = () if study_files else sorted(config.studies_folder.glob("*.yaml"))
     coming = 0
 
     def tell_addresses() -> None:
@@ -196,9 +201,11 @@ def serve(
         serving.prepare(config)
         serving.make_first_admin(config)
         if demo:
-            coming = _demo(config, videos)
+            coming = served_studies.put_demo(config, videos)
         for file in study_files:
-            _put(config, *_read(file, videos))
+            served_studies.put_file(config, file, videos)
+        for file in made_here:
+            served_studies.bring_up_to_date(config, file)
         serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
@@ -328,6 +335,7 @@ def import_(
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, transaction
     from annotation_app.store.salt import installation_salt
+    from annotation_app.studies.study_file import slug
     from annotation_app.study_setup.corpus_study import import_corpus
     from annotation_app.study_setup.rendered_study import rendered_videos
     from corpus_tools.importers.authored.bundled import open_corpus, resolve
@@ -345,63 +353,17 @@ def import_(
     tell(form, {"study": name, **counts}, f"study {name}: {summary}")
 
 
-for _command in (audit, backup, check, copy_media, init, people, old_reconcile, restore, verify):
+for _command in (
+    audit,
+    backup,
+    check,
+    copy_media,
+    init,
+    people,
+    old_reconcile,
+    restore,
+    tokens,
+    verify,
+    webhooks,
+):
     annotate.add_command(_command)
-for _command in (tokens, webhooks):
-    annotate.add_command(_command)
-
-
-def _demo_instance() -> Path:
-    from corpus_tools.importers.authored.bundled import cache_folder
-
-    return cache_folder() / "annotate-demo"
-
-
-def _demo(config: Config, videos: Path | None) -> int:
-    """Set the demo up, or bring it up to date; how many of its videos come later."""
-    from annotation_app.study_setup.demo_study import demo_study, ready, render_first, render_rest
-    from annotation_app.study_setup.rendered_study import rendered_videos
-
-    def put(found: list[Rendered]) -> None:
-        _put(config, demo_study(found), found)
-
-    if videos is not None:
-        put(rendered_videos(videos))
-        return 0
-    folder = config.instance / "videos"
-    render_first(folder)
-    put(ready(folder))
-    return render_rest(folder, put)
-
-
-def _read(
-    file: Path, videos: Path | None
-) -> tuple[StudyConfig, Sequence[Rendered | OwnVideo], list[GivenCommand]]:
-    from annotation_app.study_setup.rendered_study import check_videos
-    from annotation_app.study_setup.study_reading import read_study
-    from annotation_app.study_setup.study_videos import study_commands, study_videos
-
-    study = read_study(file)
-    found = study_videos(videos or file.parent / study.videos, study.only)
-    check_videos(study, found)
-    return study, found, study_commands(study, file.parent, found)
-
-
-def _put(
-    config: Config,
-    study: StudyConfig,
-    videos: Sequence[Rendered | OwnVideo],
-    commands: Sequence[GivenCommand] = (),
-) -> None:
-    from annotation_app.store.database import opened, transaction
-    from annotation_app.store.salt import installation_salt
-    from annotation_app.study_setup.given_commands import put_commands
-    from annotation_app.study_setup.rendered_study import put_study
-    from annotation_app.study_setup.study_videos import prepared
-
-    ready = prepared(videos, config.instance / "own-videos" / study.name)
-    with opened(config.database) as engine:
-        salt = installation_salt(engine, config)
-        with transaction(engine) as session:
-            found = put_study(session, study, ready)
-            put_commands(session, found, commands, salt)

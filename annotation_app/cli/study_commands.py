@@ -32,6 +32,7 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
       ct annotate init my-study.yaml
       ct annotate init my-robot.yaml --videos clips
     """
+    from annotation_app.studies.study_file import slug
     from annotation_app.studies.study_template import TEMPLATE
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
@@ -82,7 +83,6 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
-    from annotation_app.study_setup.own_videos import OwnVideo, check_readable
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -90,10 +90,9 @@ def check(
         people_by_role,
         study_obstacles,
     )
-    from annotation_app.study_setup.rendered_study import check_videos
     from annotation_app.study_setup.study_reading import read_study
-    from annotation_app.study_setup.study_videos import study_commands, study_videos
-    from g3.errors import CorpusError, FormatError
+    from annotation_app.study_setup.study_starting import find_parts
+    from g3.errors import FormatError
 
     found: list[Obstacle] = []
     with existing(place) as session:
@@ -106,15 +105,11 @@ def check(
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)
-            try:
-                shown = study_videos(videos or file.parent / study.videos, study.only)
-                check_videos(study, shown)
-                check_readable([item for item in shown if isinstance(item, OwnVideo)])
-                study_commands(study, file.parent, shown)
-            except CorpusError as error:
+            parts, errors = find_parts(study, file, videos, are_played=True)
+            for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
-            found += study_obstacles(study, logins, {})
+            found += study_obstacles(study, logins, {}, has_scenes=parts.has_scenes)
         if session is not None and not study_files:
             found += obstacles(session)
     what = ", ".join(map(str, study_files)) or str(place.instance)
@@ -143,13 +138,6 @@ def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
     has = videos.suffix.lower() in TABLES and has_commands(videos)
     commands = f"commands: {path}" if has else "# commands: commands.csv"
     return OWN_TEMPLATE.format(name=name, videos=path, commands=commands), len(found)
-
-
-def slug(text: str) -> str:
-    """A name for addresses, made of what a file or a corpus is called."""
-    import re
-
-    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60] or "study"
 
 
 @contextmanager

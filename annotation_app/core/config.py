@@ -55,6 +55,9 @@ class Config:
         How long somebody with a login may do nothing before they must sign in again.
     max_body_bytes
         Largest request that is read.
+    studies
+        Folder of the study files and videos that admins work with in the browser; by default
+        ``studies`` in the instance's folder.
     """
 
     instance: Path
@@ -72,9 +75,15 @@ class Config:
     model: Path | None = None
     idle_hours: float = 12.0
     max_body_bytes: int = MEGABYTE
+    studies: Path | None = None
 
     def __repr__(self) -> str:
         return f"Config(instance={str(self.instance)!r})"
+
+    @property
+    def studies_folder(self) -> Path:
+        """The folder of studies that are made in the browser; it may not be there yet."""
+        return (self.studies or self.instance / "studies").resolve()
 
 
 def open_instance(folder: Path, database: str | None = None) -> Config:

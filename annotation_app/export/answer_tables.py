@@ -11,6 +11,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.table_cells import safe_cell
 from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
@@ -24,7 +25,6 @@ FIELDS = (
     "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "metadata", "excluded",
     "reason",
 )  # fmt: skip
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def to_jsonl(session: Session, study: Study, *, excluded: bool = False) -> bytes:
@@ -100,16 +100,6 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study], bytes]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """The same with the answers that were left out, and why."""
-
-
-def safe_cell(value: object) -> object:
-    """A value that spreadsheets take for text if it is text.
-
-    A quotation mark before it keeps them from running what looks like a formula.
-    """
-    if not isinstance(value, str):
-        return value
-    return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
 
 
 def _flat(row: Record) -> Record:

@@ -15,6 +15,7 @@ from annotation_app.items.scenes import (
     Film,
     Scene,
     aliases,
+    film_payload,
     read_film,
     read_scene,
 )
@@ -40,6 +41,12 @@ def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
     }
 
 
+def has_things(session: Session, study_id: str, video: str) -> bool:
+    """Whether it is known what is where in a video; it is where nothing else is told."""
+    manifest = media_files(session, study_id, video).paths.get("manifest")
+    return manifest is None or not manifest.is_file() or read_film(manifest.parent).has_things
+
+
 def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:
     """A video's world and what its things are called in an item."""
     scene = scene_of(session, item.study_id, video)
@@ -61,6 +68,12 @@ def watched_video(session: Session, study_id: str, video: str) -> Record:
         "duration_s": film.duration_s,
         "fps": film.fps,
     }
+
+
+def shown_film(session: Session, study_id: str, video: str) -> Record:
+    """What a page needs to show a video of which nobody knows what is where."""
+    files = media_files(session, study_id, video)
+    return film_payload(read_film(files.paths["manifest"].parent), files.public)
 
 
 def _shown(files: Files, video: str) -> Scene:

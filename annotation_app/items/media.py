@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -108,6 +109,12 @@ def media_path(session: Session, study_id: str, video: str, role: str) -> Path |
 
 def digest(path: Path) -> str:
     """SHA-256 of a file."""
+    status = path.stat()
+    return _digest(path, status.st_mtime_ns, status.st_size)
+
+
+@functools.lru_cache(maxsize=65_536)
+def _digest(path: Path, _changed_ns: int, _size: int) -> str:
     found = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(2**20):

@@ -23,7 +23,7 @@ from corpus_tools.logs.log_reading import read_log
 from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
-from g3.groundings import Context, PhysicalObject
+from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 
 MANIFEST, SEGMENTATION = "manifest.json", "segmentation.json"
 TRACK_S = 0.5
@@ -50,6 +50,9 @@ class Scene:
         The content of ``segmentation.json``; empty if there is no picture.
     fps
         Frames of the video in a second, if that is known.
+    is_picture
+        Whether only a picture is known, without a world: the context is the picture's plane then,
+        with y upwards and a pixel as its unit, and nothing may be exported from it.
     """
 
     context: Context
@@ -58,6 +61,7 @@ class Scene:
     steps: tuple[tuple[float, float], ...]
     segmentation: Mapping[str, Any]
     fps: float | None = None
+    is_picture: bool = False
 
 
 def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
@@ -89,7 +93,9 @@ class Film:
     duration_s
         Of the video.
     has_scene
-        Whether it is known what is where; it isn't of videos from elsewhere.
+        Whether there is a world, with what is where in it; not of videos from elsewhere.
+    has_things
+        Whether it is known what is where, if only in a picture.
     metadata
         What the study's owner tells of a video from elsewhere.
     fps
@@ -100,6 +106,7 @@ class Film:
     has_scene: bool
     metadata: Mapping[str, Any]
     fps: float | None = None
+    has_things: bool = True
 
 
 def read_film(folder: Path) -> Film:
@@ -119,26 +126,45 @@ def _read_film(file: Path, _stamp: int) -> Film:
     manifest = _json(file)
     has_scene = bool(manifest.get("has_scene", True))
     metadata = manifest.get("metadata", {}) if not has_scene else {}
-    return Film(float(manifest["duration_s"]), has_scene, metadata, manifest.get("fps"))
+    has_things = has_scene or "things" in manifest
+    duration_s = float(manifest["duration_s"])
+    return Film(duration_s, has_scene, metadata, manifest.get("fps"), has_things)
 
 
 @functools.lru_cache(maxsize=256)
 def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Scene:
     manifest = _json(folder / MANIFEST)
     segmentation = _json(folder / SEGMENTATION) if (folder / SEGMENTATION).exists() else {}
-    if corpus is None:
+    is_picture = not manifest.get("has_scene", True)
+    if is_picture:
+        context = _plane(segmentation, manifest["id"])
+    elif corpus is None:
         context = to_context(read_log(folder / "log.mcap").recording)
     else:
         context = _contexts(corpus)[context_id]
-    t = context.agent.trajectory.t
     return Scene(
         context=context,
-        start_s=float(t[0]),
+        start_s=0.0 if is_picture else float(context.agent.trajectory.t[0]),
         duration_s=float(manifest["duration_s"]),
         steps=tuple((float(s["start_s"]), float(s["end_s"])) for s in manifest["steps"]),
         segmentation=segmentation,
         fps=manifest.get("fps"),
+        is_picture=is_picture,
     )
+
+
+def _plane(segmentation: Mapping[str, Any], name: str) -> Context:
+    """The things of a picture in its plane; there is no robot."""
+    things = []
+    for outline in segmentation.get("objects", []):
+        x, y, width, height = outline["box"]
+        right, bottom = x + width, y + height
+        corners = np.array([(x, -bottom), (right, -bottom), (right, -y), (x, -y)], dtype=np.float64)
+        at = Trajectory(np.zeros(1), np.array([[x + width / 2, -bottom, 0.0]]), np.zeros(1))
+        things.append(
+            PhysicalObject(outline["id"], (outline["label"],), Prism(corners, 0.0, 0.0), at)
+        )
+    return Context(name, tuple(things), (), agent_id="")
 
 
 @functools.lru_cache(maxsize=8)
@@ -224,6 +250,18 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     }
 
 
+def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
+    """The same of a video of which nobody knows what is where: no outlines, and an empty map."""
+    return {
+        "video": media.get("video"),
+        "poster": media.get("poster"),
+        "duration_s": film.duration_s,
+        "steps": [],
+        "segmentation": {"image": None, "width": 0, "height": 0, "objects": []},
+        "map": {"bounds": [0] * 4, "robot": None, "missing": True, "objects": [], "places": []},
+    }
+
+
 def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     """The world from above, in metres.
 
@@ -231,7 +269,8 @@ def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     -------
     dict
         ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
-        :func:`map_turn`); ``robot``: id of the robot; ``objects``:
+        :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture
+        is known, so that there is no map to show; ``objects``:
         ``id``, ``footprint`` (at the first moment), ``z`` of the top, and for those that
         move ``track``, rows of seconds, x, y of a point of the thing, and its yaw;
         ``places``: ``id`` and ``polygon``.
@@ -239,7 +278,8 @@ def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     public = {real: alias for alias, real in names.objects.items()}
     context = scene.context
     corners = np.concatenate(
-        [o.prism.xy for o in context.objects]
+        [np.zeros((1, 2)) if scene.is_picture else np.empty((0, 2))]
+        + [o.prism.xy for o in context.objects]
         + [p.prism.xy for p in context.places]
         + [o.trajectory.xyz[:, :2] for o in context.objects]
     )
@@ -262,7 +302,8 @@ def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     return {
         "bounds": _rounded(np.concatenate((low, high))),
         "turn": round(map_turn(scene), 4),
-        "robot": public[context.agent_id],
+        "robot": public.get(context.agent_id),
+        "missing": scene.is_picture,
         "objects": sorted(things, key=lambda thing: str(thing["id"])),
         "places": sorted(places, key=lambda place: str(place["id"])),
     }

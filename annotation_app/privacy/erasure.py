@@ -215,7 +215,12 @@ def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
             Item.subject.startswith(REPLACED),
         )
     ).all()
-    shows = {maker.name: maker.source.shows for maker in makes if maker.source is not None}
+    shows = {
+        maker.name: source.shows
+        for maker in makes
+        for source in maker.sources
+        if task is not None and source.made_of == task.gives
+    }
     for row in rows:
         if not any(shows[row.task](row.payload, other) for other in others):
             yield from _locked(session, Item.id == row.id)

@@ -27,6 +27,7 @@ from annotation_app.dashboard import (
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
 from annotation_app.items import media
+from annotation_app.making import BLUEPRINTS as MAKING
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.people.session_cookies import LONGEST, SessionCookies, wants_json
 from annotation_app.serving import openapi
@@ -88,7 +89,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     )
     modules = (api, openapi, media, crowds, *of_dashboard, trying)
     of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
-    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *of_tasks):
+    for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *MAKING, *of_tasks):
         app.register_blueprint(blueprint)
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)

@@ -50,6 +50,8 @@ class Study(Base):
     config: Mapped[Record]
     created_at: Mapped[float]
     closed_at: Mapped[float | None]
+    file: Mapped[str | None] = mapped_column(String(4000))
+    """Where the study file is; None if it was made of something else."""
 
 
 class Media(Base):

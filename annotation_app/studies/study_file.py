@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
@@ -138,6 +139,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Names of the videos to use; all if empty.
     commands
         Table (CSV or JSONL) of commands for the videos, which nobody needs to type.
+    things
+        COCO JSON file of what is where in the pictures of one's own videos.
     tasks
         Those that are done.
     robot
@@ -170,6 +173,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     videos: Line = "videos"
     only: tuple[str, ...] = ()
     commands: Line | None = None
+    things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
     robot: Line = "forklift"
@@ -185,6 +189,11 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     pairs: tuple[RatedPair, ...] = ()
     seed: int = 0
     retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
+
+
+def slug(text: str) -> str:
+    """A name for addresses, made of a title, or of what a file or a corpus is called."""
+    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60].strip("-") or "study"
 
 
 def told(text: str, robot: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
@@ -38,11 +39,32 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
         yield problem
 
 
-def together(errors: Sequence[CorpusError]) -> CorpusError:
-    """Several errors as one, each on a line of its own."""
-    if len(errors) == 1:
-        return errors[0]
-    return FormatError("\n".join((f"{len(errors)} things are wrong:", *map(str, errors))))
+class ManyError(FormatError):
+    """Several errors, each on a line of its own."""
+
+    def __init__(self, errors: Sequence[CorpusError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("\n".join((f"{len(errors)} things are wrong:", *map(str, errors))))
+
+
+def together(errors: Iterable[CorpusError]) -> CorpusError:
+    """Several errors as one."""
+    every = [one for error in errors for one in apart(error)]
+    return every[0] if len(every) == 1 else ManyError(every)
+
+
+def apart(error: CorpusError) -> Sequence[CorpusError]:
+    """The errors that one was made of, else only itself."""
+    return error.errors if isinstance(error, ManyError) else (error,)
+
+
+@contextmanager
+def gathering(errors: list[CorpusError]) -> Iterator[None]:
+    """Keep what goes wrong, and go on after it."""
+    try:
+        yield
+    except CorpusError as error:
+        errors += apart(error)
 
 
 def _parts(value: Any, form: Any, field: Field) -> Iterator[tuple[Any, Any, Field]]:

@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from annotation_app.items.media import digest
+from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
 from g3.errors import CorpusError, FormatError
 from g3.storage.atomic_file import write_bytes
@@ -35,11 +36,14 @@ class OwnVideo:
         Where it is.
     metadata
         What else the table tells of it; exports tell it too.
+    things
+        What is where in its picture, if that is known.
     """
 
     video: str
     file: Path
     metadata: Mapping[str, Any]
+    things: PictureThings | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +151,9 @@ def check_readable(videos: Sequence[OwnVideo]) -> None:
     errors = []
     for item in videos:
         try:
-            _first_frame(item.file)
+            _, _, frame = _first_frame(item.file)
+            if item.things is not None:
+                fitting_picture(item, frame)
         except CorpusError as error:
             errors.append(error)
     if errors:
@@ -171,6 +177,8 @@ def prepare(item: OwnVideo, base: Path) -> Path:
     manifest, poster = folder / "manifest.json", folder / "poster.png"
     sha256 = digest(item.file)
     told = {"id": item.video, "has_scene": False, "steps": [], "metadata": dict(item.metadata)}
+    if item.things is not None:
+        told["things"] = _things_key(item.things)
     if manifest.is_file() and poster.is_file():
         known = msgspec.json.decode(manifest.read_bytes())
         measured = {name: known.get(name) for name in ("duration_s", "fps")}
@@ -178,10 +186,56 @@ def prepare(item: OwnVideo, base: Path) -> Path:
             return folder
     duration_s, fps, picture = _first_frame(item.file)
     folder.mkdir(parents=True, exist_ok=True)
+    if item.things is not None:
+        picture = fitting_picture(item, picture)
+        write_bytes(folder / "segmentation.json", _outlines(item.things))
     write_bytes(poster, picture)
     made = {**told, "sha256": sha256, "duration_s": duration_s, "fps": fps}
     write_bytes(manifest, msgspec.json.encode(made))
     return folder
+
+
+def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
+    """The picture, as PNG, that a video's things are outlined in.
+
+    Raises
+    ------
+    FormatError
+        If it can't be read, or isn't as large as the file of things says.
+    """
+    import cv2  # noqa: PLC0415 - large, and not always installed
+    import numpy as np  # noqa: PLC0415 - as above
+
+    assert item.things is not None  # noqa: S101 - only then it is asked for
+    of, wanted = item.things.picture or item.file, (item.things.width, item.things.height)
+    content = item.things.picture.read_bytes() if item.things.picture else first_frame
+    found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+    if found is None:
+        raise FormatError("the picture can't be read", where=str(of), fix="save it as PNG or JPEG")
+    size = found.shape[1], found.shape[0]
+    if size != wanted:
+        raise FormatError(
+            f"the picture has {size[0]} by {size[1]} pixels, and the things were marked in one of "
+            f"{wanted[0]} by {wanted[1]}",
+            where=str(of),
+            fix="correct width and height of the image in the COCO file, or use the picture there",
+        )
+    is_written, png = cv2.imencode(".png", found)
+    assert is_written  # noqa: S101 - any picture can be
+    return png.tobytes()
+
+
+def _outlines(things: PictureThings) -> bytes:
+    numbered = enumerate(things.things, start=1)
+    objects = [{**thing, "value": number} for number, thing in numbered]
+    content = {"width": things.width, "height": things.height, "objects": objects}
+    return msgspec.json.encode(content)
+
+
+def _things_key(things: PictureThings) -> str:
+    """What changes with the things and their picture."""
+    picture = digest(things.picture) if things.picture is not None else ""
+    return hashlib.sha256(_outlines(things) + picture.encode()).hexdigest()
 
 
 def _files(folder: Path) -> list[Path]:

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Item, Person, Role, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.task_record import COMMAND, Task
+from annotation_app.tasks.task_record import COMMAND, Source, Task
 from annotation_app.tasks.task_registry import find_task, tasks
 
 
@@ -55,7 +56,9 @@ def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacl
             select(Item.task, func.count()).where(Item.study_id == study.id).group_by(Item.task)
         )
         items: dict[TaskName, int] = dict(counts.all())
-        found += study_obstacles(restored(study.config), logins, items)
+        films = films_of(session, study.id).values()
+        known = not films or any(film.has_things for film in films)
+        found += study_obstacles(restored(study.config), logins, items, has_scenes=known)
     return found
 
 
@@ -80,7 +83,11 @@ NOBODY: Mapping[Role, int] = dict.fromkeys(RANKS, 0)
 
 
 def study_obstacles(
-    config: StudyConfig, logins: Mapping[Role, int], items: Mapping[TaskName, int]
+    config: StudyConfig,
+    logins: Mapping[Role, int],
+    items: Mapping[TaskName, int],
+    *,
+    has_scenes: bool = True,
 ) -> Iterator[Obstacle]:
     """What would stop people in a study.
 
@@ -90,11 +97,15 @@ def study_obstacles(
         As :func:`people_by_role` counts them.
     items
         How many there are already, by task.
+    has_scenes
+        Whether it is known what is where in the videos.
     """
     for task in tasks():
         if task.name in config.tasks:
             yield from _nobody_does(config, task, logins)
-            yield from _nothing_comes(config, task, items)
+            source = task.source if has_scenes else task.without_scenes or task.source
+            if source is not None and not items.get(task.name):
+                yield from _nothing_comes(config, task, source)
     for name in config.tasks:
         if find_task(name) is None:
             yield Obstacle(
@@ -129,14 +140,10 @@ def _nobody_does(config: StudyConfig, task: Task, logins: Mapping[Role, int]) ->
         )
 
 
-def _nothing_comes(
-    config: StudyConfig, task: Task, items: Mapping[TaskName, int]
-) -> Iterator[Obstacle]:
-    if task.source is None or items.get(task.name):
-        return
-    before = [other.name for other in tasks() if other.gives == task.source.made_of]
+def _nothing_comes(config: StudyConfig, task: Task, source: Source) -> Iterator[Obstacle]:
+    before = [other.name for other in tasks() if other.gives == source.made_of]
     has_own = any(not new.attention for new in task.of_study(config))
-    has_own |= task.source.made_of == COMMAND and config.commands is not None
+    has_own |= source.made_of == COMMAND and config.commands is not None
     if before and not has_own and not set(before) & (set(config.tasks) - {task.name}):
         yield Obstacle(
             config.name,

@@ -13,10 +13,12 @@ from sqlalchemy.orm import Session
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.media import digest
 from annotation_app.items.new_items import GIVEN, NewItem, add_item, new_slots
+from annotation_app.items.scenes import read_film
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
 from annotation_app.studies.study_file import StudyConfig, stored
+from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.tasks.task_registry import tasks
 from g3.errors import FormatError
@@ -71,11 +73,18 @@ def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
     return [item for item in found if not only or item.video in only]
 
 
-def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> Study:
+def put_study(
+    session: Session, config: StudyConfig, videos: list[Rendered], file: Path | None = None
+) -> Study:
     """Add a study, or bring the one of the same name up to date.
 
     What is in the database stays there: new videos are added, and slots where more answers
     are asked for than before.
+
+    Parameters
+    ----------
+    file
+        The study's file; left out, it stays the one that it was.
 
     Raises
     ------
@@ -90,6 +99,7 @@ def put_study(session: Session, config: StudyConfig, videos: list[Rendered]) -> 
         study = Study(id=new_id(), name=config.name, config=stored(config), created_at=now())
         session.add(study)
     study.config = stored(config)
+    study.file = str(file.resolve()) if file is not None else study.file
     session.flush()
     for item in videos:
         add_video(session, study.id, item)
@@ -104,15 +114,22 @@ def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> 
 
     Raises
     ------
-    FormatError
+    CorpusError
         If an attention check, a pair or a practice item names another one, or a task needs to know
-        what is where.
+        what is where. It tells all that is wrong.
     """
     names = {item.video for item in videos}
-    _check_known_commands(config, names)
-    _check_pairs(config, names)
-    _check_practice(config, names)
-    _check_scenes(config, videos)
+    wrong = [*_named_elsewhere(config, names), *_without_scenes(config, videos)]
+    if wrong:
+        where = f"study {config.name}"
+        raise together([FormatError(what, where=where, fix=fix) for what, fix in wrong])
+
+
+def knows_things(item: Rendered | OwnVideo) -> bool:
+    """Whether it is known what is where in a video."""
+    if isinstance(item, OwnVideo):
+        return item.things is not None
+    return item.file is None or read_film(item.folder).has_things
 
 
 def add_video(session: Session, study_id: str, item: Rendered) -> None:
@@ -163,48 +180,41 @@ def _first_items(
             yield from task.of_study(config)
 
 
-def _check_pairs(config: StudyConfig, videos: set[str]) -> None:
+def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[str, str]]:
+    """What names a video that isn't there, and what to do about it."""
+    known = f"the videos are: {', '.join(sorted(videos)[:20])}"
+    for one in config.known_commands:
+        for video in (one.video, one.wrong_video):
+            if video not in videos:
+                yield f"a known command names the video {video!r}, which isn't there", known
     for number, pair in enumerate(config.pairs, start=1):
         if pair.video not in videos:
-            raise FormatError(
-                f"pair {number} names the video {pair.video!r}, which isn't there",
-                where=f"study {config.name}",
-                fix="make the video with `ct render-videos`, or correct the name",
-            )
-
-
-def _check_practice(config: StudyConfig, videos: set[str]) -> None:
+            fix = "make the video with `ct render-videos`, or correct the name"
+            yield f"pair {number} names the video {pair.video!r}, which isn't there", fix
     for task, of_task in config.tasks.items():
         for item in of_task.practice_items:
             if item.video not in videos:
-                raise FormatError(
-                    f"a practice item of {task} names the video {item.video!r}, which isn't there",
-                    where=f"study {config.name}",
-                    fix=f"the videos are: {', '.join(sorted(videos)[:20])}",
+                what = (
+                    f"a practice item of {task} names the video {item.video!r}, which isn't there"
                 )
+                yield what, known
 
 
-def _check_scenes(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> None:
-    needing = [task.name for task in tasks() if task.needs_scenes and task.name in config.tasks]
-    without = [item.video for item in videos if isinstance(item, OwnVideo) or item.file is not None]
+def _without_scenes(
+    config: StudyConfig, videos: Sequence[Rendered | OwnVideo]
+) -> Iterator[tuple[str, str]]:
+    needing = [
+        task.name
+        for task in tasks()
+        if task.needs_scenes and task.without_scenes is None and task.name in config.tasks
+    ]
+    without = [item.video for item in videos if not knows_things(item)]
     if needing and without:
-        raise FormatError(
+        what = (
             f"the task {' and the task '.join(needing)} must know what is where in a video, "
-            f"which nobody has told of {without[0]!r}",
-            where=f"study {config.name}",
-            fix=f"leave out {' and '.join(needing)}, or use videos of `ct render-videos`",
+            f"which nobody has told of {without[0]!r}"
         )
-
-
-def _check_known_commands(config: StudyConfig, videos: set[str]) -> None:
-    for known in config.known_commands:
-        for video in (known.video, known.wrong_video):
-            if video not in videos:
-                raise FormatError(
-                    f"a known command names the video {video!r}, which isn't there",
-                    where=f"study {config.name}",
-                    fix=f"the videos are: {', '.join(sorted(videos))}",
-                )
+        yield what, f"leave out {' and '.join(needing)}, or name a COCO file of its things: things"
 
 
 def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:

@@ -26,19 +26,24 @@ def read_study(path: Path) -> StudyConfig:
         If something in it is wrong. It tells all that is wrong, each with its line.
     """
     document = read_document(path)
-    problems = [
-        Problem(("tasks", name), "there is no such task", f"use {', '.join(task_names())}")
-        for name in _tasks(document.value)
-        if find_task(name) is None
-    ]
-    problems += every_problem(document.value, StudyConfig, (), MANUAL)
-    if not problems:
-        study = msgspec.convert(document.value, StudyConfig)
-        problems += _problems(study)
+    problems = study_problems(document.value)
     if problems:
         errors = {document.error(problem): None for problem in problems}
         raise together(sorted(errors, key=lambda error: _line(error.where, document.name)))
-    return study
+    return msgspec.convert(document.value, StudyConfig)
+
+
+def study_problems(value: Any) -> list[Problem]:
+    """All that is wrong with what a study's file says."""
+    problems = [
+        Problem(("tasks", name), "there is no such task", f"use {', '.join(task_names())}")
+        for name in _tasks(value)
+        if find_task(name) is None
+    ]
+    problems += every_problem(value, StudyConfig, (), MANUAL)
+    if not problems:
+        problems += _problems(msgspec.convert(value, StudyConfig))
+    return problems
 
 
 def _line(where: str, name: str) -> tuple[int, ...]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from annotation_app.studies.study_file import StudyConfig
+from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.own_videos import (
     GivenCommand,
     OwnVideo,
@@ -18,8 +20,15 @@ from annotation_app.study_setup.rendered_study import Rendered, rendered_videos
 from g3.errors import FormatError
 
 
-def study_videos(path: Path, only: tuple[str, ...] = ()) -> Sequence[Rendered | OwnVideo]:
+def study_videos(
+    path: Path, only: tuple[str, ...] = (), things: Path | None = None
+) -> Sequence[Rendered | OwnVideo]:
     """The videos of a folder or a table.
+
+    Parameters
+    ----------
+    things
+        COCO file of what is where in their pictures, if they come from elsewhere.
 
     Raises
     ------
@@ -27,6 +36,12 @@ def study_videos(path: Path, only: tuple[str, ...] = ()) -> Sequence[Rendered | 
         If there are none, or one that is wanted is missing.
     """
     if not is_own(path):
+        if things is not None:
+            raise FormatError(
+                "what is where in videos of `ct render-videos` is known already",
+                where=str(things),
+                fix="leave out things",
+            )
         return rendered_videos(path, only)
     found = own_videos(path)
     missing = set(only) - {item.video for item in found}
@@ -36,7 +51,12 @@ def study_videos(path: Path, only: tuple[str, ...] = ()) -> Sequence[Rendered | 
             where=str(path),
             fix=f"the videos are: {', '.join(item.video for item in found[:20])}",
         )
-    return [item for item in found if not only or item.video in only]
+    known = {} if things is None else read_things(things, {v.video: v.file for v in found})
+    return [
+        replace(item, things=known.get(item.video))
+        for item in found
+        if not only or item.video in only
+    ]
 
 
 def study_commands(

@@ -1,8 +1,10 @@
 """Check: people tell whether clauses match what was drawn at random for them.
 
 An item's payload is ``{"video", "text", "command", "sdcs", "grounding": id of the answer, "shown":
-{node: {"video", "objects": [ids], "places": [indices]}}}``. The page sends ``{"verdicts": {node:
-True, False or "cant_tell"}}``, which is kept. The answers make a corpus's negatives (section 4.1).
+{node: {"video", "objects": [ids], "places": [indices]}}}``. Where nobody knows what is where in
+videos, there is no grounding, and another video is drawn for what happens. The page sends
+``{"verdicts": {node: True, False or "cant_tell"}}``, which is kept. The answers make a corpus's
+negatives (section 4.1).
 """
 
 from __future__ import annotations
@@ -18,11 +20,11 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import aliases_of, scene_of
+from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
 from annotation_app.items.scenes import scene_payload
-from annotation_app.store.models import Answer, Item, Record
+from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
@@ -30,10 +32,13 @@ from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
 from annotation_app.tasks.exported_groundings import checked_negative
+from annotation_app.tasks.other_videos import verdict_table, with_another_video
 from annotation_app.tasks.practice_example import PracticeExample
 from annotation_app.tasks.task_record import (
+    CLAUSES,
     GROUNDINGS,
     VIDEO_KEYS,
+    AnswerTable,
     Counts,
     Source,
     Task,
@@ -61,20 +66,20 @@ class CheckCounts:
 def _payload(session: Session, item: Item, salt: bytes) -> Record:
     shown = item.payload["shown"]
     videos = list(dict.fromkeys(shown[node]["video"] for node in shown))
-    worlds = {video: aliases_of(session, item, video, salt) for video in videos}
+    known = [video for video in videos if has_things(session, item.study_id, video)]
+    worlds = {video: aliases_of(session, item, video, salt) for video in known}
     clauses = []
     for clause in clauses_of(from_json(item.payload["sdcs"])):
         grounding = shown.get(str(clause["node"]))
         if grounding is None:
             continue
-        names = worlds[grounding["video"]][1]
-        objects = {real: alias for alias, real in names.objects.items()}
-        places = {index: alias for alias, index in names.places.items()}
-        found = {
-            "scene": videos.index(grounding["video"]),
-            "objects": [objects[real] for real in grounding["objects"]],
-            "places": [places[index] for index in grounding["places"]],
-        }
+        found: Record = {"scene": videos.index(grounding["video"]), "objects": [], "places": []}
+        if grounding["video"] in worlds:
+            names = worlds[grounding["video"]][1]
+            objects = {real: alias for alias, real in names.objects.items()}
+            places = {index: alias for alias, index in names.places.items()}
+            found["objects"] = [objects[real] for real in grounding["objects"]]
+            found["places"] = [places[index] for index in grounding["places"]]
         clauses.append({**clause, "shown": found})
     return {
         "command": item.payload["text"],
@@ -82,6 +87,8 @@ def _payload(session: Session, item: Item, salt: bytes) -> Record:
         "clauses": clauses,
         "scenes": [
             scene_payload(*worlds[video], media_files(session, item.study_id, video).public)
+            if video in worlds
+            else shown_film(session, item.study_id, video)
             for video in videos
         ],
     }
@@ -157,11 +164,27 @@ def _export(parts: CorpusParts) -> None:
         select(Item).where(Item.study_id == study.id, Item.task == "check").order_by(Item.subject)
     )
     for item in items:
-        if item.id in verdicts and item.payload["grounding"] in still_adopted:
+        worlds = {shown["video"] for shown in item.payload["shown"].values()}
+        if not worlds <= parts.worlds.keys():
+            continue  # tables tell of what nobody knows a world of
+        if item.id in verdicts and item.payload.get("grounding") in still_adopted:
             command = parts.commands[item.payload["command"]]
             parts.annotations.append(
                 checked_negative(item, command, parts.worlds, verdicts[item.id])
             )
+
+
+def _without_scenes(
+    session: Session, config: StudyConfig, item: Item, answer: Answer
+) -> Iterable[NewItem]:
+    return with_another_video(session, config, item, answer, "check")
+
+
+def _table(session: Session, study: Study) -> bytes:
+    verdicts: dict[str, tuple[Item, list[Record]]] = {}
+    for answer, item in answers_of(session, study, "check", adopted=True):
+        verdicts.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])
+    return verdict_table(list(verdicts.values()))
 
 
 def _example(practice: PracticeExample) -> Record:
@@ -220,9 +243,16 @@ CHECK = Task(
     payload=_payload,
     check=_check,
     example=_example,
+    reads=("labels",),
     needs_scenes=True,
-    source=Source(GROUNDINGS, _items, lambda payload, answer: payload["grounding"] == answer.id),
+    source=Source(
+        GROUNDINGS, _items, lambda payload, answer: payload.get("grounding") == answer.id
+    ),
+    without_scenes=Source(
+        CLAUSES, _without_scenes, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]
+    ),
     export=_export,
+    tables={"checks.csv": AnswerTable("Checked negatives (CSV)", "text/csv", _table)},
     counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
     agreement=_measured,
     disputed=_disputed,

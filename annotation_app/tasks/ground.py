@@ -23,7 +23,7 @@ from annotation_app.items.item_scenes import aliases_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
 from annotation_app.items.scenes import Aliases, Scene, scene_payload
-from annotation_app.store.models import Answer, Item, Record
+from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Coordinate, Seconds, Speed, with_watching
@@ -37,12 +37,14 @@ from annotation_app.tasks.grounding_comparison import (
     grounding_key,
     shared_part,
 )
+from annotation_app.tasks.grounding_table import grounding_table
 from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
     VIDEO_KEYS,
     Adjudication,
+    AnswerTable,
     Counts,
     Source,
     Task,
@@ -177,6 +179,8 @@ def _clause_grounding(
     for place in grounding.places:
         if (place.xy is None) == (place.place is None):
             refuse("A place is one of the map's, or has corners.")
+        elif scene.is_picture:
+            refuse("There is no map to mark a place on. Choose a thing, or “can't tell”.")
         elif place.xy is not None:
             _check_corners(place.xy, scene, refuse)
             places.append({"xy": [list(corner) for corner in place.xy]})
@@ -216,10 +220,16 @@ def _export(parts: CorpusParts) -> None:
     """Add adopted groundings; what the study's corpus held stays where nobody has changed it."""
     known = {a.id: a for a in parts.original.annotations} if parts.original else {}
     for answer, item in answers_of(parts.session, parts.study, "ground", adopted=True):
+        if item.payload["video"] not in parts.worlds:
+            continue  # things in a picture, which tables tell of
         unchanged = known.get(answer.body.get("imported", ""))
         command = parts.commands[item.payload["command"]]
         parts.annotations.append(unchanged or positive(answer, item, command, parts.worlds))
     parts.annotations += [a for a in known.values() if a.source != "positive"]
+
+
+def _table(session: Session, study: Study) -> bytes:
+    return grounding_table(session, study, "ground")
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -292,6 +302,7 @@ GROUND = Task(
     suggestion=suggested,
     shown_suggestion=_shown_suggestion,
     likeness=shared_part,
+    reads=("labels",),
     needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),
@@ -306,4 +317,5 @@ GROUND = Task(
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
     agreement=_measured,
     disputed=disputed_parts,
+    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},
 )

@@ -52,7 +52,7 @@ class Picture:
         The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
         worker's is.
     mapped
-        Outlines on the map, in the same.
+        Outlines on the map, in the same; none where only a picture is known.
     """
 
     video: str | None
@@ -95,6 +95,8 @@ def draw(
         for thing in scene.segmentation.get("objects", [])
         if (THING, thing["id"]) in keys and thing["polygons"]
     ]
+    if scene.is_picture:
+        return Picture(video if all(size) else None, size, tuple(seen), "", ())
     # Those that are spoken of come last, to lie on top.
     things = sorted(scene.context.objects, key=lambda thing: (THING, thing.id) in keys)
     mapped = [outline((THING, thing.id), [_turned(thing.prism.xy.tolist())]) for thing in things]

@@ -175,6 +175,7 @@ RATE = Task(
     payload=_payload,
     check=_check,
     example=lambda scene: {"command": scene.command, **scene.watched},
+    reads=("statement", "scale"),
     practises=("video", "command"),
     source=Source(COMMAND, _items),
     of_study=_of_study,

@@ -210,6 +210,8 @@ class Task:
         A suggestion as the page gets it, if that differs: with the names that people are told.
     likeness
         How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it.
+    reads
+        The fields of a study's file that its page shows, besides those of the task itself.
     needs_scenes
         Whether it must be known what is where in the videos.
     practises
@@ -222,6 +224,9 @@ class Task:
         `COMMAND` have a ``"text"``.
     source
         Where items come from that are made of answers.
+    without_scenes
+        Where items come from instead for videos of which nobody knows what is where. It makes none
+        for others.
     of_video
         The item about a video, from its name and its SHA-256, for tasks that begin with videos.
     of_study
@@ -263,12 +268,14 @@ class Task:
     suggestion: Callable[[Session, Item], Any] | None = None
     shown_suggestion: Callable[[Session, Item, Any, bytes], Any] = _as_kept
     likeness: Callable[[Any, Record], float] | None = None
+    reads: tuple[str, ...] = ()
     needs_scenes: bool = False
     practises: tuple[str, ...] = ()
     warm_up: Callable[[], None] | None = None
 
     gives: str = ""
     source: Source | None = None
+    without_scenes: Source | None = None
     of_video: Callable[[str, str], NewItem] | None = None
     of_study: Callable[[StudyConfig], Iterable[NewItem]] = _none
     study_problem: Callable[[StudyConfig], Problem | None] = lambda _study: None
@@ -282,3 +289,8 @@ class Task:
     disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Where items come from that are made of answers."""
+        return tuple(s for s in (self.source, self.without_scenes) if s is not None)

@@ -65,7 +65,11 @@ def task_of(name: TaskName) -> Task:
 
 def makers(gives: str) -> tuple[Task, ...]:
     """The tasks whose items are made of answers that give something."""
-    return tuple(t for t in _tasks.values() if gives and t.source and t.source.made_of == gives)
+    return tuple(
+        task
+        for task in _tasks.values()
+        if gives and any(source.made_of == gives for source in task.sources)
+    )
 
 
 for _task in (DESCRIBE, SEGMENT, GROUND, CHECK, RATE):

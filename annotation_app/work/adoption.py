@@ -116,10 +116,12 @@ def adjudicate(
 def _go_on(session: Session, study: Study, item: Item, answer: Answer) -> None:
     """Make the next items of an answer that is adopted."""
     config = restored(study.config)
-    for task in makers(task_of(item.task).gives):
-        if task.source is not None and task.name in config.tasks:
-            for new in task.source.items(session, config, item, answer):
-                add_item(session, study, config, new)
+    gives = task_of(item.task).gives
+    for task in makers(gives):
+        for source in task.sources:
+            if source.made_of == gives and task.name in config.tasks:
+                for new in source.items(session, config, item, answer):
+                    add_item(session, study, config, new)
 
 
 def _withdraw(session: Session, item: Item, answers: Sequence[Answer]) -> None:

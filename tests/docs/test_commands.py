@@ -30,6 +30,10 @@ ELSEWHERE = {
         "tests/corpus_tools/video/test_render_commands.py",
         "minutes",
     ),
+    r"ct annotate --studies": (
+        "tests/annotation_app/making/test_lab_in_browser.py",
+        "serves",
+    ),
     r"ct annotate( serve)?( [\w/-]+\.yaml.*)?$": (
         "tests/annotation_app/cli/test_annotate_commands.py",
         "serves",

@@ -51,7 +51,9 @@ function watched(index, { watched_s, speed }) {
 function view(index, state) {
   if (!views[index]) {
     const scene = numbered(payload.scenes[index]);
-    const map = showMap(scene, null, () => {});
+    // Nobody knows what is where in some videos.
+    const isMapped = !scene.map.missing;
+    const map = isMapped ? showMap(scene, null, () => {}) : { element: null, show() {}, mark() {} };
     const picture = showPicture(scene, null, map.show);
     if (clauses.some((c) => c.shown.scene === index && isShownByVideo(c))) {
       picture.requireWatching(state.watched?.[index] !== undefined, (what) => watched(index, what));

@@ -45,14 +45,14 @@ function thing(clause, state, acts) {
     h("span", { class: "marked" }, `Marked place ${n + 1} `, button(`unmark ${i}`, () => acts.unmark(i), { class: "link" }, "remove")));
   const is = isDone(state, clause, false);
   const unsure = isUnsure(state, clause.node);
-  const hint = acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is);
+  const hint = acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
   return [
     words(acts, isPlace ? "Where is" : several ? "What are" : "What is", clause, hint),
     h("div", { class: "actions" },
       unsure ? button("right", acts.confirm, { class: "primary" }, `Yes, ${acts.chosen} `, cap("Y")) : null,
       ...marked,
       h("label", { class: "choice" }, severalBox(several, acts), h("span", {}, "Several ", cap("S"))),
-      button("mark", acts.mark, {}, "Mark a place ", cap("M")),
+      acts.mark ? button("mark", acts.mark, {}, "Mark a place ", cap("M")) : null,
       button("cant", acts.cantTell, { "aria-pressed": grounding.cant_tell }, "Can't tell ", cap("X")),
       ...onwards(acts, is && !acts.isReady)),
   ];
@@ -66,9 +66,11 @@ function severalBox(several, acts) {
   return box;
 }
 
-function hintFor(isPlace, several, is) {
-  if (several) return is ? "Choose all that are meant, then press Next." : "Click each of them, in the picture or on the map. Then press Next.";
+function hintFor(isPlace, several, is, hasMap) {
+  const where = hasMap ? "in the picture or on the map" : "in the picture";
+  if (several) return is ? "Choose all that are meant, then press Next." : `Click each of them, ${where}. Then press Next.`;
   if (is) return "You can choose another one, or press Next.";
+  if (!hasMap) return "Click it in the picture, or press the number of its label.";
   return isPlace ? "Click a dashed place on the map, or press its letter. If none is right, mark the place."
     : "Click it in the picture or on the map, or press the number of its label.";
 }

@@ -19,6 +19,7 @@ const { clauses } = scene;
 const LABELS = data.labels;
 const asksParts = payload.asks_parts;
 const mustWatch = Boolean(scene.video);
+const hasMap = !scene.map.missing;
 const steps = [...(mustWatch ? [{ node: WATCH, type: "WATCH", phrase: "Watch the video" }] : []), ...clauses];
 const asked = steps.filter((clause) => clause.node === WATCH || isThing(clause) || asksParts);
 const first = asked[0] ?? clauses[0];
@@ -42,7 +43,7 @@ const words = h("div", { class: "question" });
 const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" }, words, timeline.element);
 const lists = h("section", { class: "lists", "aria-label": "Things and places by their labels" });
 const list = h("div", { class: "steps" });
-$("editor").append(ask, h("div", { class: "scene" }, picture.element, map.element), lists, list);
+$("editor").append(ask, h("div", { class: "scene" }, picture.element, hasMap ? map.element : null), lists, list);
 
 // Who decides between answers begins with one of them.
 const suggested = data.start ? {} : (payload.suggestion ?? {});
@@ -187,7 +188,7 @@ document.addEventListener("keydown", (event) => {
   if (key === "[" || key === "]") go(neighbour(steps, work.state.current, key === "]" ? 1 : -1));
   else if (key === "x" && isThing(clause)) cantTell();
   else if (key === "y") confirm();
-  else if (key === "m" && isThing(clause)) map.startMarking();
+  else if (key === "m" && hasMap && isThing(clause)) map.startMarking();
   else if (key === "s" && isThing(clause)) setSeveral(!ground.isSeveral(work.state, clause));
   else if (!isThing(clause) || !press(event.key)) return;
   event.preventDefault();
@@ -209,7 +210,7 @@ function actsOn(clause, state) {
     back: at > 0 ? () => go(asked[at - 1].node) : null,
     next: isReady && at === asked.length - 1 ? null : isDone(state, clause) ? goOn : () => go(neighbour(asked, clause.node, 1)),
     play: () => video.play(),
-    mark: map.startMarking,
+    mark: hasMap ? map.startMarking : null,
     several: setSeveral,
     cantTell,
     confirm,

@@ -20,7 +20,7 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.core.config import open_instance
-from annotation_app.export.answer_tables import safe_cell
+from annotation_app.core.table_cells import safe_cell
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database, reading

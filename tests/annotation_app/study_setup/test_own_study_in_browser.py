@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from annotation_app.cli import annotate_commands
+from annotation_app.cli import served_studies
 from annotation_app.core.config import open_instance
 from annotation_app.serving import server
 from annotation_app.serving.factory import create_app
@@ -63,7 +63,7 @@ def test_people_practise_and_rate_with_the_studys_words(browser: Browser, tmp_pa
     (tmp_path / "arm.yaml").write_text(json.dumps(STUDY))
     config = replace(open_instance(tmp_path / "instance"), rate_limits=False)
     server.prepare(config)
-    annotate_commands._put(config, *annotate_commands._read(tmp_path / "arm.yaml", None))
+    served_studies.put_file(config, tmp_path / "arm.yaml")
     with opened(config.database) as engine:
         app = create_app(config, engine)
         with serving(app) as url:

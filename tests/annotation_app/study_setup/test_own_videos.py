@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from flask import Flask
 
-from annotation_app.cli import annotate_commands
+from annotation_app.cli import served_studies
 from annotation_app.core.config import open_instance
 from annotation_app.serving import server as serving
 from annotation_app.serving.factory import create_app
@@ -40,7 +40,7 @@ def set_up(file: Path) -> Iterator[Flask]:
     """What `ct annotate FILE` sets up, without its server."""
     config = replace(open_instance(file.parent / "instance"), rate_limits=False)
     serving.prepare(config)
-    annotate_commands._put(config, *annotate_commands._read(file, None))
+    served_studies.put_file(config, file)
     with opened(config.database) as engine:
         yield create_app(config, engine)
 

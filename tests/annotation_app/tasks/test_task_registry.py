@@ -26,7 +26,7 @@ def test_tasks_are_in_the_order_in_which_people_do_them() -> None:
 
 def test_what_is_made_of_what() -> None:
     made = {gives: [task.name for task in makers(gives)] for gives in (COMMAND, CLAUSES)}
-    assert made == {COMMAND: ["segment", "rate"], CLAUSES: ["ground"]}
+    assert made == {COMMAND: ["segment", "rate"], CLAUSES: ["ground", "check"]}
     assert [task.name for task in makers(GROUNDINGS)] == ["check"]
     assert makers("") == ()
 

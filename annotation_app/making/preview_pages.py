@@ -1,0 +1,135 @@
+"""The pages of workers as they would be with a draft's words. Nothing is kept there."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import flask
+import msgspec
+from flask import Blueprint, Response
+from flask.typing import ResponseReturnValue
+
+from annotation_app.core.problems import Refusal
+from annotation_app.items.media import TYPES, WEBM
+from annotation_app.making.step_pages import config_of, opened_draft
+from annotation_app.making.steps import parts_of
+from annotation_app.pages.study_progress import TaskProgress
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Record
+from annotation_app.studies.study_file import PracticeItem, StudyConfig
+from annotation_app.study_setup.rendered_study import FILES
+from annotation_app.study_setup.study_drafts import StudyDraft
+from annotation_app.tasks.practice_example import practice_example
+from annotation_app.tasks.task_record import Task
+from annotation_app.tasks.task_registry import find_task, tasks
+from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+from annotation_app.web.needs_login import refused
+
+WELCOME, OVERVIEW = "welcome", "tasks"
+
+blueprint = Blueprint("making_previews", __name__, url_prefix="/admin/studies")
+blueprint.register_error_handler(Refusal, refused)
+
+
+@blueprint.get("/<name>/preview/<page>")
+def preview(name: str, page: str) -> ResponseReturnValue:
+    """A page of the study as it would be."""
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        draft = opened_draft(session, name)
+    config = config_of(draft)
+    if config is None:
+        raise Refusal(422, "Something in this study is wrong. Put it right, then look again.")
+    shown = {"config": config, "person": admin, "preview": draft.name}
+    if page == WELCOME:
+        study = SimpleNamespace(name=name)
+        about = {"study": study, "answers": {}, "problems": {}, "ticked": {}, "onwards": ""}
+        return flask.render_template("welcome.html", **shown, **about)
+    if page == OVERVIEW:
+        return flask.render_template("study.html", **shown, study=None, tasks=_cards(config))
+    task = find_task(page)
+    if task is None or task.name not in config.tasks or task.example is None:
+        raise Refusal(404, "There is no such page.")
+    return _task_page(draft, config, task, shown)
+
+
+@blueprint.get("/<name>/video/<int:number>")
+def video(name: str, number: int) -> Response:
+    """One of a draft's videos."""
+    with reading(installation().engine) as session:
+        required_person(session, "admin")
+        draft = opened_draft(session, name)
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    if parts is None or number >= len(parts.videos):
+        raise Refusal(404, "There is no such video.")
+    item = parts.videos[number]
+    file = item.file if item.file is not None else item.folder / FILES["video"]
+    if not file.is_file():
+        raise Refusal(404, "There is no such video.")
+    kind = WEBM if file.suffix.lower() == ".webm" else TYPES["video"]
+    return flask.send_file(file, mimetype=kind, conditional=True)
+
+
+def _cards(config: StudyConfig) -> list[TaskProgress]:
+    return [
+        TaskProgress(
+            task.name,
+            task_words(config, task),
+            done=0,
+            items=0,
+            is_begun=False,
+            wants_login=config.tasks[task.name].role != "worker",
+            wants_practice=config.tasks[task.name].practice,
+            has_practice=task.example is not None,
+        )
+        for task in tasks()
+        if task.name in config.tasks
+    ]
+
+
+def _task_page(
+    draft: StudyDraft, config: StudyConfig, task: Task, shown: Record
+) -> ResponseReturnValue:
+    own = config.tasks[task.name].practice_items
+    number = flask.request.args.get("item", 0, type=int)
+    item = own[number] if 0 <= number < len(own) else None
+    assert task.example is not None  # noqa: S101 - the page was asked for such a task
+    payload = _payload(draft, item) if item is not None else task.example(practice_example())
+    texts = page_texts(config, task, with_boat=item is None)
+    onwards = flask.url_for(".preview", name=draft.name, page=task.name)
+    data: dict[str, Any] = {
+        "item": f"preview-{draft.name}-{task.name}-{number}",
+        "task": task.name,
+        "draft": None,
+        "payload": payload,
+        "own": msgspec.to_builtins(item) if item is not None else None,
+        "labels": labels_of(texts),
+        "practice": True,
+        "signed_in": False,
+        "next": f"{onwards}?item={number + 1}" if number + 1 < len(own) else onwards,
+        "who": "preview",
+    }
+    return flask.render_template(
+        task.template,
+        **shown,
+        study=None,
+        title=None if task.hides_title else config.title,
+        task=task.name,
+        words=task_words(config, task),
+        texts=texts,
+        progress=None,
+        data=data,
+        is_practice=True,
+    )
+
+
+def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    names = [] if parts is None else [known.video for known in parts.videos]
+    if item.video not in names:
+        raise Refusal(422, f"There is no video {item.video}. Choose another to practise with.")
+    source = flask.url_for(".video", name=draft.name, number=names.index(item.video))
+    return {"command": item.command, "video": source, "poster": None, "duration_s": 0.0}

@@ -1,0 +1,69 @@
+// Adds files to the study's folder in parts, one file after the other.
+
+const PART = 768 * 1024;
+const box = document.getElementById("upload");
+const input = document.getElementById("files");
+const list = document.getElementById("uploads");
+const drop = input.closest("label");
+
+function row(file) {
+  const item = document.createElement("li");
+  const name = document.createElement("bdi");
+  name.textContent = file.name;
+  const progress = document.createElement("progress");
+  progress.max = file.size || 1;
+  progress.value = 0;
+  progress.setAttribute("aria-label", `Part of ${file.name} that is there`);
+  item.append(name, progress);
+  list.append(item);
+  return {
+    at: (bytes) => { progress.value = bytes; },
+    wrong(text) {
+      progress.remove();
+      const why = document.createElement("span");
+      why.className = "wrong";
+      why.textContent = text;
+      item.append(why);
+    },
+  };
+}
+
+async function send(file, shown) {
+  for (let offset = 0; offset === 0 || offset < file.size; offset += PART) {
+    const about = new URLSearchParams({ file: file.name, offset, size: file.size });
+    const reply = await fetch(`${box.dataset.url}?${about}`, {
+      method: "POST",
+      headers: { "X-CSRFToken": box.dataset.token, "Content-Type": "application/octet-stream", Accept: "application/json" },
+      body: file.slice(offset, offset + PART),
+    });
+    if (!reply.ok) {
+      const told = await reply.json().catch(() => ({}));
+      throw new Error(told.error ?? `The server refused it (${reply.status}).`);
+    }
+    shown.at(Math.min(offset + PART, file.size));
+  }
+}
+
+async function add(files) {
+  let failed = 0;
+  for (const [file, shown] of [...files].map((file) => [file, row(file)])) {
+    try {
+      await send(file, shown);
+    } catch (error) {
+      failed += 1;
+      shown.wrong(error instanceof TypeError ? "There is no network. Add it again." : error.message);
+    }
+  }
+  input.value = "";
+  // What is there now is listed by the page; what failed stays to be read.
+  if (!failed) location.assign(location.pathname);
+}
+
+input.addEventListener("change", () => add(input.files));
+for (const name of ["dragover", "dragleave", "drop"]) {
+  drop.addEventListener(name, (event) => {
+    event.preventDefault();
+    drop.classList.toggle("over", name === "dragover");
+    if (name === "drop") add(event.dataTransfer.files);
+  });
+}

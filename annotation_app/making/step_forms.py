@@ -1,0 +1,164 @@
+"""From the forms of the steps to what a study's file says.
+
+What people type is kept also where it is wrong, so that nothing is lost and the page can tell why.
+What says the same as a field that is left out is left out.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from werkzeug.datastructures import MultiDict
+
+from annotation_app.making.steps import defaults, task_defaults
+from annotation_app.studies.study_file import slug
+from annotation_app.study_setup.study_drafts import StudyDraft
+from annotation_app.tasks.task_registry import tasks
+
+Form: TypeAlias = "MultiDict[str, str]"
+Value: TypeAlias = dict[str, Any]
+
+MOST_ROWS = 50
+AS_BEFORE = "as-before"
+"""What is sent for a folder that the file names and the list hasn't."""
+NUMBER = re.compile(r"[0-9]{1,6}(\.[0-9]{1,4})?")
+
+
+def read_form(step: str, draft: StudyDraft, form: Form, root: Path) -> Value:
+    """What a draft says after a step's form was sent."""
+    value = {key: inner for key, inner in draft.value.items() if key != "tasks"}
+    value["tasks"] = {name: dict(of) for name, of in draft.value.get("tasks", {}).items()}
+    readers: Mapping[str, Callable[[], None]] = {
+        "videos": lambda: _videos(value, form, draft, root),
+        "tasks": lambda: _tasks(value, form),
+        "people": lambda: _people(value, form),
+        "texts": lambda: _texts(value, form),
+        "consent": lambda: _consent(value, form),
+    }
+    readers[step]()
+    return value
+
+
+def text_of(form: Form, name: str) -> str:
+    """What was typed, with the ends of lines that files have."""
+    text = form.get(name, "").replace("\r\n", "\n").replace("\r", "\n").replace("\0", "")
+    return "\n".join(line.rstrip() for line in text.strip().split("\n"))
+
+
+def _videos(value: Value, form: Form, draft: StudyDraft, root: Path) -> None:
+    for name in ("videos", "commands", "things"):
+        chosen = form.get(name, "")[:4000].replace("\0", "")
+        if chosen == AS_BEFORE:
+            continue
+        _put(value, name, os.path.relpath(root / chosen, draft.file.parent) if chosen else "", "")
+
+
+def _tasks(value: Value, form: Form) -> None:
+    known: Value = value["tasks"]
+    usual = task_defaults()
+    value["tasks"] = {}
+    for task in tasks():
+        if f"do-{task.name}" not in form:
+            continue
+        of_task = value["tasks"][task.name] = known.get(task.name, {})
+        _put(of_task, "answers", number_of(form, f"answers-{task.name}"), None)
+        minutes = number_of(form, f"lease-{task.name}")
+        _put(of_task, "lease_minutes", minutes, usual["lease_minutes"])
+        _put(of_task, "practice", f"practice-{task.name}" in form, usual["practice"])
+        if task.suggestion is not None:
+            suggestions = form.get(f"suggestions-{task.name}", "")
+            _put(of_task, "suggestions", suggestions, usual["suggestions"])
+
+
+def _people(value: Value, form: Form) -> None:
+    _put(value, "access", form.get("access", ""), defaults()["access"])
+    for name, of_task in value["tasks"].items():
+        _put(of_task, "role", form.get(f"role-{name}", ""), task_defaults()["role"])
+    lines = [line for line in text_of(form, "qualification").split("\n") if line.strip()]
+    _put(value, "qualification", lines, [])
+    amount = number_of(form, "amount")
+    if amount == "":
+        value.pop("payment", None)
+        return
+    payment = value["payment"] = dict(value.get("payment") or {})
+    payment["amount"] = amount
+    payment["currency"] = form.get("currency", "").strip().upper() or "USD"
+    _put(payment, "bonus", number_of(form, "bonus"), 0.0)
+
+
+def _texts(value: Value, form: Form) -> None:
+    usual = defaults()
+    value["title"] = text_of(form, "title")
+    for name in ("robot", "statement"):
+        _put(value, name, text_of(form, name), usual[name])
+    _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
+    labels = {name: text_of(form, f"label-{name}") for name in usual["labels"]}
+    _put(value, "labels", labels, usual["labels"])
+    for task in tasks():
+        if task.name not in value["tasks"]:
+            continue
+        of_task = value["tasks"][task.name]
+        for name in ("title", "summary", "instructions"):
+            _put(of_task, name, text_of(form, f"{name}-{task.name}"), "")
+        if task.practises:
+            rows = (_practice_item(form, f"item-{task.name}-{i}") for i in range(MOST_ROWS))
+            items = [row for row in rows if row.keys() - {"right"}]
+            _put(of_task, "practice_items", items, [])
+
+
+def _practice_item(form: Form, prefix: str) -> Value:
+    row: Value = {}
+    for name in ("video", "command", "good", "again"):
+        if text := text_of(form, f"{prefix}-{name}"):
+            row[name] = text
+    if f"{prefix}-good" in form and row:
+        row.setdefault("good", "")
+    right = [int(number) for number in form.getlist(f"{prefix}-right") if number in "12345"]
+    if right and right != [4, 5]:
+        row["right"] = right
+    return row
+
+
+def _consent(value: Value, form: Form) -> None:
+    _put(value, "consent", text_of(form, "consent"), defaults()["consent"])
+    questions: list[Value] = []
+    for i in range(MOST_ROWS):
+        text = text_of(form, f"question-{i}-text")
+        choices = [c for c in text_of(form, f"question-{i}-choices").split("\n") if c.strip()]
+        if not text and not choices:
+            continue
+        known = {question["id"] for question in questions}
+        row: Value = {"id": _new_id(form.get(f"question-{i}-id", "") or text, known), "text": text}
+        if choices:
+            row["choices"] = choices
+        if f"question-{i}-required" in form:
+            row["required"] = True
+        questions.append(row)
+    _put(value, "questions", questions, [])
+    _put(value, "retention_days", number_of(form, "retention_days"), "")
+
+
+def _new_id(wish: str, known: set[str]) -> str:
+    name = slug(wish)[:40].strip("-")
+    names = (name, *(f"{name}-{i}" for i in range(2, MOST_ROWS + 2)))
+    return next(one for one in names if one not in known)
+
+
+def number_of(form: Form, name: str) -> int | float | str:
+    """A number, or what was typed if it is none."""
+    text = form.get(name, "").strip().replace(",", ".")[:40].replace("\0", "")
+    if not NUMBER.fullmatch(text):
+        return text
+    return float(text) if "." in text else int(text)
+
+
+def _put(value: Value, name: str, found: Any, usual: Any) -> None:
+    """Keep what says something that leaving it out doesn't say; what the file says stays there."""
+    if found in ("", None) or (found == usual and (name not in value or not found)):
+        value.pop(name, None)
+    else:
+        value[name] = found

@@ -1,0 +1,294 @@
+"""The pages on which admins make and change studies, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import flask
+import msgspec
+from flask import Blueprint
+from flask.typing import ResponseReturnValue
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.making.step_forms import AS_BEFORE, read_form, text_of
+from annotation_app.making.steps import (
+    REVIEW,
+    STEPS,
+    StepProblem,
+    defaults,
+    find_step,
+    parts_of,
+    problems_of,
+    steps_after,
+    target,
+    task_defaults,
+)
+from annotation_app.people.browser_sessions import required_person
+from annotation_app.store.database import reading
+from annotation_app.store.installation import installation
+from annotation_app.store.models import Person, Study
+from annotation_app.studies.study_file import StudyConfig, slug
+from annotation_app.studies.study_template import OWN_CONSENT
+from annotation_app.study_setup.own_videos import OwnVideo
+from annotation_app.study_setup.readiness import people_by_role
+from annotation_app.study_setup.server_folders import command_tables, files_ending, video_choices
+from annotation_app.study_setup.study_drafts import (
+    StudyDraft,
+    begun,
+    drafts,
+    drop_draft,
+    find_draft,
+    is_name,
+    keep_draft,
+)
+from annotation_app.study_setup.study_reading import study_problems
+from annotation_app.tasks.task_registry import tasks
+from annotation_app.web.needs_login import refused
+from g3.errors import CorpusError
+
+blueprint = Blueprint(
+    "making",
+    __name__,
+    url_prefix="/admin/studies",
+    template_folder="templates",
+    static_folder="static",
+)
+blueprint.register_error_handler(Refusal, refused)
+
+
+@blueprint.errorhandler(CorpusError)
+def _not_to_be_done(error: CorpusError) -> ResponseReturnValue:
+    """Files that can't be read or written."""
+    return refused(Refusal(422, f"This can't be done: {error}."))
+
+
+@blueprint.get("/new")
+def new() -> str:
+    """What a new study is called."""
+    with reading(installation().engine) as session:
+        return _new_page(required_person(session, "admin"))
+
+
+@blueprint.post("/new")
+def begin() -> ResponseReturnValue:
+    """Begin a draft of a new study."""
+    folder, form = installation().config.studies_folder, flask.request.form
+    title, robot = text_of(form, "title")[:1000], text_of(form, "robot")[:1000]
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        name = text_of(form, "name") or slug(title)
+        problem = _name_problem(session, title, name)
+    if problem:
+        return _new_page(admin, problem), 422
+    value = {
+        "name": name,
+        "title": title,
+        "robot": robot or "robot",
+        "tasks": {task.name: {} for task in tasks() if not task.needs_scenes},
+        "consent": OWN_CONSENT,
+    }
+    keep_draft(folder, StudyDraft(name, folder / f"{name}.yaml"), value)
+    return flask.redirect(flask.url_for(".step", name=name, step_name=STEPS[0].name), 303)
+
+
+@blueprint.get("/<name>/<any(videos, tasks, people, texts, consent):step_name>")
+def step(name: str, step_name: str) -> str:
+    """A step's form."""
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        draft = opened_draft(session, name)
+        return _step_page(session, admin, draft, step_name)
+
+
+@blueprint.post("/<name>/<any(videos, tasks, people, texts, consent):step_name>")
+def save(name: str, step_name: str) -> ResponseReturnValue:
+    """Keep what was typed; go on to the next step if all is well in this one."""
+    config, form = installation().config, flask.request.form
+    with reading(installation().engine) as session:
+        admin = required_person(session, "admin")
+        draft = opened_draft(session, name)
+        value = read_form(step_name, draft, form, config.studies_folder)
+        draft = keep_draft(config.studies_folder, draft, value)
+        wanted = form.get("then", "")
+        if wanted == "stay":
+            return flask.redirect(flask.request.path, 303)
+        if wanted.startswith("preview"):
+            return flask.redirect(
+                flask.url_for("making_previews.preview", name=name, page=wanted[8:] or "-"), 303
+            )
+        problems = step_problems(draft, step_name)
+        if problems:
+            return _step_page(session, admin, draft, step_name, problems), 422
+    following = steps_after(step_name)[0]
+    if following == REVIEW:
+        return flask.redirect(flask.url_for("making_review.review", name=name), 303)
+    return flask.redirect(flask.url_for(".step", name=name, step_name=following), 303)
+
+
+@blueprint.post("/<name>/discard")
+def discard(name: str) -> ResponseReturnValue:
+    """Forget a draft: a running study stays as it is."""
+    with reading(installation().engine) as session:
+        required_person(session, "admin")
+        draft = opened_draft(session, name)
+    drop_draft(installation().config.studies_folder, draft.name)
+    return flask.redirect(flask.url_for("dashboard.studies"), 303)
+
+
+@blueprint.app_template_global("study_drafts")
+def unfinished() -> list[str]:
+    """The names of the studies that somebody is at work on."""
+    return drafts(installation().config.studies_folder)
+
+
+def opened_draft(session: Session, name: str) -> StudyDraft:
+    """The draft of a study, or a new one of a running study's file.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    folder = installation().config.studies_folder
+    draft = find_draft(folder, name) if is_name(name) else None
+    if draft is not None:
+        return draft
+    study = session.scalars(select(Study).where(Study.name == name)).first()
+    if study is None or not is_name(name):
+        raise Refusal(404, "There is no such study.")
+    return _begun(study)
+
+
+def _begun(study: Study) -> StudyDraft:
+    if study.file is None:
+        raise Refusal(
+            422,
+            "This study has no file, so it can't be changed here. Only studies that were made "
+            "of a study's file can.",
+        )
+    draft = begun(Path(study.file), study.name)
+    if study_problems(draft.value):
+        raise Refusal(422, "The study's file has errors. Correct it on the server first.")
+    return draft
+
+
+def step_problems(draft: StudyDraft, step_name: str) -> list[StepProblem]:
+    """What is wrong in a step."""
+    found = problems_of(draft)
+    if step_name == STEPS[0].name:
+        found += parts_of(installation().config.studies_folder, draft)[1]
+    return [problem for problem in found if problem.step == step_name]
+
+
+def _step_page(
+    session: Session,
+    admin: Person,
+    draft: StudyDraft,
+    step_name: str,
+    problems: list[StepProblem] | None = None,
+) -> str:
+    found = find_step(step_name)
+    assert found is not None  # noqa: S101 - the address has no others
+    more = _ABOUT[step_name](session, draft) if step_name in _ABOUT else {}
+    return flask.render_template(
+        f"making/{step_name}.html",
+        person=admin,
+        draft=draft,
+        step=found,
+        problems=problems or [],
+        wrong={problem.target for problem in problems or []},
+        target=target,
+        **page_values(draft),
+        **more,
+    )
+
+
+def page_values(draft: StudyDraft) -> dict[str, Any]:
+    """What pages show of a draft: also what its file leaves out."""
+    usual = task_defaults()
+    value = {**defaults(), **draft.value}
+    value["labels"] = {**defaults()["labels"], **(value["labels"] or {})}
+    named = value["tasks"]
+    return {
+        "value": value,
+        "steps": STEPS,
+        "of_tasks": {task.name: {**usual, **named.get(task.name, {})} for task in tasks()},
+        "tasks": tasks(),
+        "chosen": [task for task in tasks() if task.name in named],
+    }
+
+
+def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
+    root = installation().config.studies_folder
+    parts, wrong = parts_of(root, draft)
+    return {
+        "root": root,
+        "choices": video_choices(root) if root.is_dir() else [],
+        "tables": command_tables(root) if root.is_dir() else [],
+        "coco_files": files_ending(root, ".json") if root.is_dir() else [],
+        "named": {name: _from_root(draft, name) for name in ("videos", "commands", "things")},
+        "as_before": AS_BEFORE,
+        "found": [] if wrong or parts is None else [item.video for item in parts.videos],
+        "thing_count": sum(
+            len(item.things.things)
+            for item in (parts.videos if parts is not None else ())
+            if isinstance(item, OwnVideo) and item.things is not None
+        ),
+        "command_count": 0 if parts is None else len(parts.commands),
+        "upload": flask.url_for("making_uploads.upload", name=draft.name),
+    }
+
+
+def _about_people(session: Session, _draft: StudyDraft) -> dict[str, Any]:
+    return {"logins": people_by_role(session)}
+
+
+def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    return {"videos": [] if parts is None else [item.video for item in parts.videos]}
+
+
+_ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
+    "videos": _about_videos,
+    "people": _about_people,
+    "texts": _about_texts,
+}
+
+
+def _from_root(draft: StudyDraft, name: str) -> str:
+    """A path of the draft as the lists have it; empty if it names none."""
+    named = draft.value.get(name)
+    root = installation().config.studies_folder
+    if not named:
+        return ""
+    found = (draft.file.parent / str(named)).resolve()
+    return found.relative_to(root).as_posix() if found.is_relative_to(root) else AS_BEFORE
+
+
+def _new_page(admin: Person, problem: str = "") -> str:
+    return flask.render_template(
+        "making/new.html", person=admin, problem=problem, form=flask.request.form, steps=STEPS
+    )
+
+
+def _name_problem(session: Session, title: str, name: str) -> str:
+    if not title:
+        return "Type a title. People read it on their pages."
+    if not is_name(name):
+        return "The name in addresses has at most 60 of these: a to z, 0 to 9 and -."
+    folder = installation().config.studies_folder
+    known = session.scalar(select(Study.id).where(Study.name == name))
+    if known is not None or (folder / f"{name}.yaml").exists():
+        return f"There is a study {name} already. Choose another name."
+    if find_draft(folder, name) is not None:
+        return f"Somebody is at work on a study {name} already. Choose another name."
+    return ""
+
+
+def config_of(draft: StudyDraft) -> StudyConfig | None:
+    """A draft as a study, or None if something is wrong with it."""
+    return None if study_problems(draft.value) else msgspec.convert(draft.value, StudyConfig)

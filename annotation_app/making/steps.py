@@ -1,0 +1,263 @@
+"""The steps in which a study is made, and what is wrong in each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.study_setup.every_problem import apart
+from annotation_app.study_setup.own_videos import OwnVideo
+from annotation_app.study_setup.server_folders import inside
+from annotation_app.study_setup.study_drafts import StudyDraft
+from annotation_app.study_setup.study_reading import study_problems
+from annotation_app.study_setup.study_starting import StudyParts, find_parts
+from annotation_app.tasks.task_registry import find_task
+from corpus_tools.world.scenarios.documents import Field, read_document
+from g3.errors import CorpusError, FormatError
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A page of the way.
+
+    Parameters
+    ----------
+    name
+        In addresses.
+    title
+        What people read.
+    fields
+        The fields of the study's file that it asks for.
+    of_tasks
+        The same of each task's part of the file.
+    """
+
+    name: str
+    title: str
+    fields: tuple[str, ...]
+    of_tasks: tuple[str, ...] = ()
+
+
+STEPS = (
+    Step("videos", "Videos", ("name", "videos", "only", "commands", "things")),
+    Step(
+        "tasks",
+        "Tasks",
+        ("tasks", "attention_checks", "known_commands", "pairs", "seed"),
+        ("answers", "lease_minutes", "practice", "suggestions"),
+    ),
+    Step("people", "People", ("access", "qualification", "payment"), ("role",)),
+    Step(
+        "texts",
+        "Texts",
+        ("title", "robot", "statement", "scale", "labels"),
+        ("title", "summary", "instructions", "practice_items"),
+    ),
+    Step("consent", "Consent", ("consent", "questions", "retention_days")),
+)
+REVIEW = "review"
+"""The last page."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepProblem:
+    """Something that is wrong, in the words of the page.
+
+    Parameters
+    ----------
+    step
+        Where it can be put right.
+    target
+        Id of the control that it is about; empty if there is none.
+    message
+        What is wrong, and what to do about it.
+    """
+
+    step: str
+    target: str
+    message: str
+
+
+def find_step(name: str) -> Step | None:
+    """The step of a name."""
+    return next((step for step in STEPS if step.name == name), None)
+
+
+def problems_of(draft: StudyDraft) -> list[StepProblem]:
+    """What is wrong with what a draft says, without looking at its videos."""
+    return [
+        StepProblem(_step_of(problem.field), target(problem.field), _message(problem))
+        for problem in study_problems(draft.value)
+    ]
+
+
+def parts_of(
+    root: Path, draft: StudyDraft, *, are_played: bool = True
+) -> tuple[StudyParts | None, list[StepProblem]]:
+    """A draft's videos and commands, and what is wrong with them.
+
+    Parameters
+    ----------
+    root
+        The folder of studies, which new paths may not lead out of.
+    are_played
+        Whether to look into the videos.
+    """
+    if not draft.value.get("videos"):
+        return None, [StepProblem("videos", "f-videos", "Choose the videos.")]
+    try:
+        config = msgspec.convert(
+            {"tasks": {}, **draft.value, "name": draft.name, "title": "-"}, StudyConfig
+        )
+    except msgspec.ValidationError:  # what is wrong with its form is told by problems_of
+        config = StudyConfig(
+            name=draft.name, title="-", videos=str(draft.value["videos"]), tasks={}
+        )
+    try:
+        _check_inside(root, draft)
+        parts, errors = find_parts(config, draft.file, are_played=are_played)
+        if not _is_as_before(draft):
+            for item in parts.videos:
+                inside(root, item.file if item.file is not None else item.folder)
+                if isinstance(item, OwnVideo) and item.things and item.things.picture:
+                    inside(root, item.things.picture)
+    except CorpusError as error:
+        return None, [_of_videos(one) for one in apart(error)]
+    return parts, [_of_videos(error) for error in errors]
+
+
+def target(field: Field) -> str:
+    """Id of the control for a field of the study's file."""
+    return "-".join(("f", *map(str, field)))
+
+
+def _check_inside(root: Path, draft: StudyDraft) -> None:
+    if not _is_as_before(draft):
+        for name in ("videos", "commands", "things"):
+            if draft.value.get(name):
+                inside(root, draft.file.parent / str(draft.value[name]))
+
+
+def _is_as_before(draft: StudyDraft) -> bool:
+    """Whether the study's file names the same: who has written that may name any folder."""
+    if draft.is_new:
+        return False
+    try:
+        before = read_document(draft.file).value
+    except FormatError:
+        return False
+    names = ("videos", "commands", "things")
+    return all(before.get(name) == draft.value.get(name) for name in names)
+
+
+def _of_videos(error: CorpusError) -> StepProblem:
+    where = f"{error.where}: " if error.where else ""
+    return StepProblem("videos", "", f"{where}{error.what}. {_sentence(error.fix)}".strip())
+
+
+def _step_of(field: Field) -> str:
+    of_task = field[0] == "tasks" and len(field) > 2
+    name = field[2] if of_task else field[0] if field else ""
+    for step in STEPS:
+        if name in (step.of_tasks if of_task else step.fields):
+            return step.name
+    return STEPS[0].name
+
+
+def _message(problem: Any) -> str:
+    what = next((told for known, told in _PLAIN if re.search(known, problem.what)), "")
+    if not what:
+        fix = "" if problem.fix.startswith("see docs/") else _sentence(problem.fix)
+        what = f"{_sentence(problem.what)} {fix}".strip()
+    else:
+        what = re.sub(r"{(\w+)}", lambda m: _number(problem.what), what)
+    return f"{_label(problem.field)}: {what}"
+
+
+def _number(what: str) -> str:
+    found = re.search(r"[0-9.]+$", what)
+    return found[0] if found else ""
+
+
+def _label(field: Field) -> str:
+    """A field as the pages call it."""
+    names = [LABELS.get(str(key), str(key)) for key in field if not isinstance(key, int)]
+    task = find_task(str(field[1])) if field[0] == "tasks" and len(field) > 1 else None
+    if task is not None:
+        names = [task.words.title, *(LABELS.get(str(key), str(key)) for key in field[2:3])]
+    numbers = [str(key + 1) for key in field if isinstance(key, int)]
+    label = ", ".join((names[0], *(name.lower() for name in names[1:])))
+    return f"{label} {numbers[0]}" if numbers else label
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+
+
+LABELS = {
+    "title": "Title",
+    "name": "Name",
+    "videos": "Videos",
+    "commands": "Commands",
+    "tasks": "Tasks",
+    "answers": "Answers",
+    "lease_minutes": "Minutes",
+    "robot": "Robot",
+    "statement": "Statement",
+    "scale": "Scale",
+    "labels": "Labels",
+    "thing": "a thing",
+    "place": "a place",
+    "consent": "Consent",
+    "questions": "Question",
+    "qualification": "Condition",
+    "payment": "Payment",
+    "practice_items": "Practice item",
+    "summary": "Summary",
+    "instructions": "Instructions",
+    "retention_days": "Days",
+}
+"""What pages call fields."""
+
+_PLAIN = (
+    ("of length >= 1$", "This is empty."),
+    ("text of length <= ", "Use at most {n} characters."),
+    ("expected a whole number(,|$)", "Type a whole number."),
+    ("whole number >= ", "Type a number of {n} or more."),
+    ("whole number <= ", "Type a number of {n} or less."),
+    ("number >= ", "Type a number of {n} or more."),
+    ("number > ", "Type a number above {n}."),
+    ("number <= ", "Type a number of {n} or less."),
+    ("expected a number(,|$)", "Type a number."),
+    ("there are no tasks", "Choose a task."),
+)
+"""What is said instead of what the reader of files says."""
+
+
+def defaults() -> dict[str, Any]:
+    """What a study says that its file leaves out."""
+    found = _plain(StudyConfig(name="-", title="-", tasks={}))
+    return {**found, "name": "", "title": "", "videos": "", "tasks": {}}
+
+
+def task_defaults() -> dict[str, Any]:
+    """The same of a task's part."""
+    return _plain(TaskConfig())
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    """A record as files have it, with lists."""
+    found: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(record))
+    return found
+
+
+def steps_after(name: str) -> Sequence[str]:
+    """The names of the pages that come after a step."""
+    names = [step.name for step in STEPS]
+    return (*names[names.index(name) + 1 :], REVIEW)

@@ -1,0 +1,182 @@
+"""What is where in the pictures of one's own videos: boxes and outlines from a COCO JSON file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import msgspec
+
+from annotation_app.study_setup.every_problem import together
+from g3.errors import FormatError
+
+MOST_THINGS = 200
+"""Things in a picture: more nobody can tell apart on a page."""
+FORM = 'COCO has "images", "annotations" and "categories"'
+
+
+@dataclass(frozen=True, slots=True)
+class PictureThings:
+    """The things in a video's picture.
+
+    Parameters
+    ----------
+    picture
+        A still; None for the first frame.
+    width, height
+        Of the picture, in pixels.
+    things
+        ``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
+        ``polygons`` of each.
+    """
+
+    picture: Path | None
+    width: int
+    height: int
+    things: tuple[Mapping[str, Any], ...]
+
+
+class _Image(msgspec.Struct, frozen=True):
+    id: int | str
+    file_name: str
+    width: int
+    height: int
+
+
+class _Category(msgspec.Struct, frozen=True):
+    id: int | str
+    name: str
+
+
+class _Annotation(msgspec.Struct, frozen=True):
+    id: int | str
+    image_id: int | str
+    category_id: int | str
+    bbox: tuple[float, float, float, float]
+    segmentation: Any = None
+
+
+class _Coco(msgspec.Struct, frozen=True):
+    images: list[_Image]
+    annotations: list[_Annotation]
+    categories: list[_Category]
+
+
+def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThings]:
+    """The things in the pictures of videos, by the videos' names.
+
+    An image is of the video that has its name, or whose file has it, without the ending.
+
+    Parameters
+    ----------
+    videos
+        Their files, by their names.
+
+    Raises
+    ------
+    CorpusError
+        If it is no such file, or something in it can't be. It tells all that is wrong.
+    """
+    coco = _decoded(path)
+    files = {file.stem: name for name, file in videos.items()}
+    shown = []
+    for image in coco.images:  # the file may tell of more than a study shows
+        stem = PurePosixPath(image.file_name).stem
+        video = stem if stem in videos else files.get(stem)
+        if video is not None:
+            shown.append((video, image))
+    wrong = [*_annotation_problems(coco), *_image_problems(coco, shown)]
+    if wrong:
+        errors = (FormatError(what, where=f"{path}: {at}", fix=fix) for at, what, fix in wrong)
+        raise together(errors)
+    labels = {category.id: category.name for category in coco.categories}
+    found = {}
+    for video, image in shown:
+        still = (path.parent / image.file_name).resolve()
+        of_image = (one for one in coco.annotations if one.image_id == image.id)
+        things = tuple(_thing(one, labels[one.category_id]) for one in of_image)
+        picture = still if still.is_file() else None
+        found[video] = PictureThings(picture, image.width, image.height, things)
+    return found
+
+
+def _decoded(path: Path) -> _Coco:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=_Coco)
+    except OSError as error:
+        raise FormatError(
+            f"the file can't be read: {error.strerror}", where=str(path), fix="correct its name"
+        ) from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise FormatError(f"this is no COCO file: {error}", where=str(path), fix=FORM) from error
+
+
+def _annotation_problems(coco: _Coco) -> Iterator[tuple[str, str, str]]:
+    """Where something is wrong with an annotation, what, and what to do about it."""
+    images = {image.id for image in coco.images}
+    categories = {category.id for category in coco.categories}
+    ids: set[str] = set()
+    for one in coco.annotations:
+        at = f"annotation {one.id}"
+        if str(one.id) in ids:
+            yield at, "two annotations have this id", "change one"
+        ids.add(str(one.id))
+        if one.image_id not in images:
+            yield at, f"there is no image {one.image_id}", "correct its image_id"
+        if one.category_id not in categories:
+            yield at, f"there is no category {one.category_id}", "correct its category_id"
+        outlines = one.segmentation if isinstance(one.segmentation, list) else []
+        if not all(map(_is_outline, outlines)):
+            yield at, "its segmentation is no list of x, y, x, y …", "correct it, or leave it out"
+
+
+def _image_problems(
+    coco: _Coco, shown: Sequence[tuple[str, _Image]]
+) -> Iterator[tuple[str, str, str]]:
+    """The same of the images of videos, and of the boxes in them."""
+    seen: set[str] = set()
+    for video, image in shown:
+        at = f"image {image.id}"
+        if video in seen:
+            yield at, f"two images are of the video {video!r}", "leave one out"
+        seen.add(video)
+        of_image = [one for one in coco.annotations if one.image_id == image.id]
+        if not of_image:
+            yield at, "nothing is marked in it", "mark things, or leave it out"
+        if len(of_image) > MOST_THINGS:
+            what = f"there are {len(of_image)} things, and people see at most {MOST_THINGS}"
+            yield at, what, "leave some out"
+        for one in of_image:
+            if what := _outside(one, image):
+                fix = "correct its bbox: x, y, width and height in pixels"
+                yield f"annotation {one.id}", what, fix
+
+
+def _is_outline(outline: Any) -> bool:
+    return (
+        isinstance(outline, list)
+        and len(outline) >= 6
+        and len(outline) % 2 == 0
+        and all(isinstance(number, int | float) for number in outline)
+    )
+
+
+def _outside(one: _Annotation, image: _Image) -> str:
+    """What is wrong with a box; empty if nothing is."""
+    x, y, width, height = one.bbox
+    if width <= 0 or height <= 0:
+        return "its box has no size"
+    if x < -1 or y < -1 or x + width > image.width + 1 or y + height > image.height + 1:
+        return f"its box is not in the picture of {image.width} by {image.height} pixels"
+    return ""
+
+
+def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
+    """A thing as ``segmentation.json`` has it; a mask that is no outline is shown by its box."""
+    x, y, width, height = one.bbox
+    box = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
+    outlines = one.segmentation if isinstance(one.segmentation, list) else []
+    polygons = [[list(xy) for xy in zip(o[::2], o[1::2], strict=True)] for o in outlines] or [box]
+    return {"id": str(one.id), "label": label, "box": list(one.bbox), "polygons": polygons}

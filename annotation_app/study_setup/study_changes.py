@@ -1,0 +1,133 @@
+"""What a changed study file changes, and what of that alters what people were asked already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.people.participants import has_consented
+from annotation_app.store.models import Answer, Item, Person, Study, TaskName
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.tasks.task_registry import find_task
+from corpus_tools.world.scenarios.documents import Field, field_name
+
+SHOWN = ("title", "summary", "instructions", "practice_items", "suggestions", "practice")
+"""What of a task's part of the file people see or do before they answer."""
+AGREED = ("consent", "questions", "qualification", "payment")
+ROBOT = "{robot}"
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What people were asked so far.
+
+    Parameters
+    ----------
+    answers
+        How many answers there are, by task.
+    people
+        How many people have agreed to take part.
+    """
+
+    answers: Mapping[TaskName, int]
+    people: int
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Something that the file says otherwise than before.
+
+    Parameters
+    ----------
+    field
+        As people write it.
+    before, after
+        What it says, as text; empty if nothing.
+    alters
+        What of that which people were asked it alters; empty if nothing.
+    """
+
+    field: str
+    before: str
+    after: str
+    alters: str
+
+
+def asked_so_far(session: Session, study: Study) -> Asked:
+    """What people were asked in a study."""
+    counts = session.execute(
+        select(Item.task, func.count(Answer.id))
+        .join(Answer, Answer.item_id == Item.id)
+        .where(Item.study_id == study.id)
+        .group_by(Item.task)
+    )
+    people = sum(has_consented(person, study.id) for person in session.scalars(select(Person)))
+    answers: dict[TaskName, int] = dict(counts.all())
+    return Asked(answers, people)
+
+
+def changes(before: StudyConfig, after: StudyConfig, asked: Asked) -> list[Change]:
+    """What one study file says otherwise than another."""
+    old, new = (dict(_leaves(msgspec.to_builtins(config))) for config in (before, after))
+    return [
+        Change(
+            field_name(field),
+            _shown(old.get(field)),
+            _shown(new.get(field)),
+            _alters(field, before, after, asked),
+        )
+        for field in dict.fromkeys((*old, *new))
+        if old.get(field) != new.get(field)
+    ]
+
+
+def _alters(field: Field, before: StudyConfig, after: StudyConfig, asked: Asked) -> str:
+    """What of that which people were asked a change of a field alters."""
+    touched: set[str] = {str(field[0])}
+    if touched == {"robot"}:
+        uses = {"statement": before.statement, "consent": before.consent}
+        touched |= {name for name, text in uses.items() if ROBOT in text}
+    found = []
+    if touched & set(AGREED) and asked.people:
+        found.append(f"{_count(asked.people, 'person has', 'people have')} agreed to the old one")
+    for task, count in asked.answers.items():
+        if count and _is_of(task, field, touched, after):
+            found.append(f"{_count(count, 'answer', 'answers')} to {task} came before")
+    return "; ".join(found)
+
+
+def _is_of(task: TaskName, field: Field, touched: Iterable[str], after: StudyConfig) -> bool:
+    """Whether a field is about what people see who do a task."""
+    if field[:2] == ("tasks", task):
+        return field[2] in SHOWN or task not in after.tasks
+    known = find_task(task)
+    return known is not None and bool(set(touched) & set(known.reads))
+
+
+def _leaves(value: Any, field: Field = ()) -> Iterator[tuple[Field, Any]]:
+    """The values in a record; a list is one value."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _leaves(inner, (*field, key))
+    else:
+        yield field, value
+
+
+def _shown(value: Any) -> str:
+    if value is None or value == "":
+        return ""
+    if isinstance(value, (list, tuple)):
+        return "\n".join(map(_shown, value))
+    if isinstance(value, dict):
+        parts = ((key, _shown(inner)) for key, inner in value.items())
+        return "; ".join(f"{key}: {text}" for key, text in parts if text)
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def _count(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"

@@ -1,0 +1,113 @@
+"""From a study's file to a study that people can take part in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy.orm import Session
+
+from annotation_app.core.config import Config
+from annotation_app.store.models import Study
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.study_setup.every_problem import gathering, together
+from annotation_app.study_setup.given_commands import put_commands
+from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo, check_readable
+from annotation_app.study_setup.rendered_study import (
+    Rendered,
+    check_videos,
+    knows_things,
+    put_study,
+)
+from annotation_app.study_setup.study_reading import read_study
+from annotation_app.study_setup.study_videos import prepared, study_commands, study_videos
+from g3.errors import CorpusError
+
+
+@dataclass(frozen=True, slots=True)
+class StudyParts:
+    """What a study is made of.
+
+    Parameters
+    ----------
+    file
+        The study's file, if it has one.
+    """
+
+    config: StudyConfig
+    videos: Sequence[Rendered | OwnVideo]
+    commands: Sequence[GivenCommand] = ()
+    file: Path | None = None
+
+    @property
+    def has_scenes(self) -> bool:
+        """Whether it is known what is where in the videos."""
+        return all(knows_things(video) for video in self.videos)
+
+
+def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
+    """Read a study's file, and find its videos and commands.
+
+    Parameters
+    ----------
+    videos
+        Where the videos are, if not where the file says.
+
+    Raises
+    ------
+    CorpusError
+        If something is wrong. It tells all that is.
+    """
+    config = read_study(file)
+    parts, errors = find_parts(config, file, videos)
+    if errors:
+        raise together(errors)
+    return parts
+
+
+def find_parts(
+    config: StudyConfig, file: Path, videos: Path | None = None, *, are_played: bool = False
+) -> tuple[StudyParts, list[CorpusError]]:
+    """A study's videos and commands, and all that is wrong with them.
+
+    Parameters
+    ----------
+    file
+        Where the study's file is, or will be.
+    are_played
+        Whether to look into the videos: browsers must be able to play them.
+    """
+    errors: list[CorpusError] = []
+    found: Sequence[Rendered | OwnVideo] = ()
+    commands: Sequence[GivenCommand] = ()
+    with gathering(errors):
+        things = file.parent / config.things if config.things else None
+        found = study_videos(videos or file.parent / config.videos, config.only, things)
+    if not errors:
+        with gathering(errors):
+            check_videos(config, found)
+        with gathering(errors):
+            commands = study_commands(config, file.parent, found)
+        if are_played:
+            with gathering(errors):
+                check_readable([item for item in found if isinstance(item, OwnVideo)])
+    return StudyParts(config, found, commands, file), errors
+
+
+def prepare_parts(parts: StudyParts, setup: Config) -> list[Rendered]:
+    """A study's videos, with pictures of them in the installation's folder."""
+    return prepared(parts.videos, setup.instance / "own-videos" / parts.config.name)
+
+
+def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: bytes) -> Study:
+    """Add a study to the database, or bring it up to date.
+
+    Parameters
+    ----------
+    ready
+        What :func:`prepare_parts` has made, which takes long if there are many videos.
+    """
+    study = put_study(session, parts.config, ready, parts.file)
+    put_commands(session, study, parts.commands, salt)
+    return study

@@ -1,0 +1,260 @@
+"""Making and changing a study by the forms of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flask import Flask
+from sqlalchemy import select
+
+from annotation_app.store.audit import trail
+from annotation_app.store.database import reading
+from annotation_app.store.models import Role, Study
+from annotation_app.studies.study_file import CONSENT
+from annotation_app.study_setup.study_reading import read_study
+from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.signing_in import Member, signed_in
+
+TASKS = {"do-describe": "on", "answers-describe": "2", "practice-describe": "on"}
+SCALE = ("No", "Hardly", "Partly", "Mostly", "Yes")
+TEXTS = {
+    "title": "An arm",
+    "robot": "arm",
+    "statement": "The {robot} does it.",
+    **{f"scale-{i}": label for i, label in enumerate(SCALE)},
+    "label-thing": "Part",
+    "label-place": "Spot",
+    "label-robot": "the arm",
+    "instructions-describe": "1. Watch.\r\n2. Type.  ",
+}
+
+
+def send(member: Member, step: str, **form: str) -> Any:
+    return member.post(f"/admin/studies/arm/{step}", **form)
+
+
+def begun(admin: Member) -> None:
+    assert admin.post("/admin/studies/new", title="An arm", name="arm").status_code == 303
+
+
+def made(admin: Member, texts: Mapping[str, str] = TEXTS) -> None:
+    """A running study."""
+    begun(admin)
+    for step, form in (
+        ("videos", {"videos": "clips"}),
+        ("tasks", TASKS),
+        ("people", {"access": "open", "role-describe": "worker"}),
+        ("texts", texts),
+        ("consent", {"consent": CONSENT}),
+    ):
+        assert send(admin, step, **form).status_code == 303, step
+    assert send(admin, "review").location.endswith("/admin/studies/arm/started")
+
+
+def in_database(app: Flask) -> Study | None:
+    with reading(engine_of(app)) as session:
+        return session.scalars(select(Study)).first()
+
+
+def test_the_steps_write_a_file_and_start_the_study(app: Flask, admin: Member, root: Path) -> None:
+    page = admin.client.get("/dashboard/").text
+    assert "There are no studies yet" in page
+    assert "/admin/studies/new" in page
+    made(admin)
+    study = read_study(root / "arm.yaml")
+    assert (study.title, study.robot, study.videos, study.scale) == (
+        "An arm",
+        "arm",
+        "clips",
+        SCALE,
+    )
+    assert study.tasks["describe"].instructions == "1. Watch.\n2. Type."
+    assert study.tasks["describe"].answers == 2
+    found = in_database(app)
+    assert found is not None
+    assert found.file == str(root / "arm.yaml")
+    worker = Browser(app, study="arm")
+    worker.practise("describe")
+    page = worker.lease("describe", "arm").json
+    assert worker.answer(page["item"], described("Push it.")).status_code == 200
+    assert not list((root / ".drafts").iterdir())
+
+
+def test_all_that_is_wrong_is_told_at_once_and_nothing_is_lost(admin: Member, root: Path) -> None:
+    begun(admin)
+    reply = send(admin, "videos")
+    assert reply.status_code == 422
+    assert "Choose the videos." in reply.text
+    assert send(admin, "videos", videos="clips").status_code == 303
+    reply = send(admin, "tasks", **{**TASKS, "answers-describe": "many", "lease-describe": "0"})
+    assert reply.status_code == 422
+    assert "Describe, answers: Type a whole number." in reply.text
+    assert "Describe, minutes: Type a number above 0" in reply.text
+    assert 'value="many"' in admin.client.get("/admin/studies/arm/tasks").text
+    reply = send(admin, "tasks")
+    assert "Tasks: Choose a task." in reply.text
+    reply = send(admin, "review")
+    assert reply.status_code == 422
+    assert "to be put right" in reply.text
+    assert not (root / "arm.yaml").exists()
+
+
+def test_videos_that_browsers_cannot_play_are_all_named(admin: Member, root: Path) -> None:
+    (root / "bad").mkdir()
+    for name in ("a", "b"):
+        (root / f"bad/{name}.mp4").write_bytes(b"no video")
+    begun(admin)
+    reply = send(admin, "videos", videos="bad")
+    assert reply.status_code == 422
+    assert "a.mp4: the video can" in reply.text
+    assert "b.mp4" in reply.text
+    assert "2 things have to be put right" in reply.text
+
+
+@pytest.mark.parametrize("chosen", ["..", "../../etc", "/etc", "table.csv", "link"])
+def test_no_path_leads_out_of_the_folder_of_studies(
+    admin: Member, root: Path, tmp_path: Path, chosen: str
+) -> None:
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside/secret.mp4").write_bytes((root / "clips/push.mp4").read_bytes())
+    (root / "table.csv").write_text("video\n../outside/secret.mp4\n")
+    (root / "link").symlink_to(tmp_path / "outside")
+    begun(admin)
+    reply = send(admin, "videos", videos=chosen)
+    assert reply.status_code == 422
+    assert "not in the folder of studies" in reply.text
+    assert admin.client.get("/admin/studies/arm/video/0").status_code == 404
+
+
+def test_a_change_of_what_was_asked_is_named_and_confirmed(
+    app: Flask, admin: Member, root: Path
+) -> None:
+    made(admin)
+    worker = Browser(app, study="arm")
+    worker.practise("describe")
+    worker.answer(worker.lease("describe", "arm").json["item"], described("Push it."))
+    file = root / "arm.yaml"
+    file.write_text(file.read_text() + "# Ask Ann before you change this.\n")
+    new = {**TEXTS, "instructions-describe": "Type it.", "title": "The arm"}
+    assert send(admin, "texts", **new).status_code == 303
+    page = admin.client.get("/admin/studies/arm/review").text
+    assert "2 changes" in page
+    assert "1 answer to describe came before." in page
+    assert "Ask Ann before" in page
+    assert send(admin, "review").status_code == 422
+    assert send(admin, "review", confirm="on").status_code == 422  # the comment would go
+    assert read_study(file).title == "An arm"
+    assert send(admin, "review", confirm="on", comments="on").status_code == 303
+    assert read_study(file).title == "The arm"
+    (old,) = (root / "versions").iterdir()
+    assert "Ask Ann" in old.read_text()
+    with reading(engine_of(app)) as session:
+        entry = trail(session, action="changed a study")[0]
+    assert (entry.actor, entry.about) == ("ada", "arm")
+    assert entry.details["confirmed"] == (
+        "tasks.describe.instructions: 1 answer to describe came before"
+    )
+    assert entry.details["before"] == old.name
+    worker.practise("describe")
+    assert "Type it." in worker.client.get("/s/arm/describe").text
+
+
+def test_who_changes_the_file_meanwhile_loses_nothing(admin: Member, root: Path) -> None:
+    made(admin)
+    send(admin, "texts", **{**TEXTS, "title": "Mine"})
+    file = root / "arm.yaml"
+    file.write_text(file.read_text().replace("An arm", "Theirs"))
+    reply = send(admin, "review", confirm="on")
+    assert reply.status_code == 422
+    assert "since you began" in reply.text
+    assert read_study(file).title == "Theirs"
+    assert admin.post("/admin/studies/arm/discard").status_code == 303
+    assert 'value="Theirs"' in admin.client.get("/admin/studies/arm/texts").text
+
+
+def test_what_the_steps_do_not_ask_for_stays_in_the_file(admin: Member, root: Path) -> None:
+    made(admin)
+    file = root / "arm.yaml"
+    file.write_text(file.read_text() + "seed: 7\nonly: [push, lift]\n")
+    assert send(admin, "texts", **{**TEXTS, "title": "The arm"}).status_code == 303
+    assert send(admin, "review").status_code == 303
+    study = read_study(file)
+    assert (study.seed, study.only, study.title) == (7, ("push", "lift"), "The arm")
+
+
+def test_a_name_is_taken_once(admin: Member) -> None:
+    begun(admin)
+    for name in ("arm", "An Arm!", "../x", "a" * 61):
+        assert admin.post("/admin/studies/new", title="T", name=name).status_code == 422
+    assert admin.post("/admin/studies/new", title="", name="").status_code == 422
+
+
+def test_previews_have_the_drafts_words(admin: Member) -> None:
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    send(admin, "tasks", **TASKS)
+    practice = {"item-describe-0-video": "lift", "item-describe-0-good": "Well said!"}
+    send(admin, "texts", **{**TEXTS, "summary-describe": "Look at **it**"}, **practice)
+    send(admin, "consent", consent="Do you **agree** to the {robot}?")
+    welcome = admin.client.get("/admin/studies/arm/preview/welcome").text
+    assert "<strong>agree</strong> to the arm?" in welcome
+    assert "nothing is kept" in welcome
+    assert "Look at **it**" in admin.client.get("/admin/studies/arm/preview/tasks").text
+    page = admin.client.get("/admin/studies/arm/preview/describe").text
+    assert "<li>Watch.</li>" in page
+    assert "/admin/studies/arm/video/0" in page
+    with admin.client.get("/admin/studies/arm/video/0") as film:
+        assert film.mimetype == "video/mp4"
+
+
+def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
+    begun(admin)
+    film = (root / "clips/push.mp4").read_bytes()
+    token = admin.client.get("/api/session").json["csrf"]
+
+    def add(name: str, content: bytes, offset: int, size: int) -> Any:
+        return admin.client.post(
+            f"/admin/studies/arm/upload?file={name}&offset={offset}&size={size}",
+            data=content,
+            headers={"X-CSRFToken": token, "Content-Type": "application/octet-stream"},
+        )
+
+    assert add("push.mp4", film[:100], 0, len(film)).json == {"whole": False}
+    assert add("push.mp4", film[50:], 50, len(film)).status_code == 422  # not its next part
+    assert add("push.mp4", film[100:], 100, len(film)).json == {"whole": True}
+    assert (root / "arm-videos/push.mp4").read_bytes() == film
+    assert "1 video: push" in admin.client.get("/admin/studies/arm/videos").text
+    for name in ("../push.mp4", "..%2Fx.mp4", ".x.mp4", "x.exe", "x.mp4%00", "push.mp4"):
+        assert add(name, film, 0, len(film)).status_code == 422, name
+    assert add("long.mp4", b"x", 0, 2**40).status_code == 422
+    bad = add("bad.mp4", b"no video", 0, 8)
+    assert bad.status_code == 422
+    assert "can't be read" in bad.json["error"]
+    assert sorted(file.name for file in (root / "arm-videos").iterdir()) == ["push.mp4"]
+
+
+@pytest.mark.parametrize("role", ["annotator", "adjudicator"])
+def test_only_admins_make_studies(app: Flask, admin: Member, role: Role) -> None:
+    made(admin)
+    other = signed_in(app, "eve", role)
+    for path in (
+        "new",
+        "arm/videos",
+        "arm/texts",
+        "arm/review",
+        "arm/preview/tasks",
+        "arm/video/0",
+    ):
+        assert other.client.get(f"/admin/studies/{path}").status_code == 403, path
+    for path in ("new", "arm/texts", "arm/review", "arm/discard", "arm/upload"):
+        assert other.post(f"/admin/studies/{path}").status_code == 403, path
+
+
+def test_a_study_without_a_file_is_not_changed(app: Flask, admin: Member) -> None:
+    made(admin)
+    with engine_of(app).begin() as connection:
+        connection.execute(Study.__table__.update().values(file=None))  # type: ignore[attr-defined]
+    assert admin.client.get("/admin/studies/arm/texts").status_code == 422
