@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -18,9 +19,19 @@ from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Executor, Workers
-from corpus_tools.runtime.progress import OnProgress
-from eval.table_3.baselines import missing
-from eval.table_3.following import CONFIGURATIONS, follow_command
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from eval.judging.judge_registry import AUTOMATIC, PlanJudge, judge_named
+from eval.parsing.parser_registry import parser_named
+from eval.table_3.baselines import BASELINES
+from eval.table_3.following import (
+    CONFIGURATIONS,
+    FollowedPlan,
+    judged,
+    plan_by_grounder,
+    plan_by_model,
+    task_of,
+)
+from eval.table_3.grounder_registry import PlanGrounder, grounder_named
 from eval.table_3.held_out import calibrated, costs_without, extractor_without
 from eval.table_3.judged_commands import (
     Facts,
@@ -31,8 +42,9 @@ from eval.table_3.judged_commands import (
     judged_commands,
 )
 from eval.table_3.outcomes import Outcome
-from eval.table_3.plan_rows import MODELS
+from eval.table_3.plan_rows import MODELS, check_names
 from eval.table_3.search_examples import data_of, read, written
+from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.features.feature_registry import FeatureSet
 from g3.inference.grounder import Grounder
@@ -56,11 +68,11 @@ class EndToEnd:
     ----------
     outcomes
         Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
-        and of the baselines.
+        and the baselines, of other grounders, and of the model with the clauses of other parsers.
     facts
         What is known of each command.
     missing
-        Baselines that couldn't be run, and why.
+        Grounders that couldn't be run, and why.
     perturbed
         The outcomes of perturbed commands by perturbation and configuration.
     """
@@ -77,6 +89,9 @@ def run(
     test: str,
     *,
     configurations: Iterable[str] = CONFIGURATIONS,
+    grounders: Sequence[PlanGrounder] = (),
+    parsers: Sequence[str] = (),
+    judge: PlanJudge | None = None,
     l2: float = 1.0,
     seed: int = 0,
     ablate: Iterable[str] = (),
@@ -104,6 +119,12 @@ def run(
     configurations
         Which to run. ``gold`` is left out where nobody has annotated a command, and so is a
         baseline that can't be run.
+    grounders
+        Others that make plans, each a row beside the baselines.
+    parsers
+        Names of parsers, each a row of the model with its clauses.
+    judge
+        Who gives the first verdict; the automatic judge if left out.
     ablate
         Feature sets that costs are learned without, and potentials that are switched off.
     headings
@@ -137,15 +158,30 @@ def run(
     commands = judged_commands(tested, most)
     in_headings(tested, headings)  # so that a wrong one is told at once
     names = sorted({t.command.scenario for t in commands})
-    lacking = {name: why for name, why in missing().items() if name in configurations}
+    check_names([*(g.name for g in grounders), *parsers])
+    every = [*(grounder_named(name) for name in configurations if name in BASELINES), *grounders]
+    lacking = {g.name: why for g in every if (why := g.missing())}
+    there = tuple(g for g in every if g.name not in lacking)
     is_annotated = any(t.annotation for t in commands)
-    chosen = tuple(
-        name for name in configurations if name not in lacking and (is_annotated or name != "gold")
-    )
+    models = [n for n in configurations if n not in BASELINES and (is_annotated or n != "gold")]
+    judge = judge or judge_named(AUTOMATIC)
+    for name in parsers:
+        parser_named(name)
     ways = (tuple(headings), tuple(perturb), parses)
-    asked = _Asked(train, test, chosen, l2, seed, left_out, *ways, most)
+    asked = _Asked(
+        train, test, there, tuple(models), tuple(parsers), judge, l2, seed, left_out, *ways, most
+    )
+    chosen = asked.names
     found = dict(done)
     left = [name for name in names if name not in found]
+    tasks = [
+        task_of(t, heading)
+        for heading, turned in in_headings(tested, headings).items()
+        for t in judged_commands(turned, most)
+        if t.command.scenario in left
+    ]
+    for own in there:
+        own.prepare(tasks, on_progress or no_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
     for item in _followed(asked, known, left, workers or Workers(), on_progress):
         if item.result is None:
@@ -166,7 +202,7 @@ def run(
         ) from first
     metadata = {
         "table": 3,
-        "judge": "automatic",
+        "judge": judge.name,
         "protocol": "each scenario held out in turn",
         "compared_with": compared_with(commands),
         "train": [c.hash for c in known],
@@ -181,10 +217,16 @@ def run(
     }
     if perturb:
         metadata["perturb"] = list(perturb)
+    if judge.name != AUTOMATIC:
+        metadata["judged_by"] = dict(judge.about)
+    if grounders:
+        metadata["grounders"] = {g.name: dict(g.about) for g in grounders}
+    if parsers:
+        metadata["parsers"] = list(parsers)
 
     def together(kind: str) -> dict[str, list[Outcome]]:
         return {
-            which: calibrated([o for name in names for o in found[name][_key(which, kind)]])
+            which: calibrated([o for n in names for o in found[n].get(_key(which, kind), ())])
             for which in chosen
             if not kind or which in PERTURBED
         }
@@ -200,7 +242,10 @@ class _Asked:
 
     train: str
     test: str
-    configurations: tuple[str, ...]
+    grounders: tuple[PlanGrounder, ...]
+    models: tuple[str, ...]
+    parsers: tuple[str, ...]
+    judge: PlanJudge
     l2: float
     seed: int
     without: Ablation
@@ -208,6 +253,11 @@ class _Asked:
     perturb: tuple[str, ...]
     parses: int
     most: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all configurations."""
+        return (*(g.name for g in self.grounders), *self.models, *self.parsers)
 
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
@@ -243,6 +293,7 @@ def _followed(
 class _Lessons:
     """What a process has made ready to learn from, and to test on by perturbation and heading."""
 
+    annotations: Sequence[Annotation]
     cost_of: Callable[[str], Scorer]
     extractor_of: Callable[[str], SDCExtractor]
     tested: Mapping[tuple[str, str], Sequence[JudgedCommand]]
@@ -260,7 +311,8 @@ def _lessons(asked: _Asked, file: Path) -> _Lessons:
         for heading, turned in in_headings(_perturbed(corpus, kind, asked), asked.headings).items()
     }
     choices = load_choices_of(known)
-    return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known), tested)
+    annotations = [a for corpus in known for a in corpus.annotations]
+    return _Lessons(annotations, costs_without(data, choices, l2=asked.l2), extractor_without(known), tested)
 
 
 def _perturbed(corpus: Corpus, kind: str, asked: _Asked) -> Corpus:
@@ -275,34 +327,78 @@ def _key(which: str, kind: str) -> str:
 def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
     """The outcomes of a scenario's commands by configuration."""
     lessons = _lessons(asked, file)
-    without = asked.without.potentials
-    needs_model = any(name in MODELS for name in asked.configurations)
-    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
-    guesser = Grounder(RandomCost(asked.seed), without=without)
+    learned = {
+        g.name: g.fit([a for a in lessons.annotations if a.command.scenario != scenario])
+        for g in asked.grounders
+        if g.learns
+    }
+    plan_by_name = _models(scenario, lessons, asked)
     outcomes: dict[str, list[Outcome]] = defaultdict(list)
     extracted: dict[str, Sequence[Parse]] = {}
     for (kind, heading), everything in lessons.tested.items():
         own = [t for t in everything if t.command.scenario == scenario]
         if kind not in extracted:
             extracted[kind] = _extracted(own, lessons.extractor_of, asked)
-        for which in asked.configurations:
-            if kind and which not in PERTURBED:
-                continue
-            grounder = model if which in MODELS else guesser
-            outcomes[_key(which, kind)] += [
-                follow_command(which, tested, trees, grounder, heading)
-                for tested, trees in zip(own, extracted[kind], strict=True)
-                if which != "gold" or tested.annotation
-            ]
+        plans: list[tuple[str, JudgedCommand, FollowedPlan]] = []
+        for g in asked.grounders:
+            if not kind or g.name in PERTURBED:
+                made = (plan_by_grounder(g, task_of(t, heading), learned.get(g.name)) for t in own)
+                plans += [(g.name, t, plan) for t, plan in zip(own, made, strict=True)]
+        for name, plan_of in plan_by_name.items():
+            if not kind or name in PERTURBED:
+                both = zip(own, extracted[kind], strict=True)
+                plans += [(name, t, plan_of(t, e)) for t, e in both if name != "gold" or t.annotation]
+        for (name, *_), outcome in zip(plans, _judged(plans, heading, asked.judge), strict=True):
+            outcomes[_key(name, kind)].append(outcome)
     return dict(outcomes)
+
+
+def _models(
+    scenario: str, lessons: _Lessons, asked: _Asked
+) -> dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]]:
+    """What makes plans of a command and its extracted clauses, by configuration."""
+    without = asked.without.potentials
+    found: dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]] = {}
+    guesser = Grounder(RandomCost(asked.seed), without=without)
+    needs_model = asked.parsers or any(name in MODELS for name in asked.models)
+    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else guesser
+    for name in asked.models:
+        grounder = model if name in MODELS else guesser
+        found[name] = functools.partial(_by_model, name, grounder)
+    for name in asked.parsers:
+        found[name] = functools.partial(_by_parser, name, model)
+    return found
+
+
+def _by_model(name: str, grounder: Grounder, tested: JudgedCommand, trees: Parse) -> FollowedPlan:
+    return plan_by_model(name, tested, trees, grounder)
+
+
+def _by_parser(name: str, grounder: Grounder, tested: JudgedCommand, _: Parse) -> FollowedPlan:
+    trees = parser_named(name).trees(tested.command.text)
+    return plan_by_model(name, tested, trees, grounder)
+
+
+def _judged(
+    plans: Sequence[tuple[str, JudgedCommand, FollowedPlan]], heading: str, judge: PlanJudge
+) -> list[Outcome]:
+    """What becomes of plans, as many at the same time as the judge likes."""
+
+    def one(plan: tuple[str, JudgedCommand, FollowedPlan]) -> Outcome:
+        return judged(plan[1], plan[2], heading, judge)
+
+    if judge.at_once == 1:
+        return [one(plan) for plan in plans]
+    with ThreadPoolExecutor(judge.at_once) as threads:
+        return list(threads.map(one, plans))
 
 
 def _extracted(
     own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: _Asked
 ) -> Sequence[Parse]:
     """The extracted trees of a scenario's commands; none where nothing needs them."""
-    needs_them = "auto" in asked.configurations or (
-        "random" in asked.configurations and not all(t.annotation for t in own)
+    needs_them = "auto" in asked.models or (
+        "random" in asked.models and not all(t.annotation for t in own)
     )
     if not needs_them:
         return [Parse(t.command.text, ()) for t in own]
