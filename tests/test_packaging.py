@@ -15,7 +15,7 @@ from corpus_tools.runtime.extras import extra_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("annotation_app", "corpus_tools", "eval", "g3")
-RUNTIME = ("", "app", "cluster", "embeddings", "language", "parquet", "render", "study")
+RUNTIME = ("", "app", "cluster", "embeddings", "language", "llm", "parquet", "render", "study")
 NAME = re.compile(r"[\w.-]+")
 
 

@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT))
 from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
-EXTRAS = ("study", "language", "render", "parquet", "app", "cluster", "embeddings")
+EXTRAS = ("study", "language", "render", "parquet", "app", "cluster", "embeddings", "llm")
 SMALL = "--size 160x120 --fps 4 --quality draft"
 
 

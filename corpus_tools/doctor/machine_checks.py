@@ -111,7 +111,13 @@ def extras() -> str:
     return ", ".join(_EXTRAS)
 
 
-_EXTRAS = {"app": "flask", "embeddings": "wordllama", "parquet": "pyarrow", "study": "statsmodels"}
+_EXTRAS = {
+    "app": "flask",
+    "embeddings": "wordllama",
+    "llm": "openai",
+    "parquet": "pyarrow",
+    "study": "statsmodels",
+}
 
 
 def _nearest(folder: Path) -> Path:

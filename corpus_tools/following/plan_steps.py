@@ -39,12 +39,12 @@ class ReadPlan:
     Parameters
     ----------
     actions
-        As many as can be carried out, one after the other.
+        One after the other; none if not all can be carried out.
     why_not
-        Why the next one can't be; empty if all can.
+        Why one can't be; empty if all can.
     """
 
-    actions: tuple[Action, ...]
+    actions: tuple[Action, ...] = ()
     why_not: str = ""
 
 
@@ -63,11 +63,11 @@ def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:
         _check_fields(step, kind, where)
         if not kind.fits(state):
             held = f"{state.held} is on the forks" if state.held else "nothing is on the forks"
-            return ReadPlan(tuple(actions), f"{where}: {step.action}: {held}")
+            return ReadPlan(why_not=f"{where}: {step.action}: {held}")
         load = _load(step, kind, state, where) if kind.handles else None
         place = _place(step, state, load, where) if load and kind.leaves else None
-        if kind.leaves and place is None:
-            return ReadPlan(tuple(actions), f"{where}: there is no free place {step.on}{step.near}")
+        if load and kind.leaves and place is None:
+            return ReadPlan(why_not=f"{where}: there is no free place for {load.id}")
         target = _target(step, state, where) if kind.aims else ()
         action = Action(kind, load.id if load else "", target, place, _amount(step, kind))
         actions.append(action)
@@ -157,7 +157,9 @@ def _seen(pose: FloatArray, point: FloatArray) -> tuple[float, float]:
 def _kind(step: PlanStep, where: str) -> ActionKind:
     if step.action not in KINDS:
         raise FormatError(
-            f"there is no action {step.action!r}", where=where, fix=f"give one of {', '.join(KINDS)}"
+            f"there is no action {step.action!r}",
+            where=where,
+            fix=f"give one of {', '.join(KINDS)}",
         )
     return KINDS[step.action]
 
@@ -228,7 +230,9 @@ def _place(step: PlanStep, state: State, load: PhysicalObject, where: str) -> Pl
     return next((spot for spot, is_free in zip(spots, free, strict=True) if is_free), None)
 
 
-def _spot_at(middle: FloatArray, height: Sequence[float], state: State, load: PhysicalObject) -> Place:
+def _spot_at(
+    middle: FloatArray, height: Sequence[float], state: State, load: PhysicalObject
+) -> Place:
     """A spot at a point, on what is there if no height is given."""
     tops = [
         o.prism.z_max

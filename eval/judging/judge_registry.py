@@ -1,9 +1,9 @@
 """Judges: whatever says whether a plan does what a command asks for.
 
-``ct eval --table 3 --judge NAME`` asks one for its first verdict. A judge is a function from what was
-done to a verdict; :func:`plan_judge` registers one under a name. Modules that other distributions
-name in the entry point group ``ct.judges`` register theirs when this one is imported. What is more
-than a function is a :class:`PlanJudge`.
+``ct eval --table 3 --judge NAME`` asks one for its first verdict. A judge is a function from what
+was done to a verdict; :func:`plan_judge` registers one under a name. Modules that other
+distributions name in the entry point group ``ct.judges`` register theirs when this one is imported.
+What is more than a function is a :class:`PlanJudge`.
 """
 
 from __future__ import annotations

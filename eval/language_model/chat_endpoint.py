@@ -172,7 +172,8 @@ def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay
                 known.unpaid += 1
                 folder.note(key, known)
         else:
-            return _kept(endpoint, request, answer, asked, time.monotonic() - begun, known)
+            took = time.monotonic() - begun
+            return _kept(endpoint, request, answer, known, asked=asked, latency_s=took)
         if tried + 1 < endpoint.tries:
             time.sleep(_wait_s(tried, wait))
     raise CorpusError(
@@ -186,9 +187,10 @@ def _kept(
     endpoint: Endpoint,
     request: dict[str, Any],
     answer: ChatCompletion,
+    known: UnderWay,
+    *,
     asked: str,
     latency_s: float,
-    known: UnderWay,
 ) -> KeptReply:
     usage = answer.usage
     tokens = Tokens(usage.prompt_tokens, usage.completion_tokens) if usage else Tokens()

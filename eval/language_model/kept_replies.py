@@ -1,8 +1,8 @@
 """Replies of a language model, kept on the disk so that no request is paid for twice.
 
-A reply is kept under the digest of its whole request: endpoint, model, messages, schema, seed. While
-a request is under way there is a file that says so. If a program is killed then, nobody knows whether
-the request was paid for: it is *in doubt*. It is asked again, and counted.
+A reply is kept under the digest of its whole request: endpoint, model, messages, schema, seed.
+While a request is under way there is a file that says so. If a program is killed then, nobody knows
+whether the request was paid for: it is *in doubt*. It is asked again, and counted.
 """
 
 from __future__ import annotations

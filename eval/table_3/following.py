@@ -55,14 +55,12 @@ def follow_command(
     tested: JudgedCommand,
     extracted: Sequence[SDC] | Parse,
     grounder: Grounder,
-    heading: str = "",
-    judge: PlanJudge | None = None,
 ) -> Outcome:
     """Follow a command by a model in its own world and judge the plan, however improbable it is.
 
-    The parameters are those of :func:`plan_by_model` and :func:`judged`.
+    The parameters are those of :func:`plan_by_model`.
     """
-    return judged(tested, plan_by_model(which, tested, extracted, grounder), heading, judge)
+    return judged(tested, plan_by_model(which, tested, extracted, grounder))
 
 
 def plan_by_model(

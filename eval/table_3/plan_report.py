@@ -199,7 +199,8 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
         heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in shown_verdicts)
-        yield f"{'':{width}}{''.join(heads)}{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}".rstrip()
+        last = f"{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}"
+        yield f"{'':{width}}{''.join(heads)}{last}".rstrip()
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes

@@ -30,8 +30,9 @@ ROWS: tuple[tuple[str, str, int], ...] = (
     ("gold-all", "gold", 0),
     ("auto-all", "auto", 0),
 )
-"""Of models: the name of a row, its configuration, and how many of the most probable plans it has; 0
+"""Of models: name of a row, its configuration, and how many of the most probable plans it has; 0
 for all."""
+
 
 def check_names(others: Sequence[str]) -> None:
     """Refuse names of further rows that other rows have.
