@@ -150,10 +150,8 @@ class PredictionLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
     Parameters
     ----------
-    annotation
-        Id of the annotation; of hard negatives it is made from that of a positive.
-    clause
-        Which of its clauses, counted breadth-first from 0.
+    example
+        What tells it from others. It says nothing of how the groundings came about.
     probability
         Of φ = true; null is not filled in.
     command, text, type, words
@@ -162,8 +160,7 @@ class PredictionLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
         By role, the things, places and trajectories that are claimed. Readers ignore them too.
     """
 
-    annotation: str
-    clause: Annotated[int, msgspec.Meta(ge=0)]
+    example: str
     probability: Probability | None = None
     command: str = ""
     text: str = ""
