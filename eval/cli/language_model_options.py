@@ -5,9 +5,15 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from eval.judging.judge_registry import PlanJudge
+    from eval.language_model.chat_endpoint import Endpoint
 
 NAME = "llm"
 """What ``--grounder`` and ``--judge`` call it."""
@@ -91,11 +97,11 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
             import secrets  # noqa: PLC0415 - `ct --help` does without
 
             from corpus_tools.importers.authored.bundled import cache_folder  # noqa: PLC0415
-            from eval.language_model.chat_endpoint import Endpoint  # noqa: PLC0415
+            from eval.language_model import chat_endpoint  # noqa: PLC0415
             from eval.language_model.model_answers import check_installed  # noqa: PLC0415
 
             check_installed()
-            made = Endpoint(
+            made = chat_endpoint.Endpoint(
                 endpoint.rstrip("/"),
                 llm,
                 str((replies or cache_folder() / "replies").absolute()),
@@ -111,3 +117,24 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_OPTIONS):
         decorated = option(decorated)
     return decorated
+
+
+def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
+    """The judge with a name; ``llm`` is the language model at an endpoint."""
+    from eval.judging.judge_registry import judge_named  # noqa: PLC0415 - `ct --help` does without
+    from eval.language_model.model_answers import LanguageModelJudge  # noqa: PLC0415 - `ct --help` does without
+
+    return LanguageModelJudge(endpoint) if name == NAME and endpoint else judge_named(name)
+
+
+def used_of(
+    endpoint: Endpoint | None, *, plans: bool = False, judge: bool = False
+) -> dict[str, Mapping[str, object]]:
+    """What a run has asked of a language model, by what for."""
+    if endpoint is None:
+        return {}
+    from eval.language_model.model_answers import JUDGE, PLAN  # noqa: PLC0415 - `ct --help` does without
+    from eval.language_model.usage import usage  # noqa: PLC0415 - `ct --help` does without
+
+    asked = {PLAN: plans, JUDGE: judge}
+    return {purpose: usage(endpoint, purpose) for purpose, is_asked in asked.items() if is_asked}

@@ -12,7 +12,12 @@ from corpus_tools.options.model_options import ABLATE, L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.language_model_options import NAME, language_model_options
+from eval.cli.language_model_options import (
+    NAME,
+    judge_of,
+    language_model_options,
+    used_of,
+)
 from eval.cli.mode_options import (
     HELD_OUT,
     OUT,
@@ -27,7 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from corpus_tools.runtime.parallel import Workers
-    from eval.judging.judge_registry import PlanJudge
     from eval.language_model.chat_endpoint import Endpoint
     from eval.table_3.grounder_registry import PlanGrounder
     from eval.tables.formats import Format
@@ -204,7 +208,7 @@ def table_3(
             workers=workers,
             on_progress=on_progress,
         )
-    used = _used(endpoint, plans=NAME in grounders, judge=judge == NAME)
+    used = used_of(endpoint, plans=NAME in grounders, judge=judge == NAME)
     if used:
         result = result.with_metadata({"language_model": used})
     is_by_logs = judge == AUTOMATIC and result.metadata["compared_with"] != OUTCOMES
@@ -223,14 +227,6 @@ def table_3(
         kept.path.unlink(missing_ok=True)
 
 
-def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
-    """The judge with a name; ``llm`` is the language model at an endpoint."""
-    from eval.judging.judge_registry import judge_named
-    from eval.language_model.model_answers import LanguageModelJudge
-
-    return LanguageModelJudge(endpoint) if name == NAME and endpoint else judge_named(name)
-
-
 def _others(
     names: Sequence[str], plans: Sequence[Path], endpoint: Endpoint | None
 ) -> list[PlanGrounder]:
@@ -246,19 +242,6 @@ def _others(
         for name in wanted
     ]
     return [*found, *(read_plans(file) for file in plans)]
-
-
-def _used(
-    endpoint: Endpoint | None, *, plans: bool, judge: bool
-) -> dict[str, Mapping[str, object]]:
-    """What a run has asked of a language model, by what for."""
-    if endpoint is None:
-        return {}
-    from eval.language_model.model_answers import JUDGE, PLAN
-    from eval.language_model.usage import usage
-
-    asked = {PLAN: plans, JUDGE: judge}
-    return {purpose: usage(endpoint, purpose) for purpose, is_asked in asked.items() if is_asked}
 
 
 def _used_in_words(used: Mapping[str, Mapping[str, object]]) -> list[str]:

@@ -61,7 +61,7 @@ def write_form(path: Path, examples: Iterable[Example]) -> int:
     int
         How many there are.
     """
-    return write_lines(path, sorted(map(prediction_line, examples), key=lambda line: line.example))
+    return write_lines(path, map(prediction_line, sorted(examples, key=id_of)))
 
 
 def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:

@@ -150,7 +150,7 @@ def run(
     chosen = asked.names
     found = dict(done)
     left = [name for name in names if name not in found]
-    tasks = [t for t in _tasks(tested, headings, most) if t.scenario in left]
+    tasks = _tasks(tested, headings, most)
     for own in there:
         own.prepare(tasks, on_progress or no_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
