@@ -22,6 +22,7 @@ from eval.language_model.plan_prompt import (
 )
 from eval.language_model.structured_replies import UnusableReplyError, ask_for
 from eval.table_3.grounder_registry import PlanTask, Proposal
+from g3.actions.action_kinds import KINDS
 from g3.annotation import Annotation
 from g3.errors import CorpusError, FormatError
 
@@ -89,7 +90,14 @@ class LanguageModelGrounder:
             return Proposal(plan.actions, reply.probability, reply.reason)
 
         try:
-            return ask_for(self.endpoint, plan_messages(task), PlanReply, use, purpose=PLAN)
+            return ask_for(
+                self.endpoint,
+                plan_messages(task),
+                PlanReply,
+                use,
+                purpose=PLAN,
+                choices={"action": list(KINDS)},
+            )
         except UnusableReplyError as error:
             return Proposal(note=str(error))
 

@@ -14,6 +14,7 @@ from eval.judging.judge_registry import JudgedPlan
 from eval.language_model.chat_endpoint import Message
 from eval.table_3.grounder_registry import PlanTask
 from g3.actions.action_kinds import KINDS, ActionKind
+from g3.actions.forklift_actions import DRIVE_BETWEEN
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
@@ -106,7 +107,8 @@ def _takes(kind: ActionKind) -> str:
     units = {"m": "metres", "rad": "degrees, to the left if positive", "s": "seconds"}
     fields = ["object"] if kind.handles else []
     fields += ["on, near or at"] if kind.leaves else []
-    fields += ["target or to"] if kind.aims else []
+    aim = "target, two of them" if kind is DRIVE_BETWEEN else "target or to"
+    fields += [aim] if kind.aims else []
     fields += [f"amount in {units[kind.unit]}"] if kind.unit else []
     return f"({'; '.join(fields)})"
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import msgspec
@@ -29,6 +30,7 @@ def ask_for(
     use: Callable[[Form], Value],
     *,
     purpose: str,
+    choices: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Value:
     """Ask for a reply in a form, and make something of it.
 
@@ -40,6 +42,8 @@ def ask_for(
         Makes something of it; raises a FormatError where that can't be done.
     purpose
         As of :func:`~eval.language_model.chat_endpoint.ask`.
+    choices
+        What fields of the form can be, by their names, for servers that hold a model to it.
 
     Raises
     ------
@@ -48,7 +52,7 @@ def ask_for(
     CorpusError
         If the endpoint gives no reply.
     """
-    said, schema = list(messages), _schema(form)
+    said, schema = list(messages), _schema(form, choices)
     problem = ""
     for _ in range(ROUNDS):
         reply = ask(endpoint, said, schema, purpose=purpose)
@@ -66,11 +70,14 @@ def ask_for(
     raise UnusableReplyError(f"no reply of the language model can be used: {problem[:SHOWN]}")
 
 
-def _schema(form: type[msgspec.Struct]) -> dict[str, Any]:
+def _schema(form: type[msgspec.Struct], choices: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """The JSON Schema of a form: an object at the top, as endpoints want it, without prose."""
     whole = msgspec.json.schema(form)
     root = whole["$defs"].pop(form.__name__)
     bare: dict[str, Any] = _without_prose({**root, "$defs": whole["$defs"]})
+    for part in (bare, *bare["$defs"].values()):
+        for name in part.get("properties", {}).keys() & choices.keys():
+            part["properties"][name] |= {"enum": list(choices[name])}
     return bare
 
 

@@ -50,6 +50,8 @@ class Chat:
         How often each was answered with status 200, all of which have to be paid.
     most_at_once
         How many requests were under way at the same time, at most.
+    together
+        Nobody is answered before so many requests are under way.
     """
 
     url: str = ""
@@ -59,6 +61,7 @@ class Chat:
     bodies: list[dict[str, Any]] = field(default_factory=list)
     most_at_once: int = 0
     delay_s: float = 0.0
+    together: int = 0
     fault: Fault = lambda count: None
     says: Callable[[dict[str, Any]], str] = answer
     _under_way: int = 0
@@ -84,6 +87,7 @@ class Chat:
 def chat_server(**settings: Any) -> Iterator[Chat]:
     """A running server."""
     chat = Chat(**settings)
+    barrier = threading.Barrier(chat.together or 1)
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -97,6 +101,8 @@ def chat_server(**settings: Any) -> Iterator[Chat]:
                     self._reply(404, json.dumps({"error": {"message": "no such path"}}))
                     return
                 time.sleep(chat.delay_s)
+                if chat.together:
+                    barrier.wait(timeout=60)
                 fault = chat.fault(count)
                 if fault:
                     self._reply(*fault)
