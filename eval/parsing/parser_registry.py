@@ -2,8 +2,9 @@
 
 A parser is a function from a text to its top-level clauses, or to a
 :class:`~g3.language.parsing.extractor.Parse` with several trees. :func:`parser` registers one under
-a name, which ``ct eval --table 3 --parser NAME`` asks for. Modules that other distributions name in
-the entry point group ``ct.parsers`` register theirs when this one is imported.
+a name, which ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME`` ask for. Modules that
+other distributions name in the entry point group ``ct.parsers`` register theirs when this one is
+imported.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from g3.extensions import blaming, load_extensions, member_named
-from g3.language.parsing.extractor import Parse
+from g3.language.parsing.extractor import Parse, Tree
 from g3.sdc.clauses import SDC
 
 GROUP = "ct.parsers"
@@ -28,8 +29,8 @@ class RegisteredParser:
     description: str
     function: ParseFunction
 
-    def trees(self, text: str) -> Sequence[SDC] | Parse:
-        """The clauses of a text.
+    def parse(self, text: str) -> Parse:
+        """The trees of a text.
 
         Raises
         ------
@@ -37,7 +38,9 @@ class RegisteredParser:
             If the function raises anything.
         """
         with blaming(f"the parser {self.name}", f"command {text!r}"):
-            return self.function(text)
+            found = self.function(text)
+            trees = (Tree(tuple(found), 1.0),) if not isinstance(found, Parse) and found else ()
+            return found if isinstance(found, Parse) else Parse(text, trees)
 
 
 _PARSERS: dict[str, RegisteredParser] = {}

@@ -28,7 +28,7 @@ from eval.table_3.judged_commands import (
     judged_commands,
 )
 from eval.table_3.outcomes import Outcome
-from eval.table_3.plan_rows import check_names
+from eval.table_3.plan_rows import ALONE, MODELS, check_names
 from eval.table_3.scenario_following import PERTURBED, Asked, followed_scenarios, kept_by
 from g3.errors import CorpusError
 from g3.inference.potentials.potential_registry import ablation
@@ -147,7 +147,8 @@ def run(
     asked = Asked(
         train, test, there, tuple(models), tuple(parsers), judge, l2, seed, left_out, *ways, most
     )
-    chosen = asked.names
+    order = [*ALONE, *(g.name for g in grounders), *MODELS, *parsers]
+    chosen = [name for name in order if name in asked.names]
     found = dict(done)
     left = [name for name in names if name not in found]
     tasks = _tasks(tested, headings, most)

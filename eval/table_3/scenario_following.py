@@ -186,8 +186,7 @@ def _by_model(name: str, grounder: Grounder, tested: JudgedCommand, trees: Parse
 
 
 def _by_parser(name: str, grounder: Grounder, tested: JudgedCommand, _: Parse) -> FollowedPlan:
-    trees = parser_named(name).trees(tested.command.text)
-    return plan_by_model(name, tested, trees, grounder)
+    return plan_by_model(name, tested, parser_named(name).parse(tested.command.text), grounder)
 
 
 def _judged(

@@ -1,10 +1,13 @@
 """Grounders and parsers that are registered by other modules, as rows of Table 3."""
 
+import json
 import pickle
 
 import pytest
+from click.testing import CliRunner
 
 from corpus_tools.corpus.corpus_writing import write_corpus
+from eval.cli.eval_commands import evaluate
 from eval.judging.judge_registry import judge_named, plan_judge
 from eval.parsing import parser_registry
 from eval.parsing.parser_registry import parser
@@ -142,6 +145,23 @@ def test_a_parser_gives_the_model_its_clauses(folders, registered):
     themes = {o.text: o.theme for o in result.outcomes["one-thing"]}
     assert themes["Pick up the refrigerator."]
     assert themes["Put the washing machine on the trailer."] is False
+
+
+def test_a_parser_is_compared_with_annotated_trees(folders, registered):
+    @parser("as-annotated")
+    def as_annotated(text):
+        """Give what people gave, but nothing for one command."""
+        (annotation,) = (a for a in few_annotated().annotations[:1])
+        return annotation.sdcs if text == annotation.command.text else ()
+
+    asked = ["--sdc", "--test", folders[0], "--parser", "as-annotated", "--json"]
+    done = CliRunner().invoke(evaluate, asked)
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["parser"] == "as-annotated"
+    assert (found["exact"], found["commands"]) == (0.5, 2)
+    (wrong,) = found["errors"]
+    assert wrong["predicted"] == ""
 
 
 def test_names_are_given_once(registered):
