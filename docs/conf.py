@@ -52,6 +52,7 @@ COPIES = {
     "examples": "examples/README.md",
     "example-tabletop-blocks": "examples/tabletop_blocks/README.md",
     "example-cable-reel": "examples/cable_reel/README.md",
+    "example-fuzzy-labels": "examples/fuzzy_labels/README.md",
     "example-paraphrase": "examples/paraphrase/README.md",
     "dataset-warehouse": "datasets/warehouse/README.md",
 }

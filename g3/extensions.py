@@ -9,6 +9,13 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TypeVar
+
+from g3.errors import CorpusError
+
+Member = TypeVar("Member")
 
 
 def load_extensions(group: str) -> None:
@@ -27,3 +34,49 @@ def load_extensions(group: str) -> None:
                 type(error).__name__,
                 error,
             )
+
+
+def member_named(name: str, known: Mapping[str, Member], *, kind: str, group: str) -> Member:
+    """A member of a registry by its name.
+
+    Parameters
+    ----------
+    kind
+        What the members are, such as "grounder".
+    group
+        The entry point group in which other distributions add theirs.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    if name not in known:
+        there = ", ".join(sorted(known))
+        fix = f"give one of {there}; or install" if there else "install"
+        raise CorpusError(
+            f"there is no {kind} {name!r}",
+            fix=f"{fix} a package that adds it by the entry point group {group}",
+        )
+    return known[name]
+
+
+@contextmanager
+def blaming(member: str, where: str) -> Iterator[None]:
+    """Have whatever other people's code raises say whose it is, and where.
+
+    Raises
+    ------
+    CorpusError
+        If the code raises anything.
+    """
+    try:
+        yield
+    except CorpusError:
+        raise
+    except Exception as error:
+        raise CorpusError(
+            f"{member} fails: {type(error).__name__}: {error}",
+            where=where,
+            fix="mend it, or leave it out",
+        ) from error

@@ -16,7 +16,10 @@ from corpus_tools.runtime.extras import extra_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("annotation_app", "corpus_tools", "ct", "eval", "g3")
-RUNTIME = ("", "app", "cluster", "embeddings", "language", "parquet", "render", "study")
+RUNTIME = (
+    "", "app", "cluster", "embeddings", "language", "llm", "parquet", "plot", "render", "speed",
+    "study",
+)  # fmt: skip
 NAME = re.compile(r"[\w.-]+")
 
 

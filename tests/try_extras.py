@@ -26,7 +26,10 @@ sys.path.insert(0, str(ROOT))
 from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
-EXTRAS = ("study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings")
+EXTRAS = (
+    "study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings",
+    "llm",
+)  # fmt: skip
 SMALL = "--size 160x120 --fps 4 --quality draft"
 
 

@@ -1,4 +1,4 @@
-"""JSON Schemas of the files of corpora, scenarios, layouts and models, made from the records.
+"""JSON Schemas of the files of corpora, scenarios, layouts, models and answers, from the records.
 
 ``python -m corpus_tools.cli.format_schemas docs/schemas`` writes them anew.
 """
@@ -12,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from corpus_tools.corpus.answer_records import ANSWER_RECORDS
 from corpus_tools.corpus.corpus_records import LINE_RECORDS, MANIFEST, Manifest
 from corpus_tools.importers.report import REPORT, ImportReport
 from corpus_tools.world.scenarios.scenario_files import LayoutFile, ScenarioFile, schema
@@ -21,6 +22,7 @@ from g3.learning.model_file import ModelCard
 def schemas() -> dict[str, bytes]:
     """The content of each schema file by name."""
     types: dict[str, type[msgspec.Struct]] = {MANIFEST: Manifest, **LINE_RECORDS}
+    types |= ANSWER_RECORDS
     types |= {REPORT: ImportReport, "model.json": ModelCard}
     made = {
         name.split(".")[0]: msgspec.json.schema(kind, schema_hook=_anything)

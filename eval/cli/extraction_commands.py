@@ -23,6 +23,7 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     "  ct eval --sdc --corpus aaai11 --cv scenario --train warehouse\n"
     "  ct eval --sdc --test warehouse --train aaai11 --json\n"
     "  ct eval --sdc --test aaai11 --model sdc.npz\n"
+    "  ct eval --sdc --test aaai11 --parser verb-object\n"
     "  ct eval --sdc --test warehouse --train aaai11 --perturb articles --perturb typos",
 )
 @takes_one_of(
@@ -30,6 +31,7 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     OptionSet(("--corpus", "--cv", "--train"), ("--l2",)),
     OptionSet(("--test", "--train"), ("--l2",)),
     OptionSet(("--test", "--model")),
+    OptionSet(("--test", "--parser")),
     OptionSet(("--test",)),
 )
 @click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
@@ -45,6 +47,9 @@ from eval.cli.option_sets import OptionSet, takes_one_of
 @click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
 @click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train sdc` on --test."
+)
+@click.option(
+    "--parser", metavar="NAME", default="", help="Test a parser of an installed package on --test."
 )
 @L2
 @PERTURB
@@ -65,6 +70,7 @@ def sdc(
     train: str,
     test: str,
     model: Path | None,
+    parser: str,
     l2: float | None,
     perturb: tuple[str, ...],
     seed: int,
@@ -75,13 +81,13 @@ def sdc(
     """Measure how well SDC trees are extracted from text (section 3.1).
 
     Give --corpus with --cv scenario (and --train for a corpus to learn from besides), --test with
-    --train or --model, or --test alone for the bundled extractor. --perturb tests the same commands
-    besides as other people may type them.
+    --train, --model or --parser, or --test alone for the bundled extractor. --perturb tests the
+    same commands besides as other people may type them.
     """
     from eval.parsing.sdc_report import render
     from eval.parsing.tested_commands import SDCChoices, run
 
-    choices = SDCChoices(corpus, train, test, model, l2, perturb, seed)
+    choices = SDCChoices(corpus, train, test, model, parser, l2, perturb, seed)
     with progress_bar("analysing commands") as on_progress:
         tested, metadata = run(choices, on_progress)
     if metadata.get("seen_scenarios"):

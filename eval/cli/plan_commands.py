@@ -1,166 +1,19 @@
-"""``ct eval --table 3`` and ``--end-to-end``: whether plans for commands are right."""
+"""``ct eval --end-to-end``: people rate videos of plans."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option
-from corpus_tools.options.model_options import ABLATE, L2
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import (
-    HELD_OUT,
-    OUT,
-    PERTURB,
-    SEED,
-    draws_option,
-    is_terminal,
-    train_and_test,
-    write,
-)
+from eval.cli.mode_options import OUT, SEED, draws_option, is_terminal, train_and_test, write
 from eval.cli.option_sets import OptionSet, takes_one_of
-
-if TYPE_CHECKING:
-    from corpus_tools.runtime.parallel import Workers
-    from eval.tables.formats import Format
-
-
-@click.command(
-    "--table 3",
-    short_help="Score plans for commands of held-out scenarios.",
-    epilog="\b\nExamples:\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
-    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal\n"
-    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test automatic "
-    "--heading loads --heading loads+45 --heading loads-45\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --perturb articles",
-)
-@train_and_test
-@click.option(
-    "--judge",
-    type=click.Choice(["automatic"]),
-    required=True,
-    help="Who says whether a plan is right: a program that compares it with the command's own "
-    "log or outcome, and with its words. "
-    "People's ratings are shown by --table 2.",
-)
-@HELD_OUT
-@click.option(
-    "--most",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default="all",
-    help="How many commands of each scenario to follow.",
-)
-@click.option(
-    "--heading",
-    "headings",
-    metavar="RULE",
-    multiple=True,
-    help="Which way robots face whose heading is assumed, such as loads, things or loads+30; "
-    "give several for the mean over them [default: as imported].",
-)
-@PERTURB
-@click.option(
-    "--parses",
-    type=click.IntRange(1, 20),
-    default=1,
-    show_default=True,
-    help="How many SDC trees of each text to sum over, where the best one is not sure.",
-)
-@ABLATE
-@L2
-@SEED
-@draws_option()
-@format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
-@OUT
-@WORKERS
-def table_3(
-    *,
-    train: str,
-    test: str,
-    judge: Literal["automatic"],
-    most: int,
-    headings: tuple[str, ...],
-    perturb: tuple[str, ...],
-    parses: int,
-    ablate: tuple[str, ...],
-    l2: float | None,
-    seed: int,
-    draws: int,
-    form: Format,
-    out: Path | None,
-    workers: Workers,
-) -> None:
-    """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
-
-    Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
-    where the command's log ends, or its outcome where there is no log, and whether it does what
-    annotated words say. The table says how valid that is. Baselines without a model are rows of the
-    table. With --out, scenarios that are done are kept beside the file until it is written, so
-    that a run that was stopped goes on.
-    """
-    from corpus_tools import __version__
-    from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.judging.judge_report import in_a_line, with_validity
-    from eval.judging.judge_validity import known_validity
-    from eval.table_3.baselines import missing
-    from eval.table_3.end_to_end import run
-    from eval.table_3.judged_commands import OUTCOMES
-    from eval.table_3.kept_outcomes import kept_beside
-    from eval.table_3.plan_report import NOT_VALIDATED, render
-    from g3.features.feature_registry import CATALOGUE_VERSION
-
-    strength = l2 or 1.0
-    settings = {
-        "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
-        "program": __version__,
-        "features": CATALOGUE_VERSION,
-        "l2": strength,
-        "seed": seed,
-        "ablate": sorted(set(ablate)),
-        "headings": list(headings),
-        "perturb": list(perturb),
-        "parses": parses,
-        "most": most,
-        "missing": sorted(missing()),
-    }
-    kept = kept_beside(out, settings) if out else None
-    if kept and kept.scenarios:
-        note(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}")
-    with progress_bar("reading corpora") as on_progress:
-        result = run(
-            train,
-            test,
-            l2=strength,
-            seed=seed,
-            ablate=ablate,
-            headings=headings,
-            perturb=perturb,
-            parses=parses,
-            most=most,
-            done=kept.scenarios if kept else {},
-            on_scenario=kept.keep if kept else None,
-            workers=workers,
-            on_progress=on_progress,
-        )
-    is_by_logs = result.metadata["compared_with"] != OUTCOMES
-    corpora = (open_corpus(name) for name in (test, *train.split(",")) if is_by_logs)
-    validity = known_validity(corpora, draws=draws, seed=seed)
-    text = render(result, form, draws=draws, seed=seed)
-    if form == "json":
-        text = with_validity(text, validity)
-    elif form == "text":
-        text = f"{text}\n{in_a_line(validity) if is_by_logs else NOT_VALIDATED}"
-    write(text, out)
-    if kept:
-        kept.path.unlink(missing_ok=True)
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:

@@ -100,27 +100,55 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
     "  ct eval --table 1 --corpus aaai11 --split scenario --test-scenarios go_to_truck1,lift3\n"
     "  ct eval --table 1 --train aaai11 --test warehouse --json\n"
     "  ct eval --table 1 --model g3.npz --test warehouse --negatives hard\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex",
+    "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex\n"
+    "  ct eval --table 1 --corpus aaai11 --cv scenario --write-tasks form.jsonl\n"
+    "  ct eval --table 1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
 )
 @_trained_and_tested(*DIVIDED, APART, TRAINED)
+@click.option(
+    "--predictions",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    multiple=True,
+    help="Show predictions of another program beside, called like the file (repeatable).",
+)
+@click.option(
+    "--write-tasks",
+    "tasks",
+    type=click.Path(path_type=Path, dir_okay=False),
+    callback=in_a_folder,
+    help="Only write the form for --predictions: each tested clause with its groundings.",
+)
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, or for a paper.")
 @OUT
 @WORKERS
 def table_1(
-    *, choices: Choices, draws: int, form: Format, out: Path | None, workers: Workers
+    *,
+    choices: Choices,
+    predictions: tuple[Path, ...],
+    tasks: Path | None,
+    draws: int,
+    form: Format,
+    out: Path | None,
+    workers: Workers,
 ) -> None:
     """Measure how well models predict whether SDCs match groundings: Table 1 (section 4.2).
 
     Say what to train and test on. Give one --corpus that is divided by scenario (--cv or --split),
-    two corpora (--train and --test), or a trained --model and a --test corpus.
+    two corpora (--train and --test), or a trained --model and a --test corpus. Predictions of other
+    programs are compared with the model's, example by example.
     """
     from corpus_tools.runtime.parallel import Executor
     from eval.table_1 import experiment
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
+    from eval.table_1.given_predictions import OURS, compare_predictions, write_form
     from g3.inference.potentials.potential_registry import ablation
 
+    if tasks:
+        count = write_form(tasks, experiment.tested_examples(choices))
+        tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
+        return
     rules = ablation(choices.ablate).potentials
     if rules:
         note(
@@ -130,15 +158,16 @@ def table_1(
     with Executor(workers) as executor:
         with progress_bar("extracting features") as on_progress:
             result = experiment.run(choices, on_progress)
-        rows = table_rows(
-            result.predictions,
-            threshold=choices.threshold,
-            draws=draws,
-            seed=choices.seed,
-            executor=executor,
-        )
+        said = {OURS: result.predictions, **experiment.given(predictions, result)}
+        how: dict[str, Any] = {"threshold": choices.threshold, "draws": draws, "seed": choices.seed}
+        rows, *others = (table_rows(own, **how, executor=executor) for own in said.values())
+    compared = compare_predictions(said, **how) if others else []
     metadata = {"table": 1, **result.metadata, "draws": draws}
-    write(render(rows, form, metadata, terminal=is_terminal(out)), out)
+    named = dict(zip(list(said)[1:], others, strict=True))
+    if named:
+        metadata["predictions"] = list(named)
+    terminal = is_terminal(out)
+    write(render(rows, form, metadata, others=named, compared=compared, terminal=terminal), out)
 
 
 @click.command(

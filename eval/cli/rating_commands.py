@@ -9,10 +9,12 @@ import click
 
 from corpus_tools.options.format_option import FORMAT, format_option
 from corpus_tools.options.parallel_options import WORKERS
+from eval.cli.language_model_options import judge_of, language_model_options, used_of
 from eval.cli.mode_options import OUT, RATED, SEED, STUDY, draws_option, is_terminal, write
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
+    from eval.language_model.chat_endpoint import Endpoint
     from eval.tables.formats import Format
 
 FORMATS = format_option("csv", "latex", about="For people, for programs, or for a paper.")
@@ -73,10 +75,20 @@ def table_2(
     short_help="Compare the automatic judge with people.",
     epilog="\b\nExamples:\n"
     "  ct eval --judge-validity --corpus aaai11\n"
-    "  ct eval --judge-validity --corpus aaai11 --json",
+    "  ct eval --judge-validity --corpus aaai11 --json\n"
+    "  ct eval --judge-validity --corpus aaai11 --judge llm --llm qwen2.5-7b "
+    "--endpoint http://localhost:8000/v1",
 )
 @RATED
 @STUDY
+@click.option(
+    "--judge",
+    metavar="NAME",
+    default="automatic",
+    show_default=True,
+    help="Compare this judge besides: llm, or one of an installed package.",
+)
+@language_model_options
 @SEED
 @draws_option()
 @FORMAT
@@ -86,21 +98,40 @@ def judge_validity(
     *,
     corpus: str,
     study: str,
+    judge: str,
+    endpoint: Endpoint | None,
     seed: int,
     draws: int,
     form: Literal["text", "json"],
     out: Path | None,
     workers: Workers,
 ) -> None:
-    """Say whether the automatic judge says what people said of the same videos."""
+    """Say whether the automatic judge says what people said of the same videos.
+
+    With --judge another judge is compared with people on the same pairs.
+    """
     from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.runtime.parallel import Executor
+    from eval.judging.judge_registry import AUTOMATIC
     from eval.judging.judge_report import render
     from eval.judging.judge_validity import judge_validity as compare
 
+    other = None if judge == AUTOMATIC else judge_of(judge, endpoint)
     with Executor(workers) as executor:
-        found = compare(open_corpus(corpus), study=study, seed=seed, draws=draws, executor=executor)
-    metadata = {"corpus": corpus, "seed": seed, "draws": draws}
+        found = compare(
+            open_corpus(corpus),
+            study=study,
+            seed=seed,
+            draws=draws,
+            other=other,
+            executor=executor,
+        )
+    metadata: dict[str, object] = {"corpus": corpus, "seed": seed, "draws": draws}
+    if other:
+        metadata["other_judge"] = {other.name: dict(other.about)}
+    used = used_of(endpoint, judge=True)
+    if used:
+        metadata["language_model"] = used
     write(render(found, form, metadata, terminal=is_terminal(out)), out)
 
 

@@ -43,8 +43,12 @@ def render(
     tables = {
         "Near misses: commands with another video than their own": _near_misses(validity),
         "Commands with their own video": _own_videos(validity),
-        "Near misses of which a verdict says another thing than most people": _disagreements(near),
-        "Own videos of which a verdict says another thing than most people": _disagreements(own),
+        "Near misses of which a verdict says another thing than most people": _disagreements(
+            near, validity
+        ),
+        "Own videos of which a verdict says another thing than most people": _disagreements(
+            own, validity
+        ),
     }
     return table_text(tables, notes(validity), about, terminal=terminal)
 
@@ -69,7 +73,7 @@ def summary(validity: Validity) -> dict[str, object]:
 
 def notes(validity: Validity) -> list[str]:
     """The figures in words, and what they don't tell."""
-    found = [f"{title}: {_near(validity, v)}" for v, title in VERDICTS.items()]
+    found = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
     found += [
         OWN_SAYS_LITTLE,
         f"all pairs together, {VERDICTS[ENDS]}: kappa {_interval(validity.together.kappa)}, same "
@@ -100,7 +104,7 @@ def in_a_line(validity: Validity | None) -> str:
             "The automatic judge's validity isn't known: none of the corpora has people's "
             "judgments with the videos' logs."
         )
-    said = "; ".join(f"{title}: {_near(validity, v)}" for v, title in VERDICTS.items())
+    said = "; ".join(f"{title}: {_near(validity, v)}" for v, title in validity.titles.items())
     return f"The automatic judge against the majority of people, on near misses: {said}."
 
 
@@ -143,14 +147,14 @@ def _near_misses(validity: Validity) -> Table:
             kappa = found.kappa
             figures = (f"{e.value:.2f}" for e in (found.precision, found.recall))
             shown = (f"{kappa.value:.2f}", interval(kappa.low, kappa.high), *figures)
-            table.add_row(VERDICTS[verdict], GROUPS[name], *shown, *_counts(found))
+            table.add_row(validity.titles[verdict], GROUPS[name], *shown, *_counts(found))
     return table
 
 
 def _own_videos(validity: Validity) -> Table:
     table = _table("Verdict")
     for verdict, found in validity.own_videos.items():
-        table.add_row(VERDICTS[verdict], *_counts(found))
+        table.add_row(validity.titles[verdict], *_counts(found))
     return table
 
 
@@ -167,15 +171,28 @@ def _counts(found: Agreement) -> list[str]:
     return [*map(str, found.counts.values()), str(found.n)]
 
 
-def _disagreements(pairs: Sequence[JudgedPair]) -> Table:
+def _disagreements(pairs: Sequence[JudgedPair], validity: Validity) -> Table:
     table = Table()
-    for heading in ("People", "By log", "By words", "Ratings", "Own video", "Shown", "Command"):
+    others = [verdict for verdict in validity.titles if verdict not in VERDICTS]
+    for heading in (
+        "People",
+        "By log",
+        "By words",
+        *others,
+        "Ratings",
+        "Own video",
+        "Shown",
+        "Command",
+    ):
         table.add_column(heading)
     table.add_column("Why not")
     for pair in pairs:
         table.add_row(
             _yes(pair.people),
-            *(_yes(pair.verdicts[v].correct) if v in pair.verdicts else "-" for v in VERDICTS),
+            *(
+                _yes(pair.verdicts[v].correct) if v in pair.verdicts else "-"
+                for v in validity.titles
+            ),
             " ".join(map(str, pair.ratings)),
             cell(pair.command_video),
             cell(pair.shown_video),
@@ -187,7 +204,7 @@ def _disagreements(pairs: Sequence[JudgedPair]) -> Table:
 
 def _reasons(pair: JudgedPair) -> list[str]:
     short = {ENDS: "by log", WORDS: "by words"}
-    return [f"{short[v]}: {said.reason}" for v, said in pair.verdicts.items() if said.reason]
+    return [f"{short.get(v, v)}: {said.reason}" for v, said in pair.verdicts.items() if said.reason]
 
 
 def _listed(pair: JudgedPair) -> dict[str, object]:

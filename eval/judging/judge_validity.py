@@ -10,7 +10,8 @@ shown does in its own world, as people did.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from corpus_tools.runtime.parallel import Executor
 from eval.judging.deeds import logged
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
+from eval.judging.judge_registry import JudgedPlan, PlanJudge
 from eval.judging.replayed import replayed
 from eval.judging.words_judge import judge_by_words
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
@@ -107,6 +109,8 @@ class Validity:
     auc
         How probably a pair that the first verdict calls right has a higher mean rating than one
         that it calls wrong; equal ones count half. The judge itself has no degrees.
+    titles
+        What the verdicts are, by their names in JSON.
     """
 
     pairs: tuple[JudgedPair, ...]
@@ -116,6 +120,7 @@ class Validity:
     own_videos: Mapping[str, Agreement]
     together: Agreement
     auc: Estimate
+    titles: Mapping[str, str] = field(default_factory=lambda: VERDICTS)
 
     @property
     def disagreements(self) -> tuple[JudgedPair, ...]:
@@ -126,11 +131,18 @@ class Validity:
 
 
 def judge_validity(
-    corpus: Corpus, *, seed: int, draws: int, study: str = "", executor: Executor | None = None
+    corpus: Corpus,
+    *,
+    seed: int,
+    draws: int,
+    study: str = "",
+    other: PlanJudge | None = None,
+    executor: Executor | None = None,
 ) -> Validity:
     """Compare the judge with the people whose judgments a corpus holds.
 
-    `executor` makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+    `other` is a judge who is compared with them besides. `executor` makes the resamples
+    (:func:`eval.statistics.resampling.resampled_sums`).
 
     Raises
     ------
@@ -141,7 +153,8 @@ def judge_validity(
         raise FormatError("the corpus has no judgments", fix="give one with ratings of videos")
     check_judgments(corpus.judgments, {command.video for command in corpus.commands.values()})
     mine = of_study(corpus.judgments, study)
-    pairs, left_out = _judged(mine, corpus)
+    pairs, left_out = _judged(mine, corpus, other)
+    titles = {**VERDICTS, **({other.name: f"the judge {other.name}"} if other else {})}
     if not pairs:
         raise FormatError(
             "no judged pair has the logs of both videos", fix="give a corpus that has their logs"
@@ -164,10 +177,11 @@ def judge_validity(
         tuple(pairs),
         left_out,
         mine[0].study,
-        {v: {name: _agree(some, v, resampled) for name, some in halves.items()} for v in VERDICTS},
-        {v: _agree(own, v, resampled) for v in VERDICTS},
+        {v: {name: _agree(some, v, resampled) for name, some in halves.items()} for v in titles},
+        {v: _agree(own, v, resampled) for v in titles},
         _agree(pairs, ENDS, resampled),
         _auc_of(pairs, resampled),
+        titles,
     )
 
 
@@ -203,7 +217,9 @@ def _plain(text: str) -> str:
     return " ".join(text.split())
 
 
-def _judged(judgments: Sequence[Judgment], corpus: Corpus) -> tuple[list[JudgedPair], int]:
+def _judged(
+    judgments: Sequence[Judgment], corpus: Corpus, other: PlanJudge | None
+) -> tuple[list[JudgedPair], int]:
     contexts, annotations = contexts_of_videos(corpus), _annotated(corpus)
     scenarios = {command.video: command.scenario for command in corpus.commands.values()}
     ratings: dict[tuple[str, str, str], list[int]] = {}
@@ -213,17 +229,34 @@ def _judged(judgments: Sequence[Judgment], corpus: Corpus) -> tuple[list[JudgedP
     known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
     ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
     deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
+    cases = {
+        (text, own, shown): JudgedPlan(
+            text, deeds[shown], (), contexts[own], annotations.get((own, _plain(text)))
+        )
+        for text, own, shown in known
+    }
+    said = _verdicts(cases, other) if other else {}
     pairs = []
     for (text, own, shown), given in known.items():
         verdicts = {ENDS: ends[own, shown]}
         annotation = annotations.get((own, _plain(text)))
         if annotation is not None:
             verdicts[WORDS] = judge_by_words(annotation, deeds[shown])
+        if other:
+            verdicts[other.name] = said[text, own, shown]
         agree = 2 * sum(r >= AGREES for r in given) > len(given)
         scenario = scenarios.get(own, "")
         rated = tuple(sorted(given))
         pairs.append(JudgedPair(text, own, shown, scenario, rated, agree, verdicts))
     return pairs, len(ratings) - len(known)
+
+
+def _verdicts(
+    cases: Mapping[tuple[str, str, str], JudgedPlan], other: PlanJudge
+) -> dict[tuple[str, str, str], Verdict]:
+    """What a judge says of pairs, asked about as many at the same time as it likes."""
+    with ThreadPoolExecutor(other.at_once) as threads:
+        return dict(zip(cases, threads.map(other.verdict, cases.values()), strict=True))
 
 
 def _ends(own: Context, shown: Context) -> Verdict:

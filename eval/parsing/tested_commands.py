@@ -11,6 +11,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from eval.parsing.parser_registry import parser_named
 from eval.parsing.reference_scores import reference_scores
 from eval.parsing.sdc_scores import Comparison, compare
 from eval.splits import leave_one_out
@@ -37,7 +38,9 @@ class SDCChoices:
     train
         one to train on (with `corpus`: besides its other scenarios), or
     model
-        a trained model; where there is neither, the bundled one.
+        a trained model, or
+    parser
+        the name of another parser; where there is none of these, the bundled extractor.
     l2
         Strength of the regularisation; None for the default.
     perturb
@@ -50,6 +53,7 @@ class SDCChoices:
     train: str = ""
     test: str = ""
     model: Path | None = None
+    parser: str = ""
     l2: float | None = None
     perturb: tuple[str, ...] = ()
     seed: int = 0
@@ -103,6 +107,8 @@ def run(
     if choices.corpus:
         trials = _cross_validated(tested, taught, l2, on_progress)
         return trials, {**metadata, "cv": "scenario", "l2": l2}
+    if choices.parser:
+        return _by_parser(choices.parser, tested), {**metadata, "parser": choices.parser}
     if choices.train:
         extractor = SDCExtractor(l2=l2).fit(taught)
         metadata |= {"l2": l2}
@@ -112,6 +118,19 @@ def run(
         metadata |= {"model": str(model or "bundled")}
         metadata |= {"seen_scenarios": seen_scenarios(extractor, items)}
     return {kind: _parsed(extractor, own) for kind, own in tested.items()}, metadata
+
+
+def _by_parser(name: str, tested: Mapping[str, _Tested]) -> dict[str, list[TestedCommand]]:
+    """The trees that another parser makes of the commands."""
+    parser = parser_named(name)
+    return {
+        kind: [_compared(item, parser.parse(item.command.text)) for item in own.items]
+        for kind, own in tested.items()
+    }
+
+
+def _compared(item: Annotated, parse: Parse) -> TestedCommand:
+    return TestedCommand(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
 
 
 def _prepared(corpus: Corpus) -> _Tested:
@@ -160,7 +179,4 @@ def _cross_validated(
 
 def _parsed(extractor: SDCExtractor, tested: _Tested) -> list[TestedCommand]:
     parses = extractor.predict_proba([lesson.command for lesson in tested.lessons])
-    return [
-        TestedCommand(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
-        for item, parse in zip(tested.items, parses, strict=True)
-    ]
+    return [_compared(item, parse) for item, parse in zip(tested.items, parses, strict=True)]

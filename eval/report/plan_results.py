@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from eval.judging.judge_registry import AUTOMATIC
 from eval.report.reliability import Bin
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
@@ -169,7 +170,8 @@ def read_plans(path: Path) -> Plans:
     Raises
     ------
     FormatError
-        If the file can't be read or holds something else, or has no baselines.
+        If the file can't be read or holds something else, has no baselines, or is by another judge
+        than the automatic one.
     """
     try:
         text = path.read_bytes()
@@ -190,6 +192,13 @@ def read_plans(path: Path) -> Plans:
         raise FormatError(
             f"this Table 3 has no rows of {', '.join(lacking)}, and a report shows no model "
             "without what it has to beat",
+            where=str(path),
+            fix=f"run it again: {MADE_BY}",
+        )
+    judges = {row.judge for row in automatic.rows} - {AUTOMATIC}
+    if judges:
+        raise FormatError(
+            f"this Table 3 is by the judge {min(judges)}, and a report shows the automatic judge's",
             where=str(path),
             fix=f"run it again: {MADE_BY}",
         )

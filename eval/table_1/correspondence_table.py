@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from rich.table import Table
 
 from eval.statistics.estimates import FEWEST_CLUSTERS, FIGURES, Estimate
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
+from eval.table_1.given_predictions import OURS, ComparedType
+from eval.tables.comparison_report import comparison_table, records
 from eval.tables.formats import FORMATS, Format, comments, delimited, document, interval, table_text
 from eval.tables.latex import RULE, estimate, tabular
 
@@ -21,7 +24,11 @@ COLUMNS = (
     *(f"{name}_{bound}" for name in FIGURES for bound in ("low", "high")),
     *(f"paper_{name}" for name in FIGURES),
 )
-"""Columns of the CSV."""
+"""Columns of the CSV; with several models their name comes first."""
+COMPARED = (
+    "compared on the same examples: p is of no difference, by McNemar's test for pairs in "
+    "clusters, which are scenarios, with Holm's correction in each list; h is Cohen's effect size"
+)
 
 
 def render(
@@ -29,6 +36,8 @@ def render(
     format: Format,  # noqa: A002 - the name of the option
     metadata: Mapping[str, object],
     *,
+    others: Mapping[str, Sequence[Row]] = MappingProxyType({}),
+    compared: Sequence[ComparedType] = (),
     terminal: bool = False,
 ) -> str:
     """Table 1 in one of the formats, with the paper's figures beside.
@@ -43,6 +52,10 @@ def render(
     metadata
         What to record with the figures: corpus, model, seeds. In JSON they stand at the
         top level.
+    others
+        The rows of other models by name, on the same examples.
+    compared
+        How these compare with the model and with each other.
     terminal
         Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
 
@@ -51,14 +64,17 @@ def render(
     ValueError
         Where a key of the metadata is also the name of a column, or no such format exists.
     """
+    models = {OURS: rows, **others} if others else {"": rows}
     if format == "text":
-        return _table(rows, metadata, terminal=terminal)
+        return _text(models, compared, metadata, terminal=terminal)
     if format == "json":
-        return document({"rows": [_nested(row) for row in rows]}, metadata)
+        return document(_content(rows, others, compared), metadata)
     if format == "csv":
-        return delimited([_flat(row) for row in rows], metadata, columns=COLUMNS)
+        named = [{"model": name, **_flat(row)} for name, own in models.items() for row in own]
+        columns = ("model", *COLUMNS) if others else COLUMNS
+        return delimited(named, metadata, columns=columns)
     if format == "latex":
-        return _latex(rows, metadata)
+        return "\n\n".join(_latex(own, metadata, name) for name, own in models.items())
     raise ValueError(f"{format!r} is no format, expected one of {', '.join(FORMATS)}")
 
 
@@ -82,11 +98,45 @@ def _flat(row: Row) -> dict[str, object]:
     return _figures(row) | {f"paper_{name}": value for name, value in paper.items()}
 
 
+def _content(
+    rows: Sequence[Row], others: Mapping[str, Sequence[Row]], compared: Sequence[ComparedType]
+) -> dict[str, object]:
+    content: dict[str, object] = {"rows": [_nested(row) for row in rows]}
+    if others:
+        content["others"] = {name: [_nested(row) for row in own] for name, own in others.items()}
+        content["comparisons"] = [
+            {"type": c.type, **record} for c in compared for record in records(c.comparisons)
+        ]
+    return content
+
+
 def _number(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
 
 
-def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: bool) -> str:
+def _text(
+    models: Mapping[str, Sequence[Row]],
+    compared: Sequence[ComparedType],
+    metadata: Mapping[str, object],
+    *,
+    terminal: bool,
+) -> str:
+    title = "Performance at predicting the correspondence variable"
+    tables = {
+        f"{title}: {name}" if name else title: _table(rows, terminal=terminal)
+        for name, rows in models.items()
+    }
+    tables |= {f"Accuracy compared, {c.type}": comparison_table(c.comparisons) for c in compared}
+    notes = [
+        "95%: percentile interval of a bootstrap over clusters of examples",
+        f"-: none, for fewer than {FEWEST_CLUSTERS} clusters tell, or all say the same",
+        f"paper: {PAPER_SOURCE}, on its own corpus",
+        *([COMPARED] if compared else []),
+    ]
+    return table_text(tables, notes, metadata, terminal=terminal)
+
+
+def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
     table = Table()
     table.add_column("Type")
     for heading in (*HEADINGS, "n", "True", "Commands"):
@@ -100,16 +150,10 @@ def _table(rows: Sequence[Row], metadata: Mapping[str, object], *, terminal: boo
         table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
         paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
         table.add_row("  paper", *paper, style="dim", end_section=True)
-    title = "Performance at predicting the correspondence variable"
-    notes = (
-        "95%: percentile interval of a bootstrap over clusters of examples",
-        f"-: none, for fewer than {FEWEST_CLUSTERS} clusters tell, or all say the same",
-        f"paper: {PAPER_SOURCE}, on its own corpus",
-    )
-    return table_text({title: table}, notes, metadata, terminal=terminal)
+    return table
 
 
-def _latex(rows: Sequence[Row], metadata: Mapping[str, object]) -> str:
+def _latex(rows: Sequence[Row], metadata: Mapping[str, object], model: str) -> str:
     cells: list[tuple[str, ...]] = []
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
@@ -122,4 +166,5 @@ def _latex(rows: Sequence[Row], metadata: Mapping[str, object]) -> str:
             (r"\quad paper$^\dagger$", *paper, ""),
         ]
     about = [*comments(metadata), f"Rows marked with a dagger: {PAPER_SOURCE}."]
+    about += [f"Model: {model}."] if model else []
     return tabular(("SDC type", *HEADINGS, "$n$"), cells, comments=about)

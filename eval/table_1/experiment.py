@@ -6,8 +6,9 @@ model sees only the columns that are active on its own training side.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from eval.splits import IntArray
 from eval.statistics.estimates import FloatArray
 from eval.table_1.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.table_1.error_lists import Example as ShownExample
+from eval.table_1.given_predictions import OURS, read_predictions
 from eval.table_1.learning_curve import CurvePoint
 from eval.table_1.protocol import Choices, Metadata, Trial, chosen_sets, set_up, set_up_model
+from g3.errors import CorpusError
 from g3.learning.examples import Example, labels
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
@@ -76,6 +79,37 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
     order = np.argsort(rows, kind="stable")
     tested = [trial.items[row] for row in rows[order]]
     return Result(tested, predictions(tested, np.concatenate(parts)[order]), trial.metadata)
+
+
+def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
+    """What other programs say of the tested examples, by the names of their files.
+
+    Raises
+    ------
+    FormatError
+        If a file can't be read or isn't about these examples.
+    CorpusError
+        If two have the same name.
+    """
+    found: dict[str, Predictions] = {}
+    for file in files:
+        if file.stem in {OURS, *found}:
+            raise CorpusError(
+                f"two models of Table 1 are called {file.stem}",
+                where=str(file),
+                fix="give the file another name",
+            )
+        found[file.stem] = predictions(result.items, read_predictions(file, result.items))
+    return found
+
+
+def tested_examples(choices: Choices) -> list[Example]:
+    """The examples that :func:`run` tests, in its order, without training anything."""
+    if choices.model is not None:
+        return list(set_up_model(choices)[1])
+    trial = set_up(choices)
+    rows = np.sort(np.concatenate([split.test for split in trial.splits]), kind="stable")
+    return [trial.items[row] for row in rows]
 
 
 def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:

@@ -8,21 +8,20 @@ of going and none of handling something is driven. They differ in how they choos
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from g3.actions.action_kinds import Action, move, result
+from eval.table_3.grounder_registry import PlanTask, grounder, grounder_named, load_grounders
+from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import are_free, spots_about, spots_of_robot
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
-from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
 from g3.language.similarity import static_embeddings
-from g3.short_repr import short_repr
 
 LEAST_ALIKE = 0.3
 """Cosine from which words may name a label."""
@@ -39,80 +38,46 @@ Naming = tuple[Things, int]
 FindNamed = Callable[[Sequence[str], Sequence[tuple[str, ...]], Things], Naming | None]
 
 
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """A command's words and what they may be about.
-
-    Parameters
-    ----------
-    words
-        In lower case, without punctuation.
-    start
-        Where the plan begins.
-    loads
-        What could be picked up.
-    others
-        All other things but the robot.
-    """
-
-    words: Sequence[str]
-    start: State
-    loads: Things
-    others: Things
+def _embeddings_missing() -> str:
+    return "" if static_embeddings.is_installed() else static_embeddings.MISSING
 
 
-def scene_of(text: str, start: State, loads: Things) -> Scene:
-    """A command and its world."""
-    own = {start.context.agent_id, *(o.id for o in loads)}
-    others = tuple(o for o in start.context.objects if o.id not in own)
-    return Scene([w for word in text.split() if (w := bare(word))], start, loads, others)
-
-
-def nearest(scene: Scene) -> list[Action]:
+@grounder("nearest")
+def nearest(task: PlanTask) -> list[Action]:
     """The load that is nearest to the robot, whatever the words are."""
-    load = _nearest(scene.loads, scene.start)
-    return _done_with(load, 0, by_label, scene)
+    load = _nearest(task.loads, task.start)
+    return _done_with(load, 0, by_label, task)
 
 
-def keywords(scene: Scene) -> list[Action]:
+@grounder("keywords")
+def keywords(task: PlanTask) -> list[Action]:
     """The first word that is a label of a load.
 
     Of several loads alike it is the left or the right one if "left" or "right" occurs, as the robot
     sees them at the start, else the nearest to it. Words that are labels of all loads, such as
     "pallet", tell nothing. Where no word is a label, all loads are alike.
     """
-    return _by_words(by_label, scene)
+    return _by_words(by_label, task)
 
 
-def embeddings(scene: Scene) -> list[Action]:
+@grounder("embeddings", missing=_embeddings_missing)
+def embeddings(task: PlanTask) -> list[Action]:
     """The same with static word embeddings.
 
     Each word, and each two words in a row, are compared with the label of each load. The first
     that are at least `LEAST_ALIKE` to one name the load whose label is most like them.
     """
-    return _by_words(by_embedding, scene)
+    return _by_words(by_embedding, task)
 
 
-BASELINES: Mapping[str, Callable[[Scene], list[Action]]] = {
-    "nearest": nearest,
-    "keywords": keywords,
-    "embeddings": embeddings,
-}
-"""By the name of their row. The row `random` is the search with random costs."""
+BASELINES = ("nearest", "keywords", "embeddings")
+"""The grounders that every table has. The row `random` is the search with random costs."""
 
 
 def missing() -> dict[str, str]:
     """Baselines that can't be run, and what they lack."""
-    return {} if static_embeddings.is_installed() else {"embeddings": static_embeddings.MISSING}
-
-
-def carried_out(start: State, actions: Sequence[Action]) -> State:
-    """The state that actions lead to."""
-    state = start
-    for action in actions:
-        state = result(state, action, move(state, [action]), 0)
-    return state
+    lacking = {name: grounder_named(name).missing() for name in BASELINES}
+    return {name: why for name, why in lacking.items() if why}
 
 
 def by_label(
@@ -145,10 +110,10 @@ def by_embedding(
     return None
 
 
-def _by_words(find: FindNamed, scene: Scene) -> list[Action]:
-    named = find(scene.words, _telling(scene.loads), scene.loads)
-    alike, place = named or (scene.loads, 0)
-    return _done_with(_chosen(alike, scene), place, find, scene)
+def _by_words(find: FindNamed, task: PlanTask) -> list[Action]:
+    named = find(task.words, _telling(task.loads), task.loads)
+    alike, place = named or (task.loads, 0)
+    return _done_with(_chosen(alike, task), place, find, task)
 
 
 def _telling(loads: Things) -> list[tuple[str, ...]]:
@@ -159,15 +124,15 @@ def _telling(loads: Things) -> list[tuple[str, ...]]:
     return [tuple(label for label in o.labels if label not in shared) for o in loads]
 
 
-def _chosen(things: Things, scene: Scene) -> PhysicalObject | None:
+def _chosen(things: Things, task: PlanTask) -> PhysicalObject | None:
     """The left one, the right one, or the nearest."""
-    words = set(scene.words)
+    words = set(task.words)
     if things and (words & LEFT or words & RIGHT):
-        x, y, yaw = scene.start.pose
+        x, y, yaw = task.start.pose
         away = np.array([centre(o.prism) for o in things]) - (x, y)
         bearing = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - yaw)))
         return things[int(bearing.argmax() if words & LEFT else bearing.argmin())]
-    return _nearest(things, scene.start)
+    return _nearest(things, task.start)
 
 
 def _nearest(things: Things, start: State) -> PhysicalObject | None:
@@ -178,7 +143,7 @@ def _nearest(things: Things, start: State) -> PhysicalObject | None:
 
 
 def _done_with(
-    load: PhysicalObject | None, place: int, find: FindNamed, scene: Scene
+    load: PhysicalObject | None, place: int, find: FindNamed, task: PlanTask
 ) -> list[Action]:
     """What to do once the load is chosen; nothing where there is none and one is asked for.
 
@@ -189,39 +154,42 @@ def _done_with(
     find
         How things are named.
     """
-    start, verbs = scene.start, {normalise(word) for word in scene.words}
+    start, verbs = task.start, {normalise(word) for word in task.words}
     if verbs & GO and not verbs & HANDLE:
-        return [_driven(find, scene)]
+        return [_driven(find, task)]
     if start.held is not None:
         load = start.thing(start.held)
     if load is None:
         return []
-    known = {o.id: labels for o, labels in zip(scene.loads, _telling(scene.loads), strict=True)}
-    things = [o for o in (*scene.others, *scene.loads) if o.id != load.id]
-    goal = find(scene.words[place:], [known.get(o.id, o.labels) for o in things], things)
-    spot = next(_spots(goal, verbs, load, scene), None)
+    known = {o.id: labels for o, labels in zip(task.loads, _telling(task.loads), strict=True)}
+    things = [o for o in (*task.others, *task.loads) if o.id != load.id]
+    goal = find(task.words[place:], [known.get(o.id, o.labels) for o in things], things)
+    spot = next(_spots(goal, verbs, load, task), None)
     if spot is not None:
         return [Action(PUT_DOWN if start.held else CARRY, object_id=load.id, place=spot)]
     return [Action(WAIT) if start.held else Action(PICK_UP, object_id=load.id)]
 
 
-def _driven(find: FindNamed, scene: Scene) -> Action:
+def _driven(find: FindNamed, task: PlanTask) -> Action:
     """Drive to the nearest of the things that are named first, or else straight on."""
-    things = [o for o in (*scene.loads, *scene.others) if o.id != scene.start.held]
-    named = find(scene.words, [o.labels for o in things], things)
-    target = _nearest(named[0], scene.start) if named else None
+    things = [o for o in (*task.loads, *task.others) if o.id != task.start.held]
+    named = find(task.words, [o.labels for o in things], things)
+    target = _nearest(named[0], task.start) if named else None
     return Action(DRIVE_TO, target=(target,)) if target else Action(GO_STRAIGHT, amount=STRAIGHT_M)
 
 
 def _spots(
-    goal: Naming | None, verbs: set[str], load: PhysicalObject, scene: Scene
+    goal: Naming | None, verbs: set[str], load: PhysicalObject, task: PlanTask
 ) -> Iterator[Place]:
     """Where the load may be put, the first choice first; nowhere if it isn't said to be put."""
     spots: list[Place] = []
     if goal and verbs & BRING:
-        thing = _chosen(goal[0], scene)
-        spots += spots_about((thing,), scene.start) if thing else []
+        thing = _chosen(goal[0], task)
+        spots += spots_about((thing,), task.start) if thing else []
     elif verbs & PUTTING:
-        spots += spots_of_robot(scene.start)
-    free = are_free(spots, scene.start, load.id) if spots else ()
+        spots += spots_of_robot(task.start)
+    free = are_free(spots, task.start, load.id) if spots else ()
     return (spot for spot, is_free in zip(spots, free, strict=True) if is_free)
+
+
+load_grounders()

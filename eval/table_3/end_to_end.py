@@ -1,50 +1,38 @@
 """Table 3: plans inferred for commands of held-out scenarios, and whether they are right.
 
-The verdicts are the automatic judge's (:mod:`eval.judging.judge`), not people's as in section 4.3,
-and every row says so.
+The verdicts are the automatic judge's (:mod:`eval.judging.judge`) or another one's, not people's as
+in section 4.3, and every row says so.
 """
 
 from __future__ import annotations
 
-import functools
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.load_choices import load_choices_of
-from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.parallel import Done, Executor, Workers
-from corpus_tools.runtime.progress import OnProgress
-from eval.table_3.baselines import missing
-from eval.table_3.following import CONFIGURATIONS, follow_command
-from eval.table_3.held_out import calibrated, costs_without, extractor_without
+from corpus_tools.runtime.parallel import Done, Workers
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from eval.judging.judge_registry import AUTOMATIC, PlanJudge, judge_named
+from eval.parsing.parser_registry import parser_named
+from eval.table_3.baselines import BASELINES
+from eval.table_3.following import CONFIGURATIONS, task_of
+from eval.table_3.grounder_registry import PlanGrounder, PlanTask, grounder_named
+from eval.table_3.held_out import calibrated
 from eval.table_3.judged_commands import (
     Facts,
-    JudgedCommand,
     compared_with,
     facts,
     in_headings,
     judged_commands,
 )
 from eval.table_3.outcomes import Outcome
-from eval.table_3.plan_rows import MODELS
-from eval.table_3.search_examples import data_of, read, written
+from eval.table_3.plan_rows import ALONE, MODELS, check_names
+from eval.table_3.scenario_following import PERTURBED, Asked, followed_scenarios, kept_by
 from g3.errors import CorpusError
-from g3.features.feature_registry import FeatureSet
-from g3.inference.grounder import Grounder
-from g3.inference.potentials.potential_registry import Ablation, ablation
-from g3.inference.problem.costs import RandomCost, Scorer
-from g3.inference.training.search_training import search_sets
-from g3.language.parsing.extractor import Parse, SDCExtractor
-from g3.language.parsing.parser import parse_unsure
+from g3.inference.potentials.potential_registry import ablation
 from g3.short_repr import short_repr
-
-PERTURBED = ("keywords", "embeddings", "gold", "auto")
-"""Configurations in which perturbed commands are followed."""
 
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
@@ -58,11 +46,11 @@ class EndToEnd:
     ----------
     outcomes
         Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
-        and of the baselines.
+        and the baselines, of other grounders, and of the model with the clauses of other parsers.
     facts
         What is known of each command.
     missing
-        Baselines that couldn't be run, and why.
+        Grounders that couldn't be run, and why.
     perturbed
         The outcomes of perturbed commands by perturbation and configuration.
     """
@@ -73,12 +61,19 @@ class EndToEnd:
     missing: Mapping[str, str] = field(default_factory=dict)
     perturbed: Mapping[str, Mapping[str, Sequence[Outcome]]] = field(default_factory=dict)
 
+    def with_metadata(self, more: Mapping[str, object]) -> EndToEnd:
+        """The same with more to record."""
+        return replace(self, metadata={**self.metadata, **more})
+
 
 def run(
     train: str,
     test: str,
     *,
     configurations: Iterable[str] = CONFIGURATIONS,
+    grounders: Sequence[PlanGrounder] = (),
+    parsers: Sequence[str] = (),
+    judge: PlanJudge | None = None,
     l2: float = 1.0,
     seed: int = 0,
     ablate: Iterable[str] = (),
@@ -106,6 +101,12 @@ def run(
     configurations
         Which to run. ``gold`` is left out where nobody has annotated a command, and so is a
         baseline that can't be run.
+    grounders
+        Others that make plans, each a row beside the baselines.
+    parsers
+        Names of parsers, each a row of the model with its clauses.
+    judge
+        Who gives the first verdict; the automatic judge if left out.
     ablate
         Feature sets that costs are learned without, and potentials that are switched off.
     headings
@@ -137,19 +138,26 @@ def run(
     known = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
     commands = judged_commands(tested, most)
-    in_headings(tested, headings)  # so that a wrong one is told at once
     names = sorted({t.command.scenario for t in commands})
-    lacking = {name: why for name, why in missing().items() if name in configurations}
+    every = _grounders(configurations, grounders, parsers)
+    lacking = {g.name: why for g in every if (why := g.missing())}
+    there = tuple(g for g in every if g.name not in lacking)
     is_annotated = any(t.annotation for t in commands)
-    chosen = tuple(
-        name for name in configurations if name not in lacking and (is_annotated or name != "gold")
-    )
+    models = [n for n in configurations if n not in BASELINES and (is_annotated or n != "gold")]
+    judge = judge or judge_named(AUTOMATIC)
     ways = (tuple(headings), tuple(perturb), parses)
-    asked = _Asked(train, test, chosen, l2, seed, left_out, *ways, most)
+    asked = Asked(
+        train, test, there, tuple(models), tuple(parsers), judge, l2, seed, left_out, *ways, most
+    )
+    order = [*ALONE, *(g.name for g in grounders), *MODELS, *parsers]
+    chosen = [name for name in order if name in asked.names]
     found = dict(done)
     left = [name for name in names if name not in found]
+    tasks = _tasks(tested, headings, most)
+    for own in there:
+        own.prepare(tasks, on_progress or no_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
-    for item in _followed(asked, known, left, workers or Workers(), on_progress):
+    for item in followed_scenarios(asked, known, left, workers or Workers(), on_progress):
         if item.result is None:
             failed.append(item)
             continue
@@ -168,7 +176,7 @@ def run(
         ) from first
     metadata = {
         "table": 3,
-        "judge": "automatic",
+        "judge": judge.name,
         "protocol": "each scenario held out in turn",
         "compared_with": compared_with(commands),
         "train": [c.hash for c in known],
@@ -181,12 +189,17 @@ def run(
         "parses": parses,
         "most": most,
     }
-    if perturb:
-        metadata["perturb"] = list(perturb)
+    others: dict[str, object] = {
+        "perturb": list(perturb),
+        "judged_by": {} if judge.name == AUTOMATIC else dict(judge.about),
+        "grounders": {g.name: dict(g.about) for g in grounders},
+        "parsers": list(parsers),
+    }
+    metadata |= {key: value for key, value in others.items() if value}
 
     def together(kind: str) -> dict[str, list[Outcome]]:
         return {
-            which: calibrated([o for name in names for o in found[name][_key(which, kind)]])
+            which: calibrated([o for n in names for o in found[n].get(kept_by(which, kind), ())])
             for which in chosen
             if not kind or which in PERTURBED
         }
@@ -196,118 +209,24 @@ def run(
     return EndToEnd(together(""), metadata, known_facts, lacking, perturbed)
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What decides of the outcomes, as `run` takes it."""
-
-    train: str
-    test: str
-    configurations: tuple[str, ...]
-    l2: float
-    seed: int
-    without: Ablation
-    headings: tuple[str, ...]
-    perturb: tuple[str, ...]
-    parses: int
-    most: int
-
-    @property
-    def sets(self) -> tuple[FeatureSet, ...]:
-        """The feature sets that costs have."""
-        return search_sets(self.without.sets)
+def _grounders(
+    configurations: Iterable[str], others: Sequence[PlanGrounder], parsers: Sequence[str]
+) -> list[PlanGrounder]:
+    """The baselines that are asked for, and others; names of rows are checked."""
+    check_names([*(g.name for g in others), *parsers])
+    for name in parsers:
+        parser_named(name)
+    return [*(grounder_named(name) for name in configurations if name in BASELINES), *others]
 
 
-def _followed(
-    asked: _Asked,
-    known: Sequence[Corpus],
-    scenarios: Sequence[str],
-    workers: Workers,
-    on_progress: OnProgress | None,
-) -> Iterator[Done[str, Mapping[str, Sequence[Outcome]]]]:
-    """What comes of each scenario's commands; the workers make what they learn from together."""
-    if not scenarios:
-        return
-    with Executor(workers) as executor:
-        data = data_of(
-            known, sets=asked.sets, seed=asked.seed, executor=executor, on_progress=on_progress
-        )
-        with written(data) as file:
-            del data
-            try:
-                yield from executor.work(
-                    functools.partial(_follow, asked=asked, file=file), scenarios
-                )
-            finally:
-                _lessons.cache_clear()
+def tasks_of(test: str, headings: Sequence[str] = (), most: int = 0) -> list[PlanTask]:
+    """What grounders are asked; the parameters are those of :func:`run`."""
+    return _tasks(open_corpus(test), headings, most)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Lessons:
-    """What a process has made ready to learn from, and to test on by perturbation and heading."""
-
-    cost_of: Callable[[str], Scorer]
-    extractor_of: Callable[[str], SDCExtractor]
-    tested: Mapping[tuple[str, str], Sequence[JudgedCommand]]
-
-
-@functools.lru_cache(maxsize=1)
-def _lessons(asked: _Asked, file: Path) -> _Lessons:
-    known = [open_corpus(name) for name in asked.train.split(",")]
-    # A cluster's worker may not see the file.
-    data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
-    corpus = open_corpus(asked.test)
-    tested = {
-        (kind, heading): judged_commands(turned, asked.most)
-        for kind in ("", *asked.perturb)
-        for heading, turned in in_headings(_perturbed(corpus, kind, asked), asked.headings).items()
-    }
-    choices = load_choices_of(known)
-    return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known), tested)
-
-
-def _perturbed(corpus: Corpus, kind: str, asked: _Asked) -> Corpus:
-    return with_perturbed_commands(corpus, kind, seed=asked.seed) if kind else corpus
-
-
-def _key(which: str, kind: str) -> str:
-    """What outcomes of a configuration are kept by."""
-    return f"{which}, {kind}" if kind else which
-
-
-def _follow(scenario: str, *, asked: _Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
-    """The outcomes of a scenario's commands by configuration."""
-    lessons = _lessons(asked, file)
-    without = asked.without.potentials
-    needs_model = any(name in MODELS for name in asked.configurations)
-    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else None
-    guesser = Grounder(RandomCost(asked.seed), without=without)
-    outcomes: dict[str, list[Outcome]] = defaultdict(list)
-    extracted: dict[str, Sequence[Parse]] = {}
-    for (kind, heading), everything in lessons.tested.items():
-        own = [t for t in everything if t.command.scenario == scenario]
-        if kind not in extracted:
-            extracted[kind] = _extracted(own, lessons.extractor_of, asked)
-        for which in asked.configurations:
-            if kind and which not in PERTURBED:
-                continue
-            grounder = model if which in MODELS else guesser
-            outcomes[_key(which, kind)] += [
-                follow_command(which, tested, trees, grounder, heading)
-                for tested, trees in zip(own, extracted[kind], strict=True)
-                if which != "gold" or tested.annotation
-            ]
-    return dict(outcomes)
-
-
-def _extracted(
-    own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: _Asked
-) -> Sequence[Parse]:
-    """The extracted trees of a scenario's commands; none where nothing needs them."""
-    needs_them = "auto" in asked.configurations or (
-        "random" in asked.configurations and not all(t.annotation for t in own)
-    )
-    if not needs_them:
-        return [Parse(t.command.text, ()) for t in own]
-    extractor = extractor_of(own[0].command.scenario)
-    texts = (t.command.text for t in own)
-    return [parse_unsure(text, n_best=asked.parses, extractor=extractor) for text in texts]
+def _tasks(corpus: Corpus, headings: Sequence[str], most: int) -> list[PlanTask]:
+    return [
+        task_of(tested, heading)
+        for heading, turned in in_headings(corpus, headings).items()
+        for tested in judged_commands(turned, most)
+    ]

@@ -1,18 +1,21 @@
-"""A command followed by a model or a baseline, and the plan judged."""
+"""A command followed by a model or another grounder, and the plan judged."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
+from corpus_tools.following.plan_steps import carried_out, why_impossible
 from eval.judging.deeds import planned
-from eval.judging.judge import Verdict, judge
-from eval.judging.outcome_judge import judge_outcome
+from eval.judging.judge import Verdict
+from eval.judging.judge_registry import AUTOMATIC, JudgedPlan, PlanJudge, judge_named
 from eval.judging.picked_up import picked_up
 from eval.judging.words_judge import judge_by_words
-from eval.table_3.baselines import BASELINES, carried_out, scene_of
+from eval.table_3.baselines import BASELINES
+from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from eval.table_3.judged_commands import JudgedCommand
 from eval.table_3.outcomes import Outcome
-from g3.actions.action_kinds import Action
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.groundings import PhysicalObject, object_ids
@@ -22,105 +25,145 @@ from g3.language.parsing.extractor import Parse
 from g3.sdc.clauses import SDC
 
 CONFIGURATIONS = ("random", *BASELINES, "gold", "auto")
-NOTHING_TO_LIFT = "there is no load to pick up"
+NO_PLAN = "no plan was made"
+
+
+@dataclass(frozen=True, slots=True)
+class FollowedPlan:
+    """A plan for a command, as something followed it.
+
+    Parameters
+    ----------
+    proposal
+        The plan.
+    final
+        What it leads to; None where there is no plan.
+    evidence
+        What its probability was calibrated from.
+    objects
+        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+    """
+
+    proposal: Proposal
+    final: State | None = None
+    evidence: tuple[float, ...] = ()
+    objects: tuple[int, int] = (0, 0)
 
 
 def follow_command(
     which: str,
     tested: JudgedCommand,
-    extracted: Sequence[SDC] | Parse = (),
-    grounder: Grounder | None = None,
-    heading: str = "",
+    extracted: Sequence[SDC] | Parse,
+    grounder: Grounder,
 ) -> Outcome:
-    """Follow a command in its own world and judge the plan, however improbable it is.
+    """Follow a command by a model in its own world and judge the plan, however improbable it is.
+
+    The parameters are those of :func:`plan_by_model`.
+    """
+    return judged(tested, plan_by_model(which, tested, extracted, grounder))
+
+
+def plan_by_model(
+    which: str,
+    tested: JudgedCommand,
+    extracted: Sequence[SDC] | Parse,
+    grounder: Grounder,
+) -> FollowedPlan:
+    """Make a plan by a model.
 
     Parameters
     ----------
     which
-        One of `CONFIGURATIONS`.
+        ``gold``, or ``random`` where somebody has annotated the command, takes its annotated
+        clauses. All others take those that were extracted.
     extracted
-        The command's clauses as they are extracted from its text, maybe several trees; ``auto``
-        takes these, and ``random`` where nobody has annotated the command.
+        The command's clauses as they are extracted from its text, maybe several trees.
     grounder
-        With the costs of the configuration; baselines need none.
-    heading
-        What to note as the heading.
+        With the costs of the configuration.
     """
-    if which in BASELINES:
-        return _by_baseline(which, tested, heading)
-    if grounder is None:
-        raise ValueError(f"{which} needs a grounder")
-    annotation = None if which == "auto" else tested.annotation
+    annotation = tested.annotation if which in ("gold", "random") else None
     sdcs = annotation.sdcs if annotation else extracted
     result = grounder.follow(sdcs, tested.context, least=0.0, insist=True)
     plan = result.plan
     if plan is None:
-        return _judged(tested, heading, why=result.note)
-    right, total = _objects(annotation, result) if annotation else (0, 0)
-    return _judged(
-        tested,
-        heading,
-        plan.actions,
+        return FollowedPlan(Proposal(note=result.note))
+    return FollowedPlan(
+        Proposal(plan.actions, plan.probability),
         plan.state,
-        probability=plan.probability,
-        evidence=plan.evidence,
-        objects=(total, right),
+        plan.evidence,
+        _objects(annotation, result) if annotation else (0, 0),
     )
 
 
-def _by_baseline(which: str, tested: JudgedCommand, heading: str) -> Outcome:
+def task_of(tested: JudgedCommand, heading: str = "") -> PlanTask:
+    """What a grounder is asked: the command and its world, without what was done."""
+    own = tested.command
     start = start_state(tested.context)
-    actions = BASELINES[which](scene_of(tested.command.text, start, tested.loads))
-    if not actions:
-        return _judged(tested, heading, why=NOTHING_TO_LIFT)
-    return _judged(tested, heading, actions, carried_out(start, actions))
+    return PlanTask(own.text, start, tested.loads, own.id, own.scenario, heading)
 
 
-def _judged(
-    tested: JudgedCommand,
-    heading: str,
-    actions: Sequence[Action] = (),
-    final: State | None = None,
-    *,
-    probability: float = 0.0,
-    evidence: tuple[float, ...] = (),
-    objects: tuple[int, int] = (0, 0),
-    why: str = "",
+def plan_by_grounder(grounder: PlanGrounder, task: PlanTask, learned: Any = None) -> FollowedPlan:
+    """Have a grounder propose a plan, and carry it out if that is possible."""
+    start, proposal = task.start, grounder.propose(task, learned)
+    why_not = "" if proposal.actions else proposal.note or NO_PLAN
+    why_not = why_not or why_impossible(start, proposal.actions)
+    if why_not:
+        return FollowedPlan(Proposal(note=why_not))
+    return FollowedPlan(proposal, carried_out(start, proposal.actions))
+
+
+def judged(
+    tested: JudgedCommand, own: FollowedPlan, heading: str = "", judge: PlanJudge | None = None
 ) -> Outcome:
-    """The outcome of a plan; of a refusal, for a reason, without a state that it leads to."""
-    own, theme = tested.command, None if tested.picked is None else False
-    verdict = Verdict(False, why)
+    """What becomes of a plan; who makes none is wrong, for the reason that is noted.
+
+    Parameters
+    ----------
+    heading
+        What to note as the heading.
+    judge
+        Who gives the first verdict; the automatic judge if left out.
+    """
+    command, theme = tested.command, None if tested.picked is None else False
+    verdict = Verdict(False, own.proposal.note)
     by_words = verdict if tested.annotation else None
-    if final is not None:
-        start = start_state(tested.context)
-        picked = picked_up(start, actions, final)
+    if own.final is not None:
+        start, actions = start_state(tested.context), tuple(own.proposal.actions)
+        picked = picked_up(start, actions, own.final)
         theme = None if tested.picked is None else picked == tested.picked
-        verdict = (
-            judge(tested.context, final)
-            if tested.done is None
-            else judge_outcome(tested.done, picked, start, final)
+        deeds = planned(tested.context, actions)
+        case = JudgedPlan(
+            command.text,
+            replace(deeds, end=own.final),
+            actions,
+            tested.context,
+            tested.annotation,
+            tested.done,
         )
+        verdict = (judge or judge_named(AUTOMATIC)).verdict(case)
         if tested.annotation:
-            by_words = judge_by_words(tested.annotation, planned(tested.context, actions))
+            by_words = judge_by_words(tested.annotation, deeds)
+    total, right = own.objects
     return Outcome(
-        own.id,
-        own.scenario,
-        own.text,
-        probability,
+        command.id,
+        command.scenario,
+        command.text,
+        own.proposal.probability,
         verdict.correct,
         verdict.reason,
-        *objects,
-        evidence,
+        total,
+        right,
+        own.evidence,
         by_words=by_words.correct if by_words else None,
         words_reason=by_words.reason if by_words else "",
         theme=theme,
-        refused=final is None,
+        refused=own.final is None,
         heading=heading,
     )
 
 
 def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
-    """How many annotated OBJECTs are grounded as annotated, and how many there are."""
+    """How many OBJECTs are annotated, and how many of them are grounded as annotated."""
     given = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
     right = total = 0
     for node, sdc in enumerate(Tree(annotation.sdcs).nodes):
@@ -130,4 +173,4 @@ def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
         if groundings and annotation.correct[node]:
             total += 1
             right += set(given.get(node, ())) == set(object_ids(groundings))
-    return right, total
+    return total, right

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from eval.judging.judge_registry import AUTOMATIC
 from eval.table_3.end_to_end import EndToEnd
 from eval.table_3.judged_commands import SUBSETS, Facts, Subset
 from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk_coverage
@@ -62,6 +63,10 @@ JUDGED = (
     "The verdicts are a program's: it compares what moved and where it ended with the command's",
     "own log, or with its outcome where there is no log. The paper's are people's.",
 )
+JUDGED_OTHERWISE = (
+    "precision is by a judge of your choice; by words and right load are by the automatic judge. "
+    "`ct eval --judge-validity --judge NAME` compares a judge with people.",
+)
 
 
 def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
@@ -78,9 +83,10 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
             f"Table 3 has no rows of {', '.join(lacking)}, which a model is compared with",
             fix="run it with all configurations",
         )
-    found = rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed)
+    judge = str(result.metadata.get("judge", AUTOMATIC))
+    found = rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed, judge=judge)
     for kind, own in result.perturbed.items():
-        perturbed = rows(own, result.facts, {}, draws=draws, seed=seed)
+        perturbed = rows(own, result.facts, {}, draws=draws, seed=seed, judge=judge)
         found += [{**row, "perturbed": kind} for row in perturbed]
     return found
 
@@ -190,9 +196,11 @@ def _two(value: float) -> str:
 def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
     shown_verdicts = [v for v in VERDICTS if any(not np.isnan(_number(r, v)) for r in found)]
     for subset, own in _parts(found):
-        yield f"{TITLES[subset]}   (automatic judge)"
+        width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
+        yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
         heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in shown_verdicts)
-        yield f"{'':12}{''.join(heads)}{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}".rstrip()
+        last = f"{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}"
+        yield f"{'':{width}}{''.join(heads)}{last}".rstrip()
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
@@ -203,7 +211,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
                 f"{'' if paper is None else f'{paper:.2f}':>8}"
             )
             note = f"  {row['note']}" if row["note"] else ""
-            yield f"{row['configuration']:12}{cells}{rest}".rstrip() + note
+            yield f"{row['configuration']:{width}}{cells}{rest}".rstrip() + note
         yield from _perturbed_lines(own, [row for row in found if row["subset"] == subset])
         yield ""
     headings = result.metadata.get("headings")
@@ -266,7 +274,7 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
             )
             for row in own
         ]
-        about = [*comments(result.metadata), f"Table 3 by the automatic judge: {TITLES[subset]}."]
+        about = [*comments(result.metadata), f"Table 3, judge {own[0]['judge']}: {TITLES[subset]}."]
         about += [f"{row['configuration']} {row['note']}" for row in own if row["note"]]
         heads = (*headings, "Chance", "Refused", "$n$")
         tables.append(latex.tabular(heads, cells, comments=about))
@@ -289,5 +297,5 @@ def _more(result: EndToEnd) -> list[str]:
         *grounded,
         f"expected calibration error of the plans' probabilities: {', '.join(errors)}",
         f"area under their risk-coverage curve: {', '.join(areas)}",
-        *JUDGED,
+        *(JUDGED if result.metadata.get("judge", AUTOMATIC) == AUTOMATIC else JUDGED_OTHERWISE),
     ]

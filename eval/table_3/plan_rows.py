@@ -17,6 +17,7 @@ from eval.table_3.baselines import BASELINES
 from eval.table_3.judged_commands import SUBSETS, Facts, Subset
 from eval.table_3.outcomes import Outcome
 from eval.tables.comparison_report import compare_commands
+from g3.errors import CorpusError
 from g3.short_repr import short_repr
 
 TOP = 30
@@ -25,13 +26,31 @@ MODELS = ("gold", "auto")
 ALONE = ("random", *BASELINES)
 """Rows that are always there: what a model has to beat."""
 ROWS: tuple[tuple[str, str, int], ...] = (
-    *((name, name, 0) for name in ALONE),
     ("gold-top30", "gold", TOP),
     ("auto-top30", "auto", TOP),
     ("gold-all", "gold", 0),
     ("auto-all", "auto", 0),
 )
-"""Name of a row, its configuration, and how many of the most probable plans it has; 0 for all."""
+"""Of models: name of a row, its configuration, and how many of the most probable plans it has; 0
+for all."""
+
+
+def check_names(others: Sequence[str]) -> None:
+    """Refuse names of further rows that other rows have.
+
+    Raises
+    ------
+    CorpusError
+        If two rows would have the same name.
+    """
+    taken = {*ALONE, *MODELS, *(name for name, *_ in ROWS)}
+    for name in others:
+        if name in taken:
+            raise CorpusError(
+                f"two rows of Table 3 are called {name}", fix="give each another name, each once"
+            )
+        taken.add(name)
+
 
 Row: TypeAlias = dict[str, object]
 
@@ -115,6 +134,7 @@ def rows(
     *,
     draws: int,
     seed: int,
+    judge: str = "automatic",
 ) -> list[Row]:
     """A row for each configuration and part of the commands.
 
@@ -126,11 +146,15 @@ def rows(
         Of the commands.
     missing
         Configurations that can't be run, which have a row without figures, and why.
+    judge
+        Who gave the first verdict.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
+    others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]
+    named = [*((name, name, 0) for name in (*ALONE, *others)), *ROWS]
     found = []
     for subset in SUBSETS:
-        for name, of, top in ROWS:
+        for name, of, top in named:
             if of not in by_configuration and of not in missing:
                 continue
             own = [
@@ -141,7 +165,7 @@ def rows(
             if top:
                 own = sorted(own, key=lambda f: (-f.probability, f.command))[:top]
             row = _row(own, facts, draws=draws, seed=seed)
-            about = {"configuration": name, "subset": subset, "judge": "automatic", "perturbed": ""}
+            about = {"configuration": name, "subset": subset, "judge": judge, "perturbed": ""}
             found.append({**about, **row, "note": missing.get(of, "")})
     return found
 
@@ -198,7 +222,7 @@ def comparisons(
     draws: int,
     seed: int,
 ) -> list[Compared]:
-    """Each model with each baseline, and models with each other, on all commands of a part.
+    """All but the baselines with these and with each other, on all commands of a part.
 
     Parts that are the same as another are left out. Holm's correction is for the comparisons of a
     part and verdict.
@@ -223,7 +247,7 @@ def comparisons(
                 scenarios,
                 seed=seed,
                 draws=draws,
-                including=MODELS,
+                including=[name for name in shares if name not in ALONE],
             )
             if compared:
                 found.append(Compared(subset, verdict, compared))

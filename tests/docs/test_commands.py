@@ -20,6 +20,14 @@ from tests.docs.blocks import ROOT, Shown, shown
 SHOWN = shown()
 
 ELSEWHERE = {
+    r"ct eval --table 1 .*--(write-tasks|predictions)": (
+        "tests/eval/table_1/test_given_predictions.py",
+        "needs a form that is filled in",
+    ),
+    r"ct eval --judge-validity .*--judge": (
+        "tests/eval/judging/test_judge_validity.py",
+        "needs another judge",
+    ),
     r"ct import tabletop-blocks|.*\bblocks(\.npz)?\b": (
         "tests/examples/test_tabletop_blocks.py",
         "needs the example installed",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.importers.slu_core.slu_parts import import_parts
 from tests.corpus_tools.importers.random_tasks import (
     DRIVE,
@@ -55,3 +57,16 @@ def yards(folder: Path) -> Corpus:
     single = objects(LOADS[0], TRAILER)
     put_world(group, "single", xml=single, commands=commands_of(("Pick up the pallet.",)))
     return import_parts(folder, salt="s", part="automatic")[0]
+
+
+def few_annotated() -> Corpus:
+    """Two annotated commands to learn from."""
+    whole = open_corpus("warehouse")
+    wanted = {"court_put_crate_on_trailer-01", "hall_pick_up_boxes-01"}
+    annotations = [a for a in whole.annotations if a.command.id in wanted]
+    return make_corpus(
+        "few",
+        contexts=list({a.context.id: a.context for a in annotations}.values()),
+        commands=list({a.command.id: a.command for a in annotations}.values()),
+        annotations=annotations,
+    )

@@ -12,8 +12,10 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.judging.judge import judge
+from eval.judging.deeds import logged
+from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import agreement, cohens_kappa
+from eval.judging.judge_registry import judge_named, plan_judge
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import (
     CHOSEN_ON,
@@ -50,6 +52,12 @@ def of_layout(whole):
     contexts = contexts_of_videos(whole)
     names = sorted(name for name in contexts if name.startswith("hall_"))[:3]
     return {name: contexts[name] for name in names}
+
+
+@plan_judge("still-held")
+def still_held(plan):
+    """Right if something is on the forks at the end."""
+    return Verdict(plan.deeds.end.held is not None, "" if plan.deeds.end.held else "they're empty")
 
 
 def with_judgments(whole, videos, rating):
@@ -229,3 +237,24 @@ def test_what_does_not_go_with_it_is_refused(wrong):
     done = CliRunner().invoke(evaluate, ["--judge-validity", "--corpus", "warehouse", *wrong])
     assert done.exit_code == 2
     assert CliRunner().invoke(evaluate, ["--judge-validity"]).exit_code == 2
+
+
+def test_another_judge_is_compared_with_people_on_the_same_pairs(whole, of_layout, tmp_path):
+    corpus = with_judgments(whole, of_layout, plain)
+    other = judge_named("still-held")
+    found = judge_validity(corpus, seed=0, draws=20, other=other)
+    said = {(p.command_video, p.shown_video): p.verdicts for p in found.pairs}
+    held = {v: logged(context).end.held is not None for v, context in of_layout.items()}
+    assert set(held.values()) == {True, False}
+    for (_, shown), verdicts in said.items():
+        assert verdicts["still-held"].correct == held[shown]
+    counts = found.near_misses["still-held"]["all"].counts
+    assert sum(counts.values()) == found.near_misses[ENDS]["all"].n
+    write_corpus(corpus, tmp_path / "rated")
+    asked = ["--judge-validity", "--corpus", str(tmp_path / "rated"), "--judge", "still-held"]
+    done = CliRunner().invoke(evaluate, [*asked, "--json"])
+    assert done.exit_code == 0, done.output
+    content = json.loads(done.stdout)
+    assert content["near_misses"]["still-held"]["all"]["counts"] == counts
+    assert content["other_judge"] == {"still-held": {"module": __name__}}
+    assert "the judge still-held" in CliRunner().invoke(evaluate, asked).stdout

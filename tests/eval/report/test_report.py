@@ -132,6 +132,14 @@ def test_a_table_without_baselines_makes_no_report(plans, tmp_path):
     assert "ct eval --table 3" in error.value.fix
 
 
+def test_a_table_by_another_judge_makes_no_report(plans, tmp_path):
+    document = json.loads(plans.read_text())
+    document["rows"] = [{**row, "judge": "llm"} for row in document["rows"]]
+    (tmp_path / "other.json").write_text(json.dumps(document))
+    with pytest.raises(FormatError, match="by the judge llm, and a report shows the automatic"):
+        read_plans(tmp_path / "other.json")
+
+
 def test_the_other_files_say_the_same(report, plans):
     found = json.loads((report / "report.json").read_text())
     rows = {row["type"]: row for row in found["table_1"]["rows"]}

@@ -10,7 +10,7 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.table_3 import end_to_end
+from eval.table_3 import scenario_following
 from eval.table_3.end_to_end import run
 from eval.table_3.kept_outcomes import kept_beside
 from eval.table_3.outcomes import Outcome
@@ -79,7 +79,7 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
 def test_who_does_not_see_the_examples_makes_them(few, tmp_path, monkeypatch):
     seen = run(few, few, configurations=("gold",)).outcomes
     elsewhere = nullcontext(tmp_path / "elsewhere.npz")
-    monkeypatch.setattr(end_to_end, "written", lambda _: elsewhere)
+    monkeypatch.setattr(scenario_following, "written", lambda _: elsewhere)
     assert run(few, few, configurations=("gold",)).outcomes == seen
 
 
@@ -108,7 +108,10 @@ def test_an_unknown_name_is_told_with_those_that_there_are(few):
 def test_table_3_needs_to_know_who_judges(few):
     done = CliRunner().invoke(evaluate, ["--table", "3", "--train", few, "--test", few])
     assert done.exit_code == 2
-    assert "Missing option '--judge'. Choose from:\n\tautomatic" in done.stderr
+    assert "Missing option '--judge'" in done.stderr
+    unknown = ["--table", "3", "--judge", "mother", "--train", few, "--test", few]
+    done = CliRunner().invoke(evaluate, unknown)
+    assert "there is no judge 'mother' (give one of automatic;" in str(done.exception)
 
 
 def outcome_of(scenario, correct):

@@ -15,7 +15,7 @@ from eval.table_3.end_to_end import run
 from eval.table_3.judged_commands import facts, in_headings, judged_commands
 from g3.errors import CorpusError
 from g3.language.similarity import static_embeddings
-from tests.eval.yard import yards
+from tests.eval.yard import few_annotated, yards
 
 KEYS = (
     *("configuration", "subset", "n", "precision", "low", "high"),
@@ -34,16 +34,7 @@ def folders(corpus, tmp_path_factory):
     """Paths of the yards and of two annotated commands to learn from."""
     folder = tmp_path_factory.mktemp("corpora")
     write_corpus(corpus, folder / "yards")
-    whole = open_corpus("warehouse")
-    wanted = {"court_put_crate_on_trailer-01", "hall_pick_up_boxes-01"}
-    annotations = [a for a in whole.annotations if a.command.id in wanted]
-    few = make_corpus(
-        "few",
-        contexts=list({a.context.id: a.context for a in annotations}.values()),
-        commands=list({a.command.id: a.command for a in annotations}.values()),
-        annotations=annotations,
-    )
-    write_corpus(few, folder / "few")
+    write_corpus(few_annotated(), folder / "few")
     return str(folder / "few"), str(folder / "yards")
 
 

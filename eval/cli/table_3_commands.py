@@ -1,0 +1,250 @@
+"""``ct eval --table 3``: whether plans for commands are right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from corpus_tools.options.format_option import format_option, in_a_folder, tell
+from corpus_tools.options.model_options import ABLATE, L2
+from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.runtime.progress import progress_bar
+from corpus_tools.runtime.terminal import note
+from eval.cli.language_model_options import (
+    NAME,
+    judge_of,
+    language_model_options,
+    used_of,
+)
+from eval.cli.mode_options import (
+    HELD_OUT,
+    OUT,
+    PERTURB,
+    SEED,
+    draws_option,
+    train_and_test,
+    write,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from corpus_tools.runtime.parallel import Workers
+    from eval.language_model.chat_endpoint import Endpoint
+    from eval.table_3.grounder_registry import PlanGrounder
+    from eval.tables.formats import Format
+
+
+@click.command(
+    "--table 3",
+    short_help="Score plans for commands of held-out scenarios.",
+    epilog="\b\nExamples:\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
+    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal\n"
+    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test automatic "
+    "--heading loads --heading loads+45 --heading loads-45\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --perturb articles\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --write-tasks form.jsonl"
+    "\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --plans mine.jsonl\n"
+    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --grounder llm "
+    "--llm qwen2.5-7b --endpoint http://localhost:8000/v1",
+)
+@train_and_test
+@click.option(
+    "--judge",
+    metavar="NAME",
+    required=True,
+    help="Who says whether a plan is right: automatic, a program that compares it with the "
+    "command's own log or outcome, and with its words; llm, a language model; or a judge of an "
+    "installed package. People's ratings are shown by --table 2.",
+)
+@click.option(
+    "--grounder",
+    "grounders",
+    metavar="NAME",
+    multiple=True,
+    help="Add a row of another grounder: llm, or one of an installed package (repeatable).",
+)
+@click.option(
+    "--parser",
+    "parsers",
+    metavar="NAME",
+    multiple=True,
+    help="Add a row of the model with another parser, of an installed package (repeatable).",
+)
+@click.option(
+    "--plans",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    multiple=True,
+    help="Add a row of plans that another program has made, called like the file (repeatable).",
+)
+@click.option(
+    "--write-tasks",
+    "tasks",
+    type=click.Path(path_type=Path, dir_okay=False),
+    callback=in_a_folder,
+    help="Only write the form for --plans: each command with its world, to be filled in.",
+)
+@language_model_options
+@HELD_OUT
+@click.option(
+    "--most",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all",
+    help="How many commands of each scenario to follow.",
+)
+@click.option(
+    "--heading",
+    "headings",
+    metavar="RULE",
+    multiple=True,
+    help="Which way robots face whose heading is assumed, such as loads, things or loads+30; "
+    "give several for the mean over them [default: as imported].",
+)
+@PERTURB
+@click.option(
+    "--parses",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many SDC trees of each text to sum over, where the best one is not sure.",
+)
+@ABLATE
+@L2
+@SEED
+@draws_option()
+@format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
+@OUT
+@WORKERS
+def table_3(
+    *,
+    train: str,
+    test: str,
+    judge: str,
+    grounders: tuple[str, ...],
+    parsers: tuple[str, ...],
+    plans: tuple[Path, ...],
+    tasks: Path | None,
+    endpoint: Endpoint | None,
+    most: int,
+    headings: tuple[str, ...],
+    perturb: tuple[str, ...],
+    parses: int,
+    ablate: tuple[str, ...],
+    l2: float | None,
+    seed: int,
+    draws: int,
+    form: Format,
+    out: Path | None,
+    workers: Workers,
+) -> None:
+    """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
+
+    Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
+    where the command's log ends, or its outcome where there is no log, and whether it does what
+    annotated words say. The table says how valid that is. Baselines without a model are rows of the
+    table, and so are other grounders if you ask for them. With --out, scenarios that are done are
+    kept beside the file until it is written, so that a run that was stopped goes on.
+    """
+    from corpus_tools import __version__
+    from corpus_tools.importers.authored.bundled import open_corpus
+    from eval.judging.judge_registry import AUTOMATIC
+    from eval.judging.judge_report import in_a_line, with_validity
+    from eval.judging.judge_validity import known_validity
+    from eval.table_3.baselines import missing
+    from eval.table_3.end_to_end import run, tasks_of
+    from eval.table_3.given_plans import write_tasks
+    from eval.table_3.judged_commands import OUTCOMES
+    from eval.table_3.kept_outcomes import kept_beside
+    from eval.table_3.plan_report import NOT_VALIDATED, render
+    from g3.features.feature_registry import CATALOGUE_VERSION
+
+    if tasks:
+        count = write_tasks(tasks, tasks_of(test, headings, most))
+        tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
+        return
+    asked_judge, others = judge_of(judge, endpoint), _others(grounders, plans, endpoint)
+    strength = l2 or 1.0
+    settings = {
+        "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
+        "program": __version__,
+        "features": CATALOGUE_VERSION,
+        "l2": strength,
+        "seed": seed,
+        "ablate": sorted(set(ablate)),
+        "headings": list(headings),
+        "perturb": list(perturb),
+        "parses": parses,
+        "most": most,
+        "missing": sorted(missing()),
+        "judge": {judge: dict(asked_judge.about)},
+        "grounders": {own.name: dict(own.about) for own in others},
+        "parsers": list(parsers),
+    }
+    kept = kept_beside(out, settings) if out else None
+    if kept and kept.scenarios:
+        note(f"ct: {len(kept.scenarios)} scenarios are done already: {kept.path}")
+    with progress_bar("reading corpora") as on_progress:
+        result = run(
+            train,
+            test,
+            grounders=others,
+            parsers=tuple(dict.fromkeys(parsers)),
+            judge=asked_judge,
+            l2=strength,
+            seed=seed,
+            ablate=ablate,
+            headings=headings,
+            perturb=perturb,
+            parses=parses,
+            most=most,
+            done=kept.scenarios if kept else {},
+            on_scenario=kept.keep if kept else None,
+            workers=workers,
+            on_progress=on_progress,
+        )
+    used = used_of(endpoint, plans=NAME in grounders, judge=judge == NAME)
+    if used:
+        result = result.with_metadata({"language_model": used})
+    is_by_logs = judge == AUTOMATIC and result.metadata["compared_with"] != OUTCOMES
+    corpora = (open_corpus(name) for name in (test, *train.split(",")) if is_by_logs)
+    validity = known_validity(corpora, draws=draws, seed=seed)
+    text = render(result, form, draws=draws, seed=seed)
+    if form == "json":
+        text = with_validity(text, validity)
+    elif form == "text":
+        notes = _used_in_words(used)
+        if judge == AUTOMATIC:
+            notes.append(in_a_line(validity) if is_by_logs else NOT_VALIDATED)
+        text = "\n".join([text, *notes])
+    write(text, out)
+    if kept:
+        kept.path.unlink(missing_ok=True)
+
+
+def _others(
+    names: Sequence[str], plans: Sequence[Path], endpoint: Endpoint | None
+) -> list[PlanGrounder]:
+    """The grounders that are asked for besides, and files of plans as grounders."""
+    from eval.language_model.model_answers import LanguageModelGrounder
+    from eval.table_3.baselines import BASELINES
+    from eval.table_3.given_plans import read_plans
+    from eval.table_3.grounder_registry import grounder_named
+
+    wanted = [name for name in dict.fromkeys(names) if name not in BASELINES]  # these are there
+    found: list[PlanGrounder] = [
+        LanguageModelGrounder(endpoint) if name == NAME and endpoint else grounder_named(name)
+        for name in wanted
+    ]
+    return [*found, *(read_plans(file) for file in plans)]
+
+
+def _used_in_words(used: Mapping[str, Mapping[str, object]]) -> list[str]:
+    from eval.language_model.usage import in_words
+
+    return [in_words(purpose, told) for purpose, told in used.items()]

@@ -1,0 +1,190 @@
+"""Replies of a language model, kept on the disk so that no request is paid for twice.
+
+A reply is kept under the digest of its whole request: endpoint, model, messages, schema, seed.
+While a request is under way there is a file that says so. If a program is killed then, nobody knows
+whether the request was paid for: it is *in doubt*. It is asked again, and counted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import hashlib
+import logging
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from g3.errors import CorpusError
+from g3.storage.atomic_file import write_bytes
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+logger = logging.getLogger(__name__)
+
+Origin = Literal["new", "kept"]
+
+
+class Tokens(msgspec.Struct, frozen=True):
+    """How many tokens an endpoint has counted."""
+
+    prompt: int = 0
+    completion: int = 0
+
+
+class KeptReply(msgspec.Struct, frozen=True, kw_only=True):
+    """A reply as it is kept.
+
+    Parameters
+    ----------
+    endpoint
+        Who was asked.
+    request
+        What was sent, the prompt, the model and the seed included.
+    text
+        What came back.
+    model, fingerprint
+        What the endpoint says that it ran.
+    tokens
+        What the endpoint has counted.
+    latency_s
+        From sending the request that was answered to its answer.
+    asked
+        When, in UTC.
+    tries
+        How often it was sent.
+    in_doubt
+        How many of these may have been paid for without an answer.
+    """
+
+    endpoint: str
+    request: dict[str, Any]
+    text: str
+    model: str = ""
+    fingerprint: str = ""
+    tokens: Tokens = Tokens()
+    latency_s: float = 0.0
+    asked: str = ""
+    tries: int = 1
+    in_doubt: int = 0
+
+
+class UnderWay(msgspec.Struct):
+    """A request that is under way: how often it was sent, and how often that came to nothing."""
+
+    sent: int = 0
+    unpaid: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ReplyFolder:
+    """Where replies are kept."""
+
+    path: Path
+
+    def reply(self, key: str) -> KeptReply | None:
+        """The reply to a request; None if there is none that can be read."""
+        path = self._reply(key)
+        try:
+            return msgspec.json.decode(path.read_bytes(), type=KeptReply)
+        except FileNotFoundError:
+            return None
+        except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+            logger.warning("%s: the reply is damaged, so that it is asked for again", path)
+            return None
+
+    def keep(self, key: str, reply: KeptReply) -> None:
+        """Keep a reply; from then on its request isn't sent again."""
+        write_bytes(self._reply(key), msgspec.json.format(msgspec.json.encode(reply), indent=1))
+
+    @contextlib.contextmanager
+    def asking(self, key: str) -> Iterator[UnderWay]:
+        """Be the only one who asks for a reply: others wait until it is there, or isn't.
+
+        Whoever gets here looks again whether there is a reply now. What is said of the request by
+        :meth:`note` is there for the next one, should this program be killed.
+        """
+        marker = self._marker(key)
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(marker, os.O_CREAT | os.O_RDWR, 0o600)
+        try:
+            if fcntl is not None:
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+            try:
+                known = msgspec.json.decode(marker.read_bytes(), type=UnderWay)
+            except (OSError, msgspec.MsgspecError):
+                known = UnderWay()
+            yield known
+            if self._reply(key).exists():  # else others may be waiting for this very file
+                marker.unlink(missing_ok=True)
+        finally:
+            os.close(descriptor)
+
+    def note(self, key: str, known: UnderWay) -> None:
+        """Write down what is known of a request, before it is sent and after it came to nothing."""
+        descriptor = os.open(self._marker(key), os.O_CREAT | os.O_WRONLY | os.O_TRUNC, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(msgspec.json.encode(known))
+            file.flush()
+            os.fsync(file.fileno())
+
+    def used(self, run: str, purpose: str, key: str, origin: Origin) -> None:
+        """Note that a run has used a reply; processes may do so at the same time."""
+        path = self.path / "runs" / f"{run}-{purpose}.log"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab") as file:  # one short line, which the system adds in one piece
+            file.write(f"{key} {origin}\n".encode())
+
+    def used_by(self, run: str, purpose: str) -> dict[str, Origin]:
+        """The requests whose replies a run has used, and whether they were asked for by it."""
+        found: dict[str, Origin] = {}
+        path = self.path / "runs" / f"{run}-{purpose}.log"
+        lines = path.read_text().split("\n") if path.exists() else []
+        for key, origin in (line.split() for line in lines if line):
+            found[key] = "new" if "new" in (origin, found.get(key)) else "kept"
+        return found
+
+    def _reply(self, key: str) -> Path:
+        return self.path / key[:2] / f"{key}.json"
+
+    def _marker(self, key: str) -> Path:
+        return self.path / key[:2] / f"{key}.asked"
+
+
+def open_folder(path: Path) -> ReplyFolder:
+    """A folder for replies, made if it isn't there.
+
+    Raises
+    ------
+    CorpusError
+        If nothing can be written there.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        if not os.access(path, os.W_OK):
+            raise PermissionError(13, "permission denied")
+    except OSError as error:
+        raise CorpusError(
+            f"replies can't be kept: {error.strerror}",
+            where=str(path),
+            fix="name another folder with --replies",
+        ) from error
+    return ReplyFolder(path)
+
+
+def key_of(endpoint: str, request: dict[str, Any]) -> str:
+    """The digest of a request to an endpoint."""
+    content = msgspec.json.encode({"endpoint": endpoint, "request": request}, order="sorted")
+    return hashlib.sha256(content).hexdigest()
+
+
+def now() -> str:
+    """The time in UTC."""
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="milliseconds")

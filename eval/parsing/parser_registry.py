@@ -1,0 +1,79 @@
+"""Parsers: whatever makes SDC trees of a text. Each can be a row of Table 3.
+
+A parser is a function from a text to its top-level clauses, or to a
+:class:`~g3.language.parsing.extractor.Parse` with several trees. :func:`parser` registers one under
+a name, which ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME`` ask for. Modules that
+other distributions name in the entry point group ``ct.parsers`` register theirs when this one is
+imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from g3.extensions import blaming, load_extensions, member_named
+from g3.language.parsing.extractor import Parse, Tree
+from g3.sdc.clauses import SDC
+
+GROUP = "ct.parsers"
+
+ParseFunction = Callable[[str], "Sequence[SDC] | Parse"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RegisteredParser:
+    """A function that is registered as a parser."""
+
+    name: str
+    description: str
+    function: ParseFunction
+
+    def parse(self, text: str) -> Parse:
+        """The trees of a text.
+
+        Raises
+        ------
+        CorpusError
+            If the function raises anything.
+        """
+        with blaming(f"the parser {self.name}", f"command {text!r}"):
+            found = self.function(text)
+            trees = (Tree(tuple(found), 1.0),) if not isinstance(found, Parse) and found else ()
+            return found if isinstance(found, Parse) else Parse(text, trees)
+
+
+_PARSERS: dict[str, RegisteredParser] = {}
+
+
+def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
+    """Register a function as a parser.
+
+    Raises
+    ------
+    ValueError
+        If another parser has the name.
+    """
+
+    def register(function: ParseFunction) -> ParseFunction:
+        if name in _PARSERS:
+            raise ValueError(f"there is a parser {name!r} already")
+        description = (function.__doc__ or "").strip().split("\n")[0]
+        _PARSERS[name] = RegisteredParser(name, description, function)
+        return function
+
+    return register
+
+
+def parser_named(name: str) -> RegisteredParser:
+    """The parser with a name.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    return member_named(name, _PARSERS, kind="parser", group=GROUP)
+
+
+load_extensions(GROUP)

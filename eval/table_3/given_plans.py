@@ -1,0 +1,146 @@
+"""Plans that other programs have made, from a file: a row of Table 3 without a line of code."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import msgspec
+
+from corpus_tools.corpus.answer_lines import read_lines, write_lines
+from corpus_tools.corpus.answer_records import PlanLine
+from corpus_tools.following.plan_steps import read_steps, scene_shown
+from corpus_tools.runtime.progress import OnProgress
+from eval.table_3.grounder_registry import PlanTask, Proposal
+from g3.annotation import Annotation
+from g3.errors import FormatError
+
+FIX = "`ct eval --table 3 --write-tasks FILE` writes the form to fill in"
+
+
+@dataclass(frozen=True)
+class GivenPlans:
+    """A file of plans as a grounder, whose name is the file's.
+
+    Parameters
+    ----------
+    path
+        The file.
+    lines
+        Its plans, with the numbers of their lines.
+    """
+
+    path: str
+    lines: tuple[tuple[int, PlanLine], ...]
+
+    learns = False
+
+    @property
+    def name(self) -> str:
+        """Of its row: the file's, without what comes after the last point."""
+        return Path(self.path).stem
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """The file's name, and what tells its plans from others."""
+        content = msgspec.json.encode([line for _, line in self.lines])
+        digest = hashlib.sha256(content).hexdigest()
+        return {"file": Path(self.path).name, "plans": len(self.lines), "sha256": digest}
+
+    @cached_property
+    def _by_task(self) -> Mapping[tuple[str, str], tuple[int, PlanLine]]:
+        return {(line.command, line.heading): (n, line) for n, line in self.lines}
+
+    def missing(self) -> str:
+        """Nothing."""
+        return ""
+
+    def fit(self, annotations: Sequence[Annotation]) -> None:
+        """Learn nothing."""
+
+    def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
+        """See that the file has a plan for each task, and that each can be read.
+
+        Raises
+        ------
+        FormatError
+            If not; the message names the line.
+        """
+        gone = [t for t in tasks if (t.command, t.heading) not in self._by_task]
+        if gone:
+            heading = f" with the heading {gone[0].heading}" if gone[0].heading else ""
+            raise FormatError(
+                f"{len(gone)} of {len(tasks)} commands have no plan, such as "
+                f"{gone[0].command!r}{heading}",
+                where=self.path,
+                fix=f"give a plan for each, [] where you refuse it; {FIX}",
+            )
+        for task in tasks:
+            self.propose(task)
+
+    def propose(self, task: PlanTask, learned: object = None) -> Proposal:
+        """The plan of the file.
+
+        Raises
+        ------
+        FormatError
+            If it names what there isn't.
+        """
+        number, line = self._by_task[task.command, task.heading]
+        try:
+            plan = read_steps(line.actions or (), task.start)
+        except FormatError as error:
+            where = f"{self.path}:{number}, command {line.command}, {error.where}"
+            raise FormatError(error.what, where=where, fix=error.fix) from error
+        if plan.why_not:
+            return Proposal(note=plan.why_not)
+        return Proposal(plan.actions, line.probability, line.note)
+
+
+def read_plans(path: Path) -> GivenPlans:
+    """Read a file of plans.
+
+    Raises
+    ------
+    FormatError
+        If a line can't be read, is twice there, or isn't filled in.
+    """
+    lines = read_lines(path, PlanLine, fix=FIX)
+    seen: dict[tuple[str, str], int] = {}
+    for number, line in lines:
+        where, first = f"{path}:{number}", seen.setdefault((line.command, line.heading), number)
+        if first != number:
+            raise FormatError(
+                f"command {line.command!r} has a plan in line {first} already",
+                where=where,
+                fix="give one plan a command",
+            )
+        if line.actions is None:
+            raise FormatError(
+                f"the plan of command {line.command!r} isn't filled in",
+                where=where,
+                fix="give its actions, [] where you refuse the command",
+            )
+    bare = [(n, msgspec.structs.replace(line, text="", scene=None)) for n, line in lines]
+    return GivenPlans(str(path), tuple(bare))
+
+
+def write_tasks(path: Path, tasks: Iterable[PlanTask]) -> int:
+    """Write the form to fill in: a line for each command with its world, and no plan.
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    return write_lines(path, map(task_line, tasks))
+
+
+def task_line(task: PlanTask) -> PlanLine:
+    """A task as others see it."""
+    return PlanLine(
+        command=task.command, heading=task.heading, text=task.text, scene=scene_shown(task.start)
+    )

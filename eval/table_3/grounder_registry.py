@@ -1,0 +1,226 @@
+"""Grounders: whatever makes a plan of a command. Each can be a row of Table 3.
+
+A grounder is a function from a task to actions. :func:`grounder` registers one under a name, which
+``ct eval --table 3 --grounder NAME`` asks for. Modules that other distributions name in the entry
+point group ``ct.grounders`` register theirs when this one is imported. What is more than a function
+is a :class:`PlanGrounder`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+from corpus_tools.runtime.progress import OnProgress
+from g3.actions.action_kinds import Action
+from g3.actions.robot_state import State
+from g3.annotation import Annotation
+from g3.extensions import blaming, load_extensions, member_named
+from g3.groundings import PhysicalObject
+from g3.language.lexicon.field_words import bare
+
+GROUP = "ct.grounders"
+
+
+@dataclass(frozen=True)
+class PlanTask:
+    """A command to follow, and the world that it is given in.
+
+    Parameters
+    ----------
+    text
+        The command as typed.
+    start
+        Where everything is when it is given. It holds no log, so nothing of what was done.
+    loads
+        What could be picked up.
+    command, scenario
+        Ids of the command and of what its video shows.
+    heading
+        Which way the robot faces, where a table has several; else empty.
+    """
+
+    text: str
+    start: State
+    loads: Sequence[PhysicalObject]
+    command: str = ""
+    scenario: str = ""
+    heading: str = ""
+
+    @cached_property
+    def words(self) -> list[str]:
+        """Its words in lower case, without punctuation."""
+        return [w for word in self.text.split() if (w := bare(word))]
+
+    @cached_property
+    def others(self) -> tuple[PhysicalObject, ...]:
+        """All other things but the robot."""
+        own = {self.start.context.agent_id, *(o.id for o in self.loads)}
+        return tuple(o for o in self.start.context.objects if o.id not in own)
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A plan that a grounder proposes.
+
+    Parameters
+    ----------
+    actions
+        What to do, one after the other; none refuses the command.
+    probability
+        How probably it is right; 0 if nothing is known of it.
+    note
+        Why there is no plan.
+    """
+
+    actions: Sequence[Action] = ()
+    probability: float = 0.0
+    note: str = ""
+
+
+Propose = Callable[..., Proposal | Sequence[Action]]
+"""From a task, and what was learned if anything is learned, to a plan."""
+Fit = Callable[[Sequence[Annotation]], Any]
+"""From annotated commands, none of them of the tested scenario, to what was learned."""
+
+
+class PlanGrounder(Protocol):
+    """What makes plans; processes hand it to each other, so that it can be pickled and hashed."""
+
+    @property
+    def name(self) -> str:
+        """Of its row."""
+        ...
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """What decides of its plans, for people who read the table."""
+        ...
+
+    @property
+    def learns(self) -> bool:
+        """Whether it wants to learn from annotated commands."""
+        ...
+
+    def missing(self) -> str:
+        """Why it can't be run here; empty if it can."""
+        ...
+
+    def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
+        """Get ready for all tasks at once, before they come one by one."""
+        ...
+
+    def fit(self, annotations: Sequence[Annotation]) -> Any:
+        """Learn."""
+        ...
+
+    def propose(self, task: PlanTask, learned: Any) -> Proposal:
+        """Make a plan."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RegisteredGrounder:
+    """A function that is registered as a grounder; the parameters are those of :func:`grounder`."""
+
+    name: str
+    description: str
+    function: Propose
+    fitting: Fit | None
+    lacks: Callable[[], str]
+    about: Mapping[str, object] = field(default_factory=dict)
+
+    def __reduce__(self) -> tuple[Callable[[str], RegisteredGrounder], tuple[str]]:
+        return grounder_named, (self.name,)
+
+    @property
+    def learns(self) -> bool:
+        """Whether it wants to learn from annotated commands."""
+        return self.fitting is not None
+
+    def missing(self) -> str:
+        """Why it can't be run here; empty if it can."""
+        return self.lacks()
+
+    def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
+        """Nothing: a function takes one task after the other."""
+
+    def fit(self, annotations: Sequence[Annotation]) -> Any:
+        """Learn.
+
+        Raises
+        ------
+        CorpusError
+            If the function raises anything.
+        """
+        with blaming(f"the grounder {self.name}", "learning"):
+            return None if self.fitting is None else self.fitting(annotations)
+
+    def propose(self, task: PlanTask, learned: Any) -> Proposal:
+        """Make a plan.
+
+        Raises
+        ------
+        CorpusError
+            If the function raises anything.
+        """
+        with blaming(f"the grounder {self.name}", f"command {task.command}"):
+            found = self.function(task, learned) if self.learns else self.function(task)
+        return found if isinstance(found, Proposal) else Proposal(found)
+
+
+_GROUNDERS: dict[str, RegisteredGrounder] = {}
+
+
+def _nothing() -> str:
+    return ""
+
+
+def grounder(
+    name: str, *, fit: Fit | None = None, missing: Callable[[], str] = _nothing
+) -> Callable[[Propose], Propose]:
+    """Register a function as a grounder.
+
+    Parameters
+    ----------
+    name
+        Of its row in Table 3.
+    fit
+        What it learns with. The function then gets what this returns as its second argument.
+    missing
+        Says what it lacks to run, such as a package; empty for nothing.
+
+    Raises
+    ------
+    ValueError
+        If another grounder has the name.
+    """
+
+    def register(function: Propose) -> Propose:
+        if name in _GROUNDERS:
+            raise ValueError(f"there is a grounder {name!r} already")
+        description = (function.__doc__ or "").strip().split("\n")[0]
+        module = getattr(function, "__module__", "")
+        about = {"module": module}
+        _GROUNDERS[name] = RegisteredGrounder(name, description, function, fit, missing, about)
+        return function
+
+    return register
+
+
+def grounder_named(name: str) -> RegisteredGrounder:
+    """The grounder with a name.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    return member_named(name, _GROUNDERS, kind="grounder", group=GROUP)
+
+
+def load_grounders() -> None:
+    """Have other distributions register theirs, after those that come along."""
+    load_extensions(GROUP)

@@ -1,0 +1,1 @@
+"""A grounder, a parser and a judge that the toolkit does not have."""

@@ -1,0 +1,64 @@
+"""Somebody else's grounder, parser and judge, installed as pip does it, in Table 3."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from corpus_tools.corpus.corpus_writing import write_corpus
+from tests.eval.yard import few_annotated, yards
+from tests.examples.installed import install
+
+ROWS = ("random", "nearest", "keywords", "embeddings", "fuzzy", "auto-top30", "auto-all")
+
+
+@pytest.fixture(scope="module")
+def fuzzy(tmp_path_factory):
+    installed = install("fuzzy_labels", tmp_path_factory.mktemp("fuzzy"))
+    write_corpus(yards(installed.folder / "source"), installed.folder / "yards")
+    write_corpus(few_annotated(), installed.folder / "few")
+    return installed
+
+
+def table_3(installed, *more, judge="automatic"):
+    asked = ("eval", "--table", "3", "--judge", judge, "--train", "few", "--test", "yards")
+    return installed.ct(*asked, "--draws", "20", *more)
+
+
+@pytest.mark.slow
+def test_they_are_rows_beside_the_baselines_and_the_model(fuzzy):
+    done = table_3(fuzzy, "--grounder", "fuzzy", "--parser", "verb-object", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    rows = {r["configuration"]: r for r in found["rows"] if r["subset"] == "all"}
+    assert set(rows) == {*ROWS, "verb-object"}
+    told = {c["text"]: (c["correct"], c["probability"]) for c in found["commands"]["fuzzy"]}
+    # Worked by hand: "refrigerator" and "washing machine" are labels as they stand.
+    assert told["Pick up the refrigerator."] == (1, 1.0)
+    assert told["Put the washing machine on the trailer."] == (1, 1.0)
+    assert told["Turn around and go."][0] == 0
+    assert rows["fuzzy"]["n"] == rows["verb-object"]["n"] == 6
+    pairs = {(c["one"], c["other"]) for c in found["comparisons"]}
+    assert {("keywords", "fuzzy"), ("fuzzy", "auto"), ("auto", "verb-object")} <= pairs
+    assert found["grounders"] == {"fuzzy": {"module": "fuzzy_labels.fuzzy_grounder"}}
+    assert found["parsers"] == ["verb-object"]
+
+
+@pytest.mark.slow
+def test_another_judge_says_who_it_is(fuzzy):
+    done = table_3(fuzzy, judge="same-load")
+    assert done.returncode == 0, done.stderr
+    assert "all commands   (judge: same-load)" in done.stdout
+    assert "by a judge of your choice" in done.stdout
+    (row,) = (line.split() for line in done.stdout.splitlines()[:9] if line.startswith("keywords"))
+    # "Pick up the washer and put it down." and that alone takes another load.
+    assert row[1] == "0.83"
+
+
+def test_names_that_nobody_has_are_told(fuzzy):
+    done = table_3(fuzzy, "--grounder", "ghost")
+    assert done.returncode == 2
+    assert "there is no grounder 'ghost' (give one of embeddings, fuzzy, keywords" in done.stderr
+    done = table_3(fuzzy, "--parser", "fuzzy")
+    assert "there is no parser 'fuzzy' (give one of verb-object; or install" in done.stderr
