@@ -111,7 +111,12 @@ def _write_video(path: Path) -> None:
 
 def _example() -> dict[str, Any]:
     words = _words(COMMAND)
-    watched = {"video": "/static/practice/practice.mp4", "poster": None, "duration_s": SECONDS, "fps": FPS}
+    watched = {
+        "video": "/static/practice/practice.mp4",
+        "poster": None,
+        "duration_s": SECONDS,
+        "fps": FPS,
+    }
     sdcs = [_tree(words)]
     scene = {**watched, "steps": [[0.5, SECONDS]], **_scene()}
     clauses = [

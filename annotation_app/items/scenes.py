@@ -192,8 +192,9 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     -------
     dict
         ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
-        ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``, ``height`` and
-        ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the poster;
+        ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media),
+        ``width``, ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in
+        pixels of the poster;
         ``map``: see :func:`_map`.
     """
     public = {real: alias for alias, real in names.objects.items()}
