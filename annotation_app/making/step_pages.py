@@ -18,6 +18,7 @@ from annotation_app.making.step_forms import AS_BEFORE, read_form, text_of
 from annotation_app.making.steps import (
     REVIEW,
     STEPS,
+    Step,
     StepProblem,
     defaults,
     find_step,
@@ -95,23 +96,23 @@ def begin() -> ResponseReturnValue:
     return flask.redirect(flask.url_for(".step", name=name, step_name=STEPS[0].name), 303)
 
 
-@blueprint.get("/<name>/<any(videos, tasks, people, texts, consent):step_name>")
+@blueprint.get("/<name>/<step_name>")
 def step(name: str, step_name: str) -> str:
     """A step's form."""
     with reading(installation().engine) as session:
         admin = required_person(session, "admin")
         draft = opened_draft(session, name)
-        return _step_page(session, admin, draft, step_name)
+        return _step_page(session, admin, draft, _step(step_name).name)
 
 
-@blueprint.post("/<name>/<any(videos, tasks, people, texts, consent):step_name>")
+@blueprint.post("/<name>/<step_name>")
 def save(name: str, step_name: str) -> ResponseReturnValue:
     """Keep what was typed; go on to the next step if all is well in this one."""
     config, form = installation().config, flask.request.form
     with reading(installation().engine) as session:
         admin = required_person(session, "admin")
         draft = opened_draft(session, name)
-        value = read_form(step_name, draft, form, config.studies_folder)
+        value = read_form(_step(step_name).name, draft, form, config.studies_folder)
         draft = keep_draft(config.studies_folder, draft, value)
         wanted = form.get("then", "")
         if wanted == "stay":
@@ -176,6 +177,13 @@ def _begun(study: Study) -> StudyDraft:
     return draft
 
 
+def _step(name: str) -> Step:
+    found = find_step(name)
+    if found is None:
+        raise Refusal(404, "There is no such step.")
+    return found
+
+
 def step_problems(draft: StudyDraft, step_name: str) -> list[StepProblem]:
     """What is wrong in a step."""
     found = problems_of(draft)
@@ -191,14 +199,12 @@ def _step_page(
     step_name: str,
     problems: list[StepProblem] | None = None,
 ) -> str:
-    found = find_step(step_name)
-    assert found is not None  # noqa: S101 - the address has no others
     more = _ABOUT[step_name](session, draft) if step_name in _ABOUT else {}
     return flask.render_template(
         f"making/{step_name}.html",
         person=admin,
         draft=draft,
-        step=found,
+        step=_step(step_name),
         problems=problems or [],
         wrong={problem.target for problem in problems or []},
         target=target,
