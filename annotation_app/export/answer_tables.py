@@ -17,14 +17,14 @@ from annotation_app.store.models import Answer, Event, Item, Person, Record, Rem
 from annotation_app.tasks.task_record import AnswerTable
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
-from g3.errors import FormatError
+from corpus_tools.exporters.csv_tables import safe_cell
+from corpus_tools.runtime.parquet import import_pyarrow
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
     "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "metadata", "excluded",
     "reason",
 )  # fmt: skip
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def to_jsonl(session: Session, study: Study, *, excluded: bool = False) -> bytes:
@@ -50,14 +50,7 @@ def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> byt
     FormatError
         If pyarrow isn't installed.
     """
-    try:
-        import pyarrow as pa  # noqa: PLC0415 - large, and not always installed
-        import pyarrow.parquet as pq  # noqa: PLC0415 - as above
-    except ImportError as error:
-        raise FormatError(
-            "Parquet files are written with pyarrow, which isn't installed",
-            fix="pip install 'corpus-tools-g3[parquet]'",
-        ) from error
+    pa, pq = import_pyarrow()
     types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
     types |= dict.fromkeys(names, pa.bool_())
@@ -100,16 +93,6 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study], bytes]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """The same with the answers that were left out, and why."""
-
-
-def safe_cell(value: object) -> object:
-    """A value that spreadsheets take for text if it is text.
-
-    A quotation mark before it keeps them from running what looks like a formula.
-    """
-    if not isinstance(value, str):
-        return value
-    return f"'{value}" if value.lstrip(" ").startswith(_FORMULA) else value
 
 
 def _flat(row: Record) -> Record:

@@ -212,7 +212,7 @@ class _Tree:
         return label
 
     def _lift_predicates(self) -> None:
-        """"is" becomes ``cop`` of what something is, or where it is."""
+        """Let "is" be ``cop`` of what something is, or where it is."""
         for word in self._bottom_up():
             if self.lemmas[word] != "be" or self.relation[word] in ("aux", "auxpass", "cop"):
                 continue
