@@ -99,10 +99,11 @@ def persistent_rows(dataset: Dataset) -> Iterator[tuple[int, list[Row]]]:
     Only the first frame of an episode is made into objects of Python, so that memory stays flat.
     """
     for file in data_files(dataset):
-        yield from _persistent_rows_of(file)
+        yield from persistent_rows_of(file)
 
 
-def _persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
+def persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
+    """The same for the episodes in a file."""
     _, pq = import_pyarrow()
     seen: int | None = None
     with pq.ParquetFile(file) as parquet:
