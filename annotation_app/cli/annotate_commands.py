@@ -211,7 +211,13 @@ def serve(
     default="corpus",
     show_default=True,
     help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are.",
+    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of the "
+    "episodes' dataset with what people said.",
+)
+@click.option(
+    "--dataset",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Where the LeRobot dataset is, if it has moved: lerobot.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option(
@@ -227,6 +233,7 @@ def export(
     study_name: str | None,
     place: Place,
     form: str,
+    dataset: Path | None,
     licence: str,
     with_excluded: bool,
     force: bool,
@@ -240,21 +247,25 @@ def export(
       ct eval --table 1 --corpus my-corpus
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
+      ct annotate export my-dataset-with-language --format lerobot
     """
     from annotation_app.core.config import open_instance
     from annotation_app.export import answer_tables
     from annotation_app.export import corpus_export as exports
+    from annotation_app.export.lerobot_export import peoples_language
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.language_writing import write_language
     from corpus_tools.runtime.atomic_folder import write_folder
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
-    known = ("corpus", "slu-core", *answer_tables.TABLES)
+    known = ("corpus", "lerobot", "slu-core", *answer_tables.TABLES)
     if form not in known:
         fix = f"use one of {', '.join(known)}"
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
@@ -264,6 +275,8 @@ def export(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
+    if dataset is not None and form != "lerobot":
+        raise FormatError("only lerobot takes a dataset", where="--dataset", fix="leave it out")
     if form == "corpus":
         check_writable(out, force=force)
     config = open_instance(*place)
@@ -280,7 +293,17 @@ def export(
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
-        corpus = exports.export_corpus(session, study, licence=licence)
+        if form == "lerobot":
+            said = peoples_language(session, study)
+        else:
+            corpus = exports.export_corpus(session, study, licence=licence)
+    if form == "lerobot":
+        source = open_dataset(dataset or said.dataset)
+        write_language(source, out, said.language, attachments=said.files, force=force)
+        serving.note_on_this_machine(config, "exported", study.name, format=form)
+        summary = ", ".join(f"{count} {what}" for what, count in said.counts.items())
+        tell(told, {"folder": out, **said.counts}, f"wrote {out}: {summary}")
+        return
     if form == "corpus":
         write_corpus(corpus, out, force=force)
     else:

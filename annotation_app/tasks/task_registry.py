@@ -15,6 +15,7 @@ from annotation_app.tasks.describe import DESCRIBE
 from annotation_app.tasks.ground import GROUND
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
+from annotation_app.tasks.subtasks import SUBTASKS
 from annotation_app.tasks.task_record import COMMAND, LONGEST_NAME, Task
 from g3.extensions import load_extensions
 
@@ -68,6 +69,6 @@ def makers(gives: str) -> tuple[Task, ...]:
     return tuple(t for t in _tasks.values() if gives and t.source and t.source.made_of == gives)
 
 
-for _task in (DESCRIBE, SEGMENT, GROUND, CHECK, RATE):
+for _task in (DESCRIBE, SUBTASKS, SEGMENT, GROUND, CHECK, RATE):
     register(_task)
 load_extensions("ct.tasks")

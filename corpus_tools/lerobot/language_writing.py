@@ -298,10 +298,8 @@ def _old_tasks(dataset: Dataset, tasks: _Tasks) -> dict[str, bytes | Path]:
     episodes = []
     for line in (dataset.folder / EPISODES_JSONL).read_bytes().splitlines():
         row = msgspec.json.decode(line) if line.strip() else {}
-        if row.get("episode_index") in tasks.texts:
-            row["tasks"] = [tasks.texts[row["episode_index"]]]
-            line = msgspec.json.encode(row)
-        episodes.append(line)
+        task = tasks.texts.get(row.get("episode_index", -1))
+        episodes.append(line if task is None else msgspec.json.encode(row | {"tasks": [task]}))
     return {
         TASKS_JSONL: b"\n".join([*lines, b""]),
         EPISODES_JSONL: b"\n".join([*episodes, b""]),

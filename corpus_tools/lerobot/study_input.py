@@ -4,8 +4,8 @@ No video is copied: tables name files and parts of them (``start_s``, ``end_s``)
 
 - ``episodes.csv``: the episodes as videos, to be described and cut into subtasks.
 - ``tasks.csv``: what the dataset says is done in each, as commands to be checked or rated.
-- ``subtasks.csv``: the dataset's subtasks, each with its part of the video, as commands to be rated.
-  Only for datasets with language.
+- ``subtasks.csv``: the dataset's subtasks, each with its part of the video, as commands to be
+  rated. Only for datasets with language.
 """
 
 from __future__ import annotations
