@@ -19,7 +19,10 @@ from corpus_tools.runtime.terminal import note, say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from sqlalchemy.orm import Session
+
     from annotation_app.core.config import Config
+    from annotation_app.store.models import Study
     from annotation_app.studies.study_file import StudyConfig
     from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo
     from annotation_app.study_setup.rendered_study import Rendered
@@ -211,8 +214,8 @@ def serve(
     default="corpus",
     show_default=True,
     help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of the "
-    "episodes' dataset with what people said.",
+    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of "
+    "the episodes' dataset with what people said.",
 )
 @click.option(
     "--dataset",
@@ -252,14 +255,11 @@ def export(
     from annotation_app.core.config import open_instance
     from annotation_app.export import answer_tables
     from annotation_app.export import corpus_export as exports
-    from annotation_app.export.lerobot_export import peoples_language
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-    from corpus_tools.lerobot.episode_reading import open_dataset
-    from corpus_tools.lerobot.language_writing import write_language
     from corpus_tools.runtime.atomic_folder import write_folder
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
@@ -294,28 +294,35 @@ def export(
             tell(told, {"files": [out]}, f"wrote {out}")
             return
         if form == "lerobot":
-            said = peoples_language(session, study)
+            counts = _write_lerobot(session, study, out, dataset, force=force)
         else:
             corpus = exports.export_corpus(session, study, licence=licence)
-    if form == "lerobot":
-        source = open_dataset(dataset or said.dataset)
-        write_language(source, out, said.language, attachments=said.files, force=force)
-        serving.note_on_this_machine(config, "exported", study.name, format=form)
-        summary = ", ".join(f"{count} {what}" for what, count in said.counts.items())
-        tell(told, {"folder": out, **said.counts}, f"wrote {out}: {summary}")
-        return
+            counts = {
+                "commands": len(corpus.commands),
+                "annotations": len(corpus.annotations),
+                "judgments": len(corpus.judgments),
+            }
     if form == "corpus":
         write_corpus(corpus, out, force=force)
-    else:
+    elif form == "slu-core":
         write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
-    counts = {
-        "commands": len(corpus.commands),
-        "annotations": len(corpus.annotations),
-        "judgments": len(corpus.judgments),
-    }
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
+
+
+def _write_lerobot(
+    session: Session, study: Study, out: Path, dataset: Path | None, *, force: bool
+) -> dict[str, int]:
+    """Write a copy of the episodes' dataset with what people said; how much of what there is."""
+    from annotation_app.export.lerobot_export import peoples_language
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.language_writing import write_language
+
+    said = peoples_language(session, study)
+    source = open_dataset(dataset or said.dataset)
+    write_language(source, out, said.language, attachments=said.files, force=force)
+    return dict(said.counts)
 
 
 @annotate.command("import")

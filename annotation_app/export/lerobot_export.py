@@ -6,9 +6,9 @@ and, for subtasks of the dataset itself, ``style`` and ``timestamp``.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,8 @@ from scipy.stats import binomtest
 from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import films_of
-from annotation_app.store.models import Study
+from annotation_app.items.new_items import GIVEN
+from annotation_app.store.models import Answer, Study
 from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed
@@ -69,140 +70,116 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
         If the study's videos are no episodes.
     """
     films = films_of(session, study.id)
-    told = {video: film.metadata for video, film in films.items()}
+    told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
     datasets = {str(row["dataset"]) for row in told.values() if "dataset" in row}
     if len(datasets) != 1:
+        several = f"the videos are of several datasets: {', '.join(sorted(datasets))}"
         raise FormatError(
-            "the videos are no episodes of a LeRobot dataset"
-            if not datasets
-            else f"the videos are of several datasets: {', '.join(sorted(datasets))}",
+            several if datasets else "the videos are no episodes of a LeRobot dataset",
             where=f"study {study.name}",
             fix="make the study of what `ct import lerobot` writes",
         )
-    episodes = {video: int(row["episode"]) for video, row in told.items() if "episode" in row}
-    said: dict[int, list[Language]] = defaultdict(list)
-    provenance: list[Record] = []
-    _add_wordings(session, study, episodes, told, said, provenance)
-    _add_subtasks(session, study, episodes, said, provenance)
-    verdicts = _verdicts(session, study, episodes, told)
-    language = {index: _of_episode(rows) for index, rows in sorted(said.items())}
-    counts = {
-        "episodes": len(language),
-        "wordings": sum(row["style"] == TASK_AUG for row in provenance),
-        "subtasks": sum(row["style"] == SUBTASK for row in provenance),
-        "verdicts": len(verdicts),
-    }
+    found = _Gathered(session, study, told, people_of(session))
+    found.add_wordings()
+    found.add_subtasks()
+    verdicts = list(found.verdicts())
     lines = msgspec.json.Encoder().encode_lines
-    files = {PROVENANCE: lines(provenance)} if provenance else {}
+    files = {PROVENANCE: lines(found.provenance)} if found.provenance else {}
     if verdicts:
         files[VERDICTS] = lines(verdicts)
+    styles = Counter(row["style"] for row in found.provenance)
+    counts = {
+        "episodes": len(found.said),
+        "wordings": styles[TASK_AUG],
+        "steps": styles[SUBTASK],
+        "verdicts": len(verdicts),
+    }
+    language = {index: _of_episode(rows) for index, rows in sorted(found.said.items())}
     return PeoplesLanguage(Path(datasets.pop()), language, files, counts)
 
 
-def _of_episode(rows: list[Language]) -> EpisodeLanguage:
+def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
     subtasks = [row for row in rows if row.style == SUBTASK]
     wordings = [row.text for row in rows if row.style == TASK_AUG]
     replaces = frozenset({SUBTASK, PLAN}) if subtasks else frozenset()
     return EpisodeLanguage((*rows, *plans(subtasks)), replaces, wordings[0] if wordings else "")
 
 
-def _add_wordings(
-    session: Session,
-    study: Study,
-    episodes: Mapping[str, int],
-    told: Mapping[str, Mapping[str, Any]],
-    said: dict[int, list[Language]],
-    provenance: list[Record],
-) -> None:
-    people = people_of(session)
-    for task in (task for task in tasks() if task.gives == COMMAND):
-        for answer, item in answers_of(session, study, task.name):
-            video = item.payload["video"]
-            # Commands that came with the study's tables are the dataset's own.
-            is_given = "metadata" in answer.body
-            if video not in episodes or is_given or "style" in told[video]:
-                continue
-            text = answer.body["text"]
-            said[episodes[video]].append(Language(TASK_AUG, 0.0, text))
-            provenance.append(
-                _provenance(study, episodes[video], TASK_AUG, 0.0, text, answer, people)
-            )
+@dataclass(slots=True)
+class _Gathered:
+    """What is said of which episode, and by whom.
 
+    Parameters
+    ----------
+    told
+        What the study's table tells of videos, by their names.
+    people
+        What exports call people, by their ids.
+    """
 
-def _add_subtasks(
-    session: Session,
-    study: Study,
-    episodes: Mapping[str, int],
-    said: dict[int, list[Language]],
-    provenance: list[Record],
-) -> None:
-    people, by_episode = people_of(session), defaultdict(list)
-    for answer, item in answers_of(session, study, SUBTASKS.name):
-        if item.payload["video"] in episodes:
-            by_episode[episodes[item.payload["video"]]].append(answer)
-    for index, answers in by_episode.items():
-        bodies = [answer.body for answer in answers]
-        chosen = answers[most_agreed(bodies)]
-        others = [body for body in bodies if body is not chosen.body]
-        scores = [boundary_f(chosen.body, body) for body in others]
-        agreement = {
-            "answers": len(answers),
-            "agreement": sum(scores) / len(scores) if scores else None,
-        }
-        for step in chosen.body["subtasks"]:
-            start_s, text = float(step["start_s"]), step["text"]
-            said[index].append(Language(SUBTASK, start_s, text))
-            row = _provenance(study, index, SUBTASK, start_s, text, chosen, people)
-            provenance.append(row | agreement)
+    session: Session
+    study: Study
+    told: Mapping[str, Mapping[str, Any]]
+    people: Mapping[str, str]
+    said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
+    provenance: list[Record] = field(default_factory=list)
 
+    def add_wordings(self) -> None:
+        """What people typed for whole episodes; not the commands that a table gave."""
+        for task in (task for task in tasks() if task.gives == COMMAND):
+            for answer, item in answers_of(self.session, self.study, task.name):
+                about = self.told.get(item.payload["video"], {"style": ""})
+                if "style" not in about and not item.subject.startswith(GIVEN):
+                    said = Language(TASK_AUG, 0.0, answer.body["text"])
+                    self._add(int(about["episode"]), said, answer)
 
-def _verdicts(
-    session: Session,
-    study: Study,
-    episodes: Mapping[str, int],
-    told: Mapping[str, Mapping[str, Any]],
-) -> list[Record]:
-    """What people think of what was said of an episode, or of a part of it, shown with its video."""
-    ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for answer, item in answers_of(session, study, RATE.name):
-        payload = item.payload
-        if payload["video"] in episodes and payload["video"] == payload["own_video"]:
-            ratings[payload["video"], payload["text"]].append(answer.body["rating"])
-    found = []
-    for (video, text), given in sorted(ratings.items(), key=lambda entry: episodes[entry[0][0]]):
-        agree = sum(rating >= AGREES for rating in given)
-        interval = binomtest(agree, len(given)).proportion_ci(method="wilson")
-        found.append(
-            {
-                "episode_index": episodes[video],
-                "style": told[video].get("style", "task"),
-                "timestamp": float(told[video].get("timestamp", 0.0)),
+    def add_subtasks(self) -> None:
+        """The subtasks of each episode: of several answers the one that agrees best."""
+        by_episode = defaultdict(list)
+        for answer, item in answers_of(self.session, self.study, SUBTASKS.name):
+            if item.payload["video"] in self.told:
+                by_episode[int(self.told[item.payload["video"]]["episode"])].append(answer)
+        for index, answers in by_episode.items():
+            chosen = answers[most_agreed([answer.body for answer in answers])]
+            scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
+            agreement = sum(scores) / len(scores) if scores else None
+            for step in chosen.body["subtasks"]:
+                said = Language(SUBTASK, float(step["start_s"]), step["text"])
+                self._add(index, said, chosen, answers=len(answers), agreement=agreement)
+
+    def verdicts(self) -> Iterator[Record]:
+        """What people think of what was said of a video, shown with that video."""
+        ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
+        for answer, item in answers_of(self.session, self.study, RATE.name):
+            about = item.payload
+            if about["video"] in self.told and about["video"] == about["own_video"]:
+                ratings[about["video"], about["text"]].append(answer.body["rating"])
+        for (video, text), given in sorted(ratings.items()):
+            agree = sum(rating >= AGREES for rating in given)
+            interval = binomtest(agree, len(given)).proportion_ci(method="wilson")
+            yield {
+                "episode_index": int(self.told[video]["episode"]),
+                "style": self.told[video].get("style", "task"),
+                "timestamp": float(self.told[video].get("timestamp", 0.0)),
                 "content": text,
                 "ratings": given,
                 "agree": agree / len(given),
                 "agree_95": [float(interval.low), float(interval.high)],
-                "study": study.name,
+                "study": self.study.name,
+            }
+
+    def _add(self, index: int, said: Language, answer: Answer, **more: Any) -> None:
+        self.said[index].append(said)
+        self.provenance.append(
+            {
+                "episode_index": index,
+                "style": said.style,
+                "start_s": said.start_s,
+                "content": said.text,
+                "study": self.study.name,
+                "answer": answer.id,
+                "subject": self.people[answer.person_id],
+                "at": answer.at,
+                **more,
             }
         )
-    return found
-
-
-def _provenance(
-    study: Study,
-    index: int,
-    style: str,
-    start_s: float,
-    text: str,
-    answer: Any,
-    people: Mapping[str, str],
-) -> Record:
-    return {
-        "episode_index": index,
-        "style": style,
-        "start_s": start_s,
-        "content": text,
-        "study": study.name,
-        "answer": answer.id,
-        "subject": people[answer.person_id],
-        "at": answer.at,
-    }

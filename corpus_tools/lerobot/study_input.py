@@ -162,7 +162,7 @@ def _subtasks(
             continue
         last_s = episode.frames / dataset.info.fps
         subtasks = sorted((r for r in rows if r["style"] == SUBTASK and r["content"]), key=_time)
-        ends = [*(_time(row) for row in subtasks[1:]), last_s]
+        ends = [*(_time(row) for row in subtasks[1:]), last_s][: len(subtasks)]
         for number, (row, end_s) in enumerate(zip(subtasks, ends, strict=True), start=1):
             if end_s > _time(row):
                 video = names.part(episode, number, _time(row), end_s)
