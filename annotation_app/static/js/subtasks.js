@@ -43,12 +43,12 @@ function row(number) {
       more,
     );
   line.append(
-    h("label", {}, "from ", h("input", {
+    h("span", {}, "from ", h("input", {
       type: "number", min: 0, step: "any", value: 0, readonly: number === 0, "aria-label": "Begins at, in seconds",
       onchange: (event) => changed({ start_s: rounded(Number(event.target.value) || 0) }),
     }), " s"),
     h("input", {
-      type: "text", maxlength: 300, dir: "auto", lang: "en", "aria-label": "What is done", value: "",
+      class: "what", maxlength: 300, dir: "auto", lang: "en", "aria-label": "What is done", value: "",
       oninput: (event) => changed({ text: event.target.value }, { silent: true }),
     }),
     h("button", { type: "button", onclick: () => show(work.state.subtasks[at()].start_s) }, "Show"),
@@ -76,7 +76,7 @@ function add() {
   const subtasks = [...work.state.subtasks, { start_s, text: "" }].sort((a, b) => a.start_s - b.start_s);
   work.change({ ...work.state, subtasks });
   const place = subtasks.findLastIndex((s) => s.start_s === start_s && !s.text);
-  steps.children[place]?.querySelector("input[type=text]").focus();
+  steps.children[place]?.querySelector(".what").focus();
 }
 
 video = showVideo($("player"), payload, work.state.played_to_end, (watched_s) =>
