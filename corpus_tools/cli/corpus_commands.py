@@ -115,21 +115,25 @@ def seal(path: Path, form: str) -> None:
     tell(form, record, f"sealed {path}: {after.hash}", changed)
 
 
-def _exporter_list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
-    """Print the formats and end."""
-    if not wanted or ctx.resilient_parsing:
-        return
+@corpus.command()
+@FORMAT
+def formats(form: str) -> None:
+    """List the formats that corpora can be exported in.
+
+    \b
+    Example:
+      ct corpus formats
+    """
     from corpus_tools.exporters.export_registry import exporters
 
     rows = [{"format": known.name, "summary": known.summary} for known in exporters()]
-    form = "json" if ctx.params.get("as_json") else PLAIN
-    tell(form, {"formats": rows}, *(f"{row['format']:13} {row['summary']}" for row in rows))
-    ctx.exit()
+    lines = [f"{row['format']:13} {row['summary']}" for row in rows]
+    tell(form, {"formats": rows}, *lines)
 
 
 @corpus.command()
 @CORPUS
-@click.option("--to", required=True, metavar="FORMAT", help="The format; --list names them.")
+@click.option("--to", required=True, metavar="FORMAT", help="The format: `ct corpus formats`.")
 @click.option(
     "--out",
     required=True,
@@ -144,14 +148,6 @@ def _exporter_list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None
     help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot.",
 )
 @click.option("--force", is_flag=True, help="Replace what is there, if it is in this format.")
-@click.option(
-    "--list",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_exporter_list,
-    help="List the formats.",
-)
 @JSON
 def export(
     *, path: Path, to: str, out: Path, videos: Path | None, force: bool, as_json: bool
@@ -162,7 +158,7 @@ def export(
 
     \b
     Examples:
-      ct corpus export --list
+      ct corpus formats
       ct corpus export aaai11 --to huggingface --out aaai11-hf
       ct corpus export warehouse --to conllu --out warehouse-ud
       ct corpus export warehouse --to lerobot --videos films --out warehouse-lerobot

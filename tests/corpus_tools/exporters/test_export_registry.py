@@ -62,7 +62,7 @@ def test_from_the_command_line(capsys, tmp_path: Path, monkeypatch):
         status = run(list(arguments))
         return status, *capsys.readouterr()
 
-    status, out, _ = ct("corpus", "export", "--list")
+    status, out, _ = ct("corpus", "formats")
     assert status == 0
     assert [line.split()[0] for line in out.splitlines()] == [e.name for e in exporters()]
     status, out, _ = ct("corpus", "export", "warehouse", "--to", "csv", "--out", "w", "--json")

@@ -10,6 +10,8 @@ import pytest
 
 pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 
+pytest.importorskip("av", reason="the extra `render` is not installed")
+
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -18,6 +20,7 @@ from corpus_tools.exporters.export_registry import export_corpus_to
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from g3.errors import FormatError
+from tests.lerobot_datasets import HEIGHT, WIDTH, film
 from tests.tiny_corpus import tiny_corpus
 
 
@@ -104,6 +107,27 @@ def test_what_cannot_be_exported(corpus: Corpus, tmp_path: Path):
     (tmp_path / "films").mkdir()
     with pytest.raises(FormatError, match="there is no video"):
         export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+
+
+def test_videos_are_taken_as_they_are(corpus: Corpus, tmp_path: Path):
+    shown = list(corpus.contexts)[1:]  # one has no video
+    for number, name in enumerate(shown):
+        folder = tmp_path / "films" / str(number)
+        film(folder / "video.mp4", [40 * number + 2 * i for i in range(15 + number)])
+        told = {"id": name, "frames": 15 + number, "fps": 10, "settings": {"size": [WIDTH, HEIGHT]}}
+        (folder / "manifest.json").write_text(json.dumps(told))
+    export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+    dataset = open_dataset(tmp_path / "out")
+    assert dataset.cameras == ("observation.images.scene",)
+    for number, episode in enumerate(dataset.episodes()):
+        video = episode.videos["observation.images.scene"]
+        assert video.file.samefile(tmp_path / "films" / str(number) / "video.mp4")
+        assert episode.frames == 15 + number
+        assert (video.start_s, video.end_s) == (0.0, pytest.approx((15 + number) / 10))
+    stats = json.loads((tmp_path / "out/meta/stats.json").read_text())
+    colours = np.array(stats["observation.images.scene"]["mean"])
+    assert colours.shape == (3, 1, 1)
+    assert 0 < colours.max() < 0.3  # dark greys
 
 
 @pytest.mark.slow
