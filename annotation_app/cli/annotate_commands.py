@@ -218,7 +218,7 @@ def serve(
     "the episodes' dataset with what people said.",
 )
 @click.option(
-    "--dataset",
+    "--episodes",
     type=click.Path(path_type=Path, exists=True, file_okay=False),
     help="Where the LeRobot dataset is, if it has moved: lerobot.",
 )
@@ -236,7 +236,7 @@ def export(
     study_name: str | None,
     place: Place,
     form: str,
-    dataset: Path | None,
+    episodes: Path | None,
     licence: str,
     with_excluded: bool,
     force: bool,
@@ -275,8 +275,8 @@ def export(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
-    if dataset is not None and form != "lerobot":
-        raise FormatError("only lerobot takes a dataset", where="--dataset", fix="leave it out")
+    if episodes is not None and form != "lerobot":
+        raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
     if form == "corpus":
         check_writable(out, force=force)
     config = open_instance(*place)
@@ -294,7 +294,7 @@ def export(
             tell(told, {"files": [out]}, f"wrote {out}")
             return
         if form == "lerobot":
-            counts = _write_lerobot(session, study, out, dataset, force=force)
+            counts = _write_lerobot(session, study, out, episodes, force=force)
         else:
             corpus = exports.export_corpus(session, study, licence=licence)
             counts = {

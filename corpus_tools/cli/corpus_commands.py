@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
 
@@ -148,10 +148,8 @@ def formats(form: str) -> None:
     help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot.",
 )
 @click.option("--force", is_flag=True, help="Replace what is there, if it is in this format.")
-@JSON
-def export(
-    *, path: Path, to: str, out: Path, videos: Path | None, force: bool, as_json: bool
-) -> None:
+@FORMAT
+def export(*, path: Path, to: str, out: Path, videos: Path | None, force: bool, form: str) -> None:
     """Write a corpus in the format of another project.
 
     docs/exports.md says what goes where. Other distributions can add formats.
@@ -167,6 +165,5 @@ def export(
     from corpus_tools.importers.authored.bundled import open_corpus
 
     files = export_corpus_to(open_corpus(str(path)), to, out, videos=videos, force=force)
-    form = "json" if as_json else PLAIN
     record = {"folder": out, "format": to, "files": sorted(files)}
     tell(form, record, f"wrote {out}: {len(files)} files in the format {to}")

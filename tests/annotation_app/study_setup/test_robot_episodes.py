@@ -169,10 +169,10 @@ def test_other_studies_are_no_datasets(tmp_path: Path, capsys: pytest.CaptureFix
         pass
     call = ["annotate", "export", str(tmp_path / "out"), "--format", "csv"]
     instance = ["--instance", str(tmp_path / "instance")]
-    assert run([*call, "--dataset", str(tmp_path / "set"), *instance]) == 2
-    assert "only lerobot takes a dataset" in capsys.readouterr().err
+    assert run([*call, "--episodes", str(tmp_path / "set"), *instance]) == 2
+    assert "only lerobot takes episodes" in capsys.readouterr().err
     (tmp_path / "set").rename(tmp_path / "moved")
     call = ["annotate", "export", str(tmp_path / "copy"), "--format", "lerobot"]
     assert run([*call, *instance]) == 2
     assert "no LeRobot dataset" in capsys.readouterr().err
-    assert export(tmp_path, "--dataset", str(tmp_path / "moved")).is_dir()
+    assert export(tmp_path, "--episodes", str(tmp_path / "moved")).is_dir()
