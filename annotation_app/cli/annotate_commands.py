@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo
     from annotation_app.study_setup.rendered_study import Rendered
 
+LEROBOT = "lerobot"
+"""Written into a copy of a dataset, where `ct corpus export` makes a new one."""
+
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
 )
@@ -259,13 +262,14 @@ def export(
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
-    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-    from corpus_tools.runtime.atomic_folder import write_folder
+    from corpus_tools.exporters.export_registry import export_corpus_to, exporters
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
-    known = ("corpus", "lerobot", "slu-core", *answer_tables.TABLES)
+    # Answers as a table, where a corpus's table has the same name.
+    folders = {exporter.name for exporter in exporters()} - {*answer_tables.TABLES, LEROBOT}
+    known = ("corpus", LEROBOT, *sorted(folders), *answer_tables.TABLES)
     if form not in known:
         fix = f"use one of {', '.join(known)}"
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
@@ -275,7 +279,7 @@ def export(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
-    if episodes is not None and form != "lerobot":
+    if episodes is not None and form != LEROBOT:
         raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
     if form == "corpus":
         check_writable(out, force=force)
@@ -293,7 +297,7 @@ def export(
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
-        if form == "lerobot":
+        if form == LEROBOT:
             counts = _write_lerobot(session, study, out, episodes, force=force)
         else:
             corpus = exports.export_corpus(session, study, licence=licence)
@@ -304,8 +308,8 @@ def export(
             }
     if form == "corpus":
         write_corpus(corpus, out, force=force)
-    elif form == "slu-core":
-        write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    elif form in folders:
+        export_corpus_to(corpus, form, out, force=force)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")

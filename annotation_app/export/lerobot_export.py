@@ -21,7 +21,7 @@ from annotation_app.items.new_items import GIVEN
 from annotation_app.store.models import Answer, Study
 from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.rate import RATE
-from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed
+from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed, steps_of
 from annotation_app.tasks.task_record import COMMAND
 from annotation_app.tasks.task_registry import tasks
 from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, TASK_AUG, Language, plans
@@ -143,8 +143,8 @@ class _Gathered:
             chosen = answers[most_agreed([answer.body for answer in answers])]
             scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
             agreement = sum(scores) / len(scores) if scores else None
-            for step in chosen.body["subtasks"]:
-                said = Language(SUBTASK, float(step["start_s"]), step["text"])
+            for start_s, text in steps_of(chosen.body):
+                said = Language(SUBTASK, start_s, text)
                 self._add(index, said, chosen, answers=len(answers), agreement=agreement)
 
     def verdicts(self) -> Iterator[Record]:

@@ -75,6 +75,11 @@ def boundary_f(one: Record, other: Record) -> float:
     return 2.0 * found / (len(mine) + len(theirs))
 
 
+def steps_of(body: Record) -> list[tuple[float, str]]:
+    """When each subtask of an answer begins, in seconds, and what it is."""
+    return [(float(step["start_s"]), step["text"]) for step in body["subtasks"]]
+
+
 def most_agreed(bodies: Sequence[Record]) -> int:
     """Which of several answers agrees best with the others; the first of those that do."""
     scores = [

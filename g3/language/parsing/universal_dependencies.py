@@ -168,6 +168,7 @@ class _Tree:
         self._arrange_conjuncts()
         self._rename()
         self._free_leaves()
+        self._attach_punctuation()
 
     def _children(self, word: int) -> list[int]:
         return [i for i, head in enumerate(self.head) if head == word and i != word]
@@ -258,6 +259,10 @@ class _Tree:
                 new = "nmod:unmarked" if is_nominal else "obl:unmarked"
             else:
                 new = RELATIONS.get(label, label if label in SAME else "dep")
+            if new == "nummod" and self.upos[word] != "NUM":
+                new = "amod"  # "a few boxes"
+            if new == "advmod" and self.upos[word] in ("ADP", "SCONJ"):
+                self.upos[word] = "ADV"  # "back up", "where it was"
             self.relation[word] = new
 
     def _free_leaves(self) -> None:
@@ -265,6 +270,37 @@ class _Tree:
         for word in range(len(self.head)):
             while self.relation[self.head[word]] in _LEAVES:
                 self.head[word] = self.head[self.head[word]]
+
+    def _attach_punctuation(self) -> None:
+        """Punctuation depends on a word to which no other arc has to be crossed."""
+        for word, label in enumerate(self.relation):
+            if label != "punct" or self._is_clear(word, self.head[word]):
+                continue
+            beside = [w for w in (word - 1, word + 1) if 0 <= w < len(self.head)]
+            above = [head for w in beside for head in self._path_up(w)]
+            free = (h for h in above if self._is_clear(word, h) and self.relation[h] not in _LEAVES)
+            self.head[word] = next(free, self.head[word])
+
+    def _is_clear(self, word: int, head: int) -> bool:
+        """Whether an arc to a word that nothing depends on crosses no other."""
+        above = self._path_up(head)
+        low, high = sorted((word, head))
+        return (
+            word not in above
+            and all(head in self._path_up(w) for w in range(low + 1, high))
+            and all(
+                h in above
+                for w, h in enumerate(self.head)
+                if w != word and min(w, h) < word < max(w, h)
+            )
+        )
+
+    def _path_up(self, word: int) -> list[int]:
+        """A word and those above it, up to the root."""
+        path = [word]
+        while self.head[path[-1]] != path[-1]:
+            path.append(self.head[path[-1]])
+        return path
 
     def _bottom_up(self) -> Iterable[int]:
         """The words, those below others first."""

@@ -97,6 +97,16 @@ def test_names_that_differ():
     }
 
 
+def test_parts_of_speech_fit_their_relations():
+    (analysis,) = analyse(["Lift a few boxes where they are"])
+    found = {
+        span.text: (word.upos, word.relation)
+        for span, word in zip(analysis.spans, universal_words(analysis), strict=True)
+    }
+    assert found["few"] == ("ADJ", "amod")
+    assert found["where"] == ("ADV", "advmod")
+
+
 def test_several_sentences_are_one_tree():
     found = tree("Lift it. Drive on.")
     assert found["Lift"] == ("", "root")
