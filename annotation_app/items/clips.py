@@ -217,7 +217,7 @@ def _frames(container: InputContainer, start_s: float) -> Iterator[av.VideoFrame
             if float(frame.time or 0) > start_s - 0.5 / rate:
                 yield frame
     except av.FFmpegError as error:
-        raise _unreadable(Path(container.name), str(error)) from error
+        raise _unreadable(Path(container.name), _why(error)) from error
 
 
 def _opened(file: Path) -> Any:
@@ -231,7 +231,7 @@ def _opened(file: Path) -> Any:
     try:
         container = av.open(str(file))
     except (av.FFmpegError, OSError) as error:
-        raise _unreadable(file, str(error)) from error
+        raise _unreadable(file, _why(error)) from error
     if not container.streams.video:
         container.close()
         raise _unreadable(file, "it has no pictures")
@@ -252,7 +252,12 @@ def to_mp4(file: Path) -> str:
     return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {file.stem}-new.mp4"
 
 
+def _why(error: Exception) -> str:
+    """What FFmpeg says, without its number and the file's name."""
+    return str(getattr(error, "strerror", None) or error)
+
+
 def _unreadable(file: Path, why: str) -> FormatError:
     return FormatError(
-        "the video can't be read", where=f"{file} ({why})", fix=f"make it anew: {to_mp4(file)}"
+        f"the video can't be read: {why}", where=str(file), fix=f"make it anew: {to_mp4(file)}"
     )
