@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -105,8 +104,15 @@ def import_corpus(
     return corpus
 
 
-def export(corpus: AnyCorpus, out: Path | str, *, to: str = "corpus", force: bool = False) -> Path:
-    """Write a corpus to a folder, in this toolkit's format or another one.
+def export(
+    corpus: AnyCorpus,
+    out: Path | str,
+    *,
+    to: str = "corpus",
+    videos: Path | str | None = None,
+    force: bool = False,
+) -> Path:
+    """Write a corpus to a folder, in this toolkit's format or another project's.
 
     Parameters
     ----------
@@ -115,7 +121,10 @@ def export(corpus: AnyCorpus, out: Path | str, *, to: str = "corpus", force: boo
     out
         The folder; its parent must be there.
     to
-        ``corpus``, this toolkit's own format; or ``slu-core``, that of the paper's authors.
+        ``corpus``, this toolkit's own format; or one of those that ``ct corpus formats`` lists,
+        such as ``huggingface``.
+    videos
+        What ``ct render-videos`` has made of the corpus, for formats with videos.
     force
         Replace what is there, if it is of that format.
 
@@ -126,28 +135,16 @@ def export(corpus: AnyCorpus, out: Path | str, *, to: str = "corpus", force: boo
 
     Raises
     ------
-    CorpusError
-        If there is no such format.
     FormatError
-        If the folder holds something else.
+        If there is no such format, or the folder holds something else.
     """
-    from corpus_tools.runtime.atomic_folder import write_folder
+    from corpus_tools.corpus.corpus_writing import write_corpus
+    from corpus_tools.exporters.export_registry import export_corpus_to
 
-    known = _exporters()
-    if to not in known:
-        raise CorpusError("there is no such format", where=to, fix=f"use {' or '.join(known)}")
-    files, marker = known[to]
-    write_folder(Path(out), files(load(corpus)), force=force, marker=marker)
-    return Path(out)
-
-
-Files: TypeAlias = "Callable[[Corpus], Mapping[str, bytes]]"
-
-
-def _exporters() -> dict[str, tuple[Files, str]]:
-    """What writes the files of each format, and the file that tells a folder of that format."""
-    from corpus_tools.corpus.corpus_records import MANIFEST
-    from corpus_tools.corpus.corpus_writing import corpus_files
-    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-
-    return {"corpus": (corpus_files, MANIFEST), "slu-core": (slu_core_files, MARKER)}
+    folder = Path(out)
+    if to == "corpus" and videos is None:
+        write_corpus(load(corpus), folder, force=force)
+    else:
+        films = None if videos is None else Path(videos)
+        export_corpus_to(load(corpus), to, folder, videos=films, force=force)
+    return folder

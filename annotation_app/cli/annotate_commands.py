@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,14 @@ from annotation_app.cli.token_commands import tokens
 from annotation_app.cli.webhook_commands import webhooks
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from annotation_app.store.models import Study
+
+LEROBOT = "lerobot"
+"""Written into a copy of a dataset, where `ct corpus export` makes a new one."""
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -220,7 +228,13 @@ def serve(
     default="corpus",
     show_default=True,
     help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are.",
+    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of "
+    "the episodes' dataset with what people said.",
+)
+@click.option(
+    "--episodes",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Where the LeRobot dataset is, if it has moved: lerobot.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option(
@@ -236,6 +250,7 @@ def export(
     study_name: str | None,
     place: Place,
     form: str,
+    episodes: Path | None,
     licence: str,
     with_excluded: bool,
     force: bool,
@@ -249,6 +264,7 @@ def export(
       ct eval --table 1 --corpus my-corpus
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
+      ct annotate export my-dataset-with-language --format lerobot
     """
     from annotation_app.core.config import open_instance
     from annotation_app.export import answer_tables
@@ -257,13 +273,14 @@ def export(
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
-    from corpus_tools.exporters.slu_core import MARKER, slu_core_files
-    from corpus_tools.runtime.atomic_folder import write_folder
+    from corpus_tools.exporters.export_registry import export_corpus_to, exporters
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 
     told = "json" if as_json else PLAIN
-    known = ("corpus", "slu-core", *answer_tables.TABLES)
+    # Answers as a table, where a corpus's table has the same name.
+    folders = {exporter.name for exporter in exporters()} - {*answer_tables.TABLES, LEROBOT}
+    known = ("corpus", LEROBOT, *sorted(folders), *answer_tables.TABLES)
     if form not in known:
         fix = f"use one of {', '.join(known)}"
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
@@ -273,6 +290,8 @@ def export(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
+    if episodes is not None and form != LEROBOT:
+        raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
     if form == "corpus":
         check_writable(out, force=force)
     config = open_instance(*place)
@@ -289,19 +308,36 @@ def export(
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
-        corpus = exports.export_corpus(session, study, licence=licence)
+        if form == LEROBOT:
+            counts = _write_lerobot(session, study, out, episodes, force=force)
+        else:
+            corpus = exports.export_corpus(session, study, licence=licence)
+            counts = {
+                "commands": len(corpus.commands),
+                "annotations": len(corpus.annotations),
+                "judgments": len(corpus.judgments),
+            }
     if form == "corpus":
         write_corpus(corpus, out, force=force)
-    else:
-        write_folder(out, slu_core_files(corpus), force=force, marker=MARKER)
+    elif form in folders:
+        export_corpus_to(corpus, form, out, force=force)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
-    counts = {
-        "commands": len(corpus.commands),
-        "annotations": len(corpus.annotations),
-        "judgments": len(corpus.judgments),
-    }
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
+
+
+def _write_lerobot(
+    session: Session, study: Study, out: Path, dataset: Path | None, *, force: bool
+) -> dict[str, int]:
+    """Write a copy of the episodes' dataset with what people said; how much of what there is."""
+    from annotation_app.export.lerobot_export import peoples_language
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.language_writing import write_language
+
+    said = peoples_language(session, study)
+    source = open_dataset(dataset or said.dataset)
+    write_language(source, out, said.language, attachments=said.files, force=force)
+    return dict(said.counts)
 
 
 @annotate.command("import")

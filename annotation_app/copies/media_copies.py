@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.clips import ensure
 from annotation_app.items.media import TYPES, media_type, public_name
 from annotation_app.store.models import Media
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -54,7 +55,9 @@ def copy_media(session: Session, target: str, on_progress: OnProgress = no_progr
 def _files(session: Session) -> Iterator[tuple[Path, Media]]:
     known = select(Media).where(Media.role.in_(TYPES)).order_by(Media.id)
     for media in session.scalars(known):
-        if (path := Path(media.path)).is_file():
+        path = Path(media.path)
+        ensure(path)
+        if path.is_file():
             yield path, media
 
 

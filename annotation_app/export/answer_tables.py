@@ -11,14 +11,14 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.core.table_cells import safe_cell
 from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
 from annotation_app.tasks.task_record import AnswerTable
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
-from g3.errors import FormatError
+from corpus_tools.exporters.csv_tables import safe_cell
+from corpus_tools.runtime.parquet import import_pyarrow
 
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
@@ -50,14 +50,7 @@ def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> byt
     FormatError
         If pyarrow isn't installed.
     """
-    try:
-        import pyarrow as pa  # noqa: PLC0415 - large, and not always installed
-        import pyarrow.parquet as pq  # noqa: PLC0415 - as above
-    except ImportError as error:
-        raise FormatError(
-            "Parquet files are written with pyarrow, which isn't installed",
-            fix="pip install 'corpus-tools-g3[parquet]'",
-        ) from error
+    pa, pq = import_pyarrow()
     types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
     types |= dict.fromkeys(names, pa.bool_())

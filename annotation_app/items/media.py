@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +15,12 @@ from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
 
 from annotation_app.core.problems import Refusal
+from annotation_app.items.clips import clip_digest, ensure
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Media
+from g3.errors import CorpusError
 
 TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
 """What people may see, of the files that are kept of a video."""
@@ -40,6 +43,8 @@ def media(media_id: str) -> BaseResponse:
         elsewhere = redirect(f"{copies.rstrip('/')}/{public_name(found)}")
         elsewhere.headers["Cache-Control"] = "private, max-age=3600"
         return elsewhere
+    with suppress(CorpusError):  # then it isn't there
+        ensure(Path(found.path))
     if not Path(found.path).is_file():
         raise Refusal(404, "There is no such file.")
     response = send_file(
@@ -108,7 +113,10 @@ def media_path(session: Session, study_id: str, video: str, role: str) -> Path |
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a file."""
+    """SHA-256 of a file. A part of a video is known by the file's and its times."""
+    known = clip_digest(path)
+    if known is not None:
+        return known
     status = path.stat()
     return _digest(path, status.st_mtime_ns, status.st_size)
 

@@ -28,7 +28,7 @@ LOOK_S = 1.0
 
 
 def demo_study(videos: list[Rendered]) -> StudyConfig:
-    """All five tasks, open to everybody, one answer being enough to go on to the next."""
+    """The five tasks of commands, open to everybody, one answer being enough to go on."""
     known = tuple(_known_commands(videos))
     return StudyConfig(
         name="demo",

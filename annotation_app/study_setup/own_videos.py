@@ -11,6 +11,7 @@ from typing import Any
 
 import msgspec
 
+from annotation_app.items.clips import CLIP, PLAYED, Look, digest_of_part, look_at, to_mp4
 from annotation_app.items.media import digest
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
@@ -19,8 +20,8 @@ from g3.storage.atomic_file import write_bytes
 
 SUFFIXES = (".mp4", ".webm")
 TABLES = (".csv", ".jsonl")
-PLAYED = ("avc1", "h264", "vp80", "vp90", "av01")
-"""What browsers play, as OpenCV calls it."""
+START, END = "start_s", "end_s"
+"""The columns of a part of a file."""
 LONGEST_ID = 200
 
 
@@ -38,12 +39,15 @@ class OwnVideo:
         What else the table tells of it; exports tell it too.
     things
         What is where in its picture, if that is known.
+    part
+        Its beginning and its end in the file, in seconds; None if it is the whole file.
     """
 
     video: str
     file: Path
     metadata: Mapping[str, Any]
     things: PictureThings | None = None
+    part: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +88,17 @@ def own_videos(path: Path) -> list[OwnVideo]:
     errors: list[CorpusError] = []
     for where, item in found:
         known = videos.setdefault(item.video, item)
-        if known.file != item.file:
+        if (known.file, known.part) != (item.file, item.part):
             fix = "rename one of the files" if path.is_dir() else "give each an id of its own"
-            what = f"two files are called {item.video!r}: {known.file.name} and {item.file.name}"
+            both = f"{known.file.name} and {item.file.name}"
+            what = f"two {'parts' if item.part else 'files'} are called {item.video!r}: {both}"
             errors.append(FormatError(what, where=where, fix=fix))
         elif known is item and not item.file.is_file():
             fix = "correct the path, which begins at the table's folder"
             errors.append(FormatError(f"there is no file {item.file}", where=where, fix=fix))
         elif item.file.suffix.lower() not in SUFFIXES:
             what = f"{item.file.name} is no {' or '.join(s[1:] for s in SUFFIXES)} file"
-            errors.append(FormatError(what, where=where, fix=f"convert it: {_to_mp4(item.file)}"))
+            errors.append(FormatError(what, where=where, fix=f"convert it: {to_mp4(item.file)}"))
     if not errors and not videos:
         errors.append(FormatError("there are no videos", where=str(path), fix="add rows"))
     if errors:
@@ -117,7 +122,8 @@ def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCo
         If a row names no video of the study. It tells all such rows.
     """
     names = {item if isinstance(item, str) else item.video for item in videos}
-    files = {item.file: item.video for item in videos if not isinstance(item, str)}
+    whole = [item for item in videos if not isinstance(item, str) and item.part is None]
+    files = {item.file: item.video for item in whole}
     commands, errors = [], []
     for where, row in _rows(path, ("video", "command")):
         text, named = " ".join(str(row["command"]).split()), str(row["video"])
@@ -129,7 +135,7 @@ def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCo
         if not video:
             fix = f"the videos are: {', '.join(sorted(names)[:20])}"
             errors.append(FormatError(f"the study has no video {named!r}", where=where, fix=fix))
-        commands.append(GivenCommand(text, video, _others(row, ("id", "video", "command"))))
+        commands.append(GivenCommand(text, video, _others(row, _NOT_OTHERS)))
     if errors:
         raise together(errors)
     return commands
@@ -148,12 +154,14 @@ def check_readable(videos: Sequence[OwnVideo]) -> None:
     CorpusError
         If a file is no video, or of a kind that browsers don't play. It tells all such files.
     """
-    errors = []
-    for item in videos:
+    errors: list[CorpusError] = []
+    # Many episodes may be in a file, which is looked at once; things may be told of each.
+    of_files = {item.file: item for item in reversed(videos)}
+    for item in [v for v in videos if v.things is not None or of_files[v.file] is v]:
         try:
-            _, _, frame = _first_frame(item.file)
+            look = _look_at(item.file, item.part[0] if item.part else 0.0)
             if item.things is not None:
-                fitting_picture(item, frame)
+                fitting_picture(item, look.picture)
         except CorpusError as error:
             errors.append(error)
     if errors:
@@ -175,22 +183,27 @@ def prepare(item: OwnVideo, base: Path) -> Path:
     """
     folder = base / hashlib.sha256(item.video.encode()).hexdigest()[:20]
     manifest, poster = folder / "manifest.json", folder / "poster.png"
-    sha256 = digest(item.file)
+    sha256, (start_s, end_s) = digest(item.file), item.part or (0.0, None)
     told = {"id": item.video, "has_scene": False, "steps": [], "metadata": dict(item.metadata)}
     if item.things is not None:
         told["things"] = _things_key(item.things)
+    if end_s is not None:
+        told["part"] = {"file": str(item.file), START: start_s, END: end_s}
+        sha256 = digest_of_part(sha256, start_s, end_s)
     if manifest.is_file() and poster.is_file():
         known = msgspec.json.decode(manifest.read_bytes())
         measured = {name: known.get(name) for name in ("duration_s", "fps")}
         if known == {**told, "sha256": sha256, **measured}:
             return folder
-    duration_s, fps, picture = _first_frame(item.file)
+    look = _look_at(item.file, start_s, end_s)
     folder.mkdir(parents=True, exist_ok=True)
+    (folder / CLIP).unlink(missing_ok=True)  # it may be another part
+    picture = look.picture
     if item.things is not None:
         picture = fitting_picture(item, picture)
         write_bytes(folder / "segmentation.json", _outlines(item.things))
     write_bytes(poster, picture)
-    made = {**told, "sha256": sha256, "duration_s": duration_s, "fps": fps}
+    made = {**told, "sha256": sha256, "duration_s": look.duration_s, "fps": look.fps}
     write_bytes(manifest, msgspec.json.encode(made))
     return folder
 
@@ -238,6 +251,17 @@ def _things_key(things: PictureThings) -> str:
     return hashlib.sha256(_outlines(things) + picture.encode()).hexdigest()
 
 
+def played_file(item: OwnVideo, folder: Path) -> Path:
+    """The file that people watch: the video itself, or a part that is cut when it is needed.
+
+    Parameters
+    ----------
+    folder
+        What :func:`prepare` gives.
+    """
+    return item.file if item.part is None else folder / CLIP
+
+
 def _files(folder: Path) -> list[Path]:
     return sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and f.is_file())
 
@@ -245,7 +269,40 @@ def _files(folder: Path) -> list[Path]:
 def _video(table: Path, row: Mapping[str, Any]) -> OwnVideo:
     file = (table.parent / str(row["video"])).resolve()
     name = str(row.get("id") or file.stem)[:LONGEST_ID]
-    return OwnVideo(name, file, _others(row, ("id", "video", "command", "subject")))
+    return OwnVideo(name, file, _others(row, (*_NOT_OTHERS, "subject")), part=_part(table, row))
+
+
+_NOT_OTHERS = ("id", "video", "command", START, END)
+
+
+def _part(table: Path, row: Mapping[str, Any]) -> tuple[float, float] | None:
+    """The part of a file that a row names; an empty cell is none."""
+    told = [row.get(START, ""), row.get(END, "")]
+    if told == ["", ""]:
+        return None
+    try:
+        start_s, end_s = (float(value) for value in told)
+        if not 0 <= start_s < end_s < float("inf"):
+            raise ValueError
+    except ValueError:
+        raise FormatError(
+            f"{told[0]!r} to {told[1]!r} is no part of a video",
+            where=str(table),
+            fix=f"give {START} and {END} in seconds, the first before the second",
+        ) from None
+    return start_s, end_s
+
+
+def _look_at(file: Path, start_s: float, end_s: float | None = None) -> Look:
+    """What a video looks like, if browsers play it."""
+    look = look_at(file, start_s, end_s)
+    if look.codec not in PLAYED:
+        raise FormatError(
+            f"browsers don't play videos of the kind {look.codec!r}",
+            where=str(file),
+            fix=f"convert it: {to_mp4(file)}",
+        )
+    return look
 
 
 def _others(row: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
@@ -296,39 +353,3 @@ def _jsonl_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]
                 where=f"{path}:{number}",
                 fix='write it as {"video": "clip.mp4", "command": "Go."}',
             ) from error
-
-
-def _first_frame(file: Path) -> tuple[float, float, bytes]:
-    """How long a video is, in seconds, its frames in a second, and its first frame as PNG."""
-    try:
-        import cv2  # noqa: PLC0415 - large, and not always installed
-    except ImportError as error:
-        raise FormatError(
-            "pictures of videos are made with OpenCV, which isn't installed",
-            fix="pip install 'corpus-tools-g3[render]'",
-        ) from error
-    film = cv2.VideoCapture(str(file))
-    try:
-        rate, frames = film.get(cv2.CAP_PROP_FPS), film.get(cv2.CAP_PROP_FRAME_COUNT)
-        code = max(int(film.get(cv2.CAP_PROP_FOURCC)), 0)
-        kind = code.to_bytes(4, "little").decode("latin-1")
-        is_read, frame = film.read()
-    finally:
-        film.release()
-    if not is_read or rate <= 0:
-        raise FormatError(
-            "the video can't be read", where=str(file), fix=f"make it anew: {_to_mp4(file)}"
-        )
-    if kind.lower() not in PLAYED:
-        raise FormatError(
-            f"browsers don't play videos of the kind {kind!r}",
-            where=str(file),
-            fix=f"convert it: {_to_mp4(file)}",
-        )
-    is_written, picture = cv2.imencode(".png", frame)
-    assert is_written  # noqa: S101 - any frame can be
-    return max(frames / rate, 1 / rate), round(rate, 3), picture.tobytes()
-
-
-def _to_mp4(file: Path) -> str:
-    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {file.stem}-new.mp4"

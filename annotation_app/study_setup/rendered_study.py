@@ -11,6 +11,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
+from annotation_app.items.clips import is_clip
 from annotation_app.items.media import digest
 from annotation_app.items.new_items import GIVEN, NewItem, add_item, new_slots
 from annotation_app.items.scenes import read_film
@@ -136,7 +137,7 @@ def add_video(session: Session, study_id: str, item: Rendered) -> None:
     """Give a video's files names that say nothing, or keep those that they have."""
     for role, name in FILES.items():
         path = item.file if role == "video" and item.file is not None else item.folder / name
-        if path.is_file():
+        if path.is_file() or is_clip(path):
             put_media(session, study_id, item.video, role, path)
 
 
@@ -145,7 +146,7 @@ def put_media(session: Session, study_id: str, video: str, role: str, path: Path
     known = session.scalars(
         select(Media).where(Media.study_id == study_id, Media.video == video, Media.role == role)
     ).first()
-    sha256 = digest(path) if path.is_file() else ""
+    sha256 = digest(path) if path.is_file() or is_clip(path) else ""
     if known is None:
         known = Media(id=new_id(), study_id=study_id, video=video, role=role, path="", sha256="")
         session.add(known)

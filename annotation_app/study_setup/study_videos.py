@@ -14,6 +14,7 @@ from annotation_app.study_setup.own_videos import (
     given_commands,
     is_own,
     own_videos,
+    played_file,
     prepare,
 )
 from annotation_app.study_setup.rendered_study import Rendered, rendered_videos
@@ -77,7 +78,9 @@ def study_commands(
 
 def prepared(videos: Sequence[Rendered | OwnVideo], base: Path) -> list[Rendered]:
     """The videos with what is made of those from elsewhere: manifests and posters."""
-    return [
-        Rendered(item.video, prepare(item, base), item.file) if isinstance(item, OwnVideo) else item
-        for item in videos
-    ]
+    return [_prepared(item, base) if isinstance(item, OwnVideo) else item for item in videos]
+
+
+def _prepared(item: OwnVideo, base: Path) -> Rendered:
+    folder = prepare(item, base)
+    return Rendered(item.video, folder, played_file(item, folder))

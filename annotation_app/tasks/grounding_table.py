@@ -8,12 +8,12 @@ import io
 import msgspec
 from sqlalchemy.orm import Session
 
-from annotation_app.core.table_cells import safe_cell
 from annotation_app.items.item_scenes import scene_of
 from annotation_app.items.scenes import Scene
 from annotation_app.store.models import Record, Study, TaskName
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import answers_of
+from corpus_tools.exporters.csv_tables import safe_cell
 from g3.sdc.sdc_notation import from_json
 
 COLUMNS = (

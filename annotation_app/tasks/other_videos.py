@@ -10,12 +10,12 @@ from collections.abc import Iterator, Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.core.table_cells import safe_cell
 from annotation_app.items.item_scenes import has_things
 from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
 from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.clause_words import clauses_of
+from corpus_tools.exporters.csv_tables import safe_cell
 from g3.sdc.sdc_notation import from_json
 
 HAPPENS = ("EVENT", "PATH")

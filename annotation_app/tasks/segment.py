@@ -199,9 +199,12 @@ def to_conllu(session: Session, study: Study) -> bytes:
     ).all()
     analyses = analyse(item.payload["text"] for _, item in found)
     sentences = (
-        f"# sent_id = {study.name}-{answer.id}\n"
-        f"# suggestion = {_became_of(answer.provenance)}\n"
-        + sentence(analysis, from_json(answer.body["sdcs"]))
+        sentence(
+            analysis,
+            from_json(answer.body["sdcs"]),
+            sent_id=f"{study.name}-{answer.id}",
+            comments={"suggestion": _became_of(answer.provenance)},
+        )
         for (answer, _), analysis in zip(found, analyses, strict=True)
     )
     return "".join(f"{text}\n" for text in sentences).encode()

@@ -39,6 +39,8 @@ def suggested(session: Session, item: Item) -> Record | None:
     if given is not None or model is None:
         return given
     scene = scene_of(session, item.study_id, item.payload["video"])
+    if scene.is_picture:  # where things lie in a picture is no world
+        return None
     return _proposed(model, from_json(item.payload["sdcs"]), scene.context)
 
 

@@ -15,6 +15,7 @@ from annotation_app.tasks.describe import DESCRIBE
 from annotation_app.tasks.ground import GROUND
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
+from annotation_app.tasks.subtasks import SUBTASKS
 from annotation_app.tasks.task_record import COMMAND, LONGEST_NAME, Task
 from g3.extensions import load_extensions
 
@@ -72,6 +73,6 @@ def makers(gives: str) -> tuple[Task, ...]:
     )
 
 
-for _task in (DESCRIBE, SEGMENT, GROUND, CHECK, RATE):
+for _task in (DESCRIBE, SUBTASKS, SEGMENT, GROUND, CHECK, RATE):
     register(_task)
 load_extensions("ct.tasks")

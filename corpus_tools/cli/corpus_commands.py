@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
 
@@ -113,3 +113,57 @@ def seal(path: Path, form: str) -> None:
     record = {"corpus": path, "hash": after.hash, "hash_before": before.hash}
     changed = f"its hash was {before.hash}" if before.hash != after.hash else "its hash is the same"
     tell(form, record, f"sealed {path}: {after.hash}", changed)
+
+
+@corpus.command()
+@FORMAT
+def formats(form: str) -> None:
+    """List the formats that corpora can be exported in.
+
+    \b
+    Example:
+      ct corpus formats
+    """
+    from corpus_tools.exporters.export_registry import exporters
+
+    rows = [{"format": known.name, "summary": known.summary} for known in exporters()]
+    lines = [f"{row['format']:13} {row['summary']}" for row in rows]
+    tell(form, {"formats": rows}, *lines)
+
+
+@corpus.command()
+@CORPUS
+@click.option("--to", required=True, metavar="FORMAT", help="The format: `ct corpus formats`.")
+@click.option(
+    "--out",
+    required=True,
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    callback=in_a_folder,
+    help="Folder to write.",
+)
+@click.option(
+    "--videos",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot.",
+)
+@click.option("--force", is_flag=True, help="Replace what is there, if it is in this format.")
+@FORMAT
+def export(*, path: Path, to: str, out: Path, videos: Path | None, force: bool, form: str) -> None:
+    """Write a corpus in the format of another project.
+
+    docs/exports.md says what goes where. Other distributions can add formats.
+
+    \b
+    Examples:
+      ct corpus formats
+      ct corpus export aaai11 --to huggingface --out aaai11-hf
+      ct corpus export warehouse --to conllu --out warehouse-ud
+      ct corpus export warehouse --to lerobot --videos films --out warehouse-lerobot
+    """
+    from corpus_tools.exporters.export_registry import export_corpus_to
+    from corpus_tools.importers.authored.bundled import open_corpus
+
+    files = export_corpus_to(open_corpus(str(path)), to, out, videos=videos, force=force)
+    record = {"folder": out, "format": to, "files": sorted(files)}
+    tell(form, record, f"wrote {out}: {len(files)} files in the format {to}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.importers.importer_registry import Importer, importers
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
 from corpus_tools.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -130,3 +130,43 @@ def _summary(report: ImportReport, out: Path) -> Iterator[str]:
 
 for _importer in importers():
     import_.add_command(_command(_importer))
+
+
+@import_.command("lerobot")
+@click.argument("path", type=click.Path(path_type=Path))
+@click.option(
+    "--out",
+    required=True,
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    callback=in_a_folder,
+    help="Folder for the tables.",
+)
+@click.option("--camera", help="Which camera people see [default: the dataset's first].")
+@click.option("--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes.")
+@click.option("--force", is_flag=True, help="Replace the tables that are there.")
+@FORMAT
+def lerobot(
+    *, path: Path, out: Path, camera: str | None, first: int | None, force: bool, form: str
+) -> None:
+    """The episodes of a LeRobot dataset, for people to describe, cut and rate.
+
+    PATH is a dataset's folder, of version 2.1 or 3. This writes tables for studies: episodes.csv,
+    tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied: the tables name
+    them. docs/how-to/robot-episodes.md goes through it.
+
+    \b
+    Examples:
+      ct import lerobot pick-and-place --out episodes
+      ct import lerobot droid --camera observation.images.wrist --first 50 --out wrist
+    """
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.study_input import EPISODES, study_input
+    from corpus_tools.runtime.atomic_folder import check_target, write_folder
+
+    check_target(out, force=force, marker=EPISODES)
+    made = study_input(open_dataset(path), out, camera=camera, first=first)
+    write_folder(out, made.files, force=force, marker=EPISODES)
+    lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
+    following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"
+    tell(form, {"folder": out, "rows": made.rows}, *lines, following)

@@ -118,7 +118,8 @@ def _write(commands: list[str], form: str, n_best: int, extractor: SDCExtractor)
     if form == "conllu":
         analyses = list(analyse(commands))
         parses = list(extractor.predict_proba(analyses))
-        texts = [to_conllu(a, p.sdcs) for a, p in zip(analyses, parses, strict=True)]
+        numbered = enumerate(zip(analyses, parses, strict=True), start=1)
+        texts = [to_conllu(a, p.sdcs, sent_id=str(n)) for n, (a, p) in numbered]
     else:
         parses = list(extractor.predict_proba(commands, n_best=n_best))
         if form == "json":

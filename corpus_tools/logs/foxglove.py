@@ -1,7 +1,8 @@
 """Messages in the schemas that Foxglove and Lichtblick show by themselves.
 
-Names and types of fields are those of the published schemas, as far as they are used here.
-Lists of primitives that nothing makes are left out, which viewers take for empty.
+Names and types of fields are those of the published JSON schemas
+(github.com/foxglove/foxglove-sdk, ``schemas/jsonschema``), all that these require. What the
+published schemas call optional (``message_id``, ``lineage``) is left out.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class Time(msgspec.Struct, frozen=True, gc=False):
     """A time, or a duration."""
 
     sec: Unsigned
-    nsec: Unsigned
+    nsec: Annotated[int, msgspec.Meta(ge=0, lt=1_000_000_000)]
 
 
 class Vector3(msgspec.Struct, frozen=True, gc=False):
@@ -81,6 +82,17 @@ class KeyValuePair(msgspec.Struct, frozen=True, gc=False):
     value: str
 
 
+class ArrowPrimitive(msgspec.Struct, frozen=True, gc=False):
+    """An arrow along x."""
+
+    pose: Pose
+    shaft_length: float
+    shaft_diameter: float
+    head_length: float
+    head_diameter: float
+    color: Color
+
+
 class CubePrimitive(msgspec.Struct, frozen=True, gc=False):
     """A box."""
 
@@ -89,8 +101,26 @@ class CubePrimitive(msgspec.Struct, frozen=True, gc=False):
     color: Color
 
 
+class SpherePrimitive(msgspec.Struct, frozen=True, gc=False):
+    """A sphere or an ellipsoid."""
+
+    pose: Pose
+    size: Vector3
+    color: Color
+
+
+class CylinderPrimitive(msgspec.Struct, frozen=True, gc=False):
+    """A cylinder, an elliptic one, or a cone."""
+
+    pose: Pose
+    size: Vector3
+    bottom_scale: float
+    top_scale: float
+    color: Color
+
+
 class LinePrimitive(msgspec.Struct, frozen=True, gc=False):
-    """Lines between points."""
+    """Lines between points: in their order unless `indices`, of one colour unless `colors`."""
 
     type: Unsigned
     pose: Pose
@@ -98,6 +128,18 @@ class LinePrimitive(msgspec.Struct, frozen=True, gc=False):
     scale_invariant: bool
     points: tuple[Vector3, ...]
     color: Color
+    colors: tuple[Color, ...]
+    indices: tuple[Unsigned, ...]
+
+
+class TriangleListPrimitive(msgspec.Struct, frozen=True, gc=False):
+    """Triangles, three points each."""
+
+    pose: Pose
+    points: tuple[Vector3, ...]
+    color: Color
+    colors: tuple[Color, ...]
+    indices: tuple[Unsigned, ...]
 
 
 class TextPrimitive(msgspec.Struct, frozen=True, gc=False):
@@ -111,6 +153,18 @@ class TextPrimitive(msgspec.Struct, frozen=True, gc=False):
     text: str
 
 
+class ModelPrimitive(msgspec.Struct, frozen=True, gc=False):
+    """A 3D model from an address, or embedded as Base64."""
+
+    pose: Pose
+    scale: Vector3
+    color: Color
+    override_color: bool
+    url: str
+    media_type: str
+    data: str
+
+
 class SceneEntity(msgspec.Struct, frozen=True, gc=False):
     """Something to draw in a frame."""
 
@@ -120,9 +174,14 @@ class SceneEntity(msgspec.Struct, frozen=True, gc=False):
     lifetime: Time
     frame_locked: bool
     metadata: tuple[KeyValuePair, ...]
+    arrows: tuple[ArrowPrimitive, ...]
     cubes: tuple[CubePrimitive, ...]
+    spheres: tuple[SpherePrimitive, ...]
+    cylinders: tuple[CylinderPrimitive, ...]
     lines: tuple[LinePrimitive, ...]
+    triangles: tuple[TriangleListPrimitive, ...]
     texts: tuple[TextPrimitive, ...]
+    models: tuple[ModelPrimitive, ...]
 
 
 class SceneEntityDeletion(msgspec.Struct, frozen=True, gc=False):

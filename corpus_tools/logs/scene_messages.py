@@ -88,12 +88,10 @@ def _object(item: PhysicalObject, carried: bool, timestamp: Time) -> SceneEntity
     xy = rotate(item.prism.xy - pose.xyz[0, :2], np.full(len(item.prism.xy), -pose.yaw[0]))
     outline = CARRIED_COLOUR if carried else Color(red / 2, green / 2, blue / 2, 1.0)
     x, y, _ = shape.middle.tolist()
-    return SceneEntity(
+    return _entity(
+        item.id,
+        item.id,
         timestamp,
-        frame_id=item.id,
-        id=item.id,
-        lifetime=_FOREVER,
-        frame_locked=True,
         metadata=(KeyValuePair("labels", " ".join(item.labels)),),
         cubes=(_cube(shape.middle, shape.size, Color(red, green, blue, OPACITY)),),
         lines=_outlines(xy, float(shape.low[2]), float(shape.high[2]), outline),
@@ -104,14 +102,11 @@ def _object(item: PhysicalObject, carried: bool, timestamp: Time) -> SceneEntity
 def _place(place: Place, number: int, site: str, timestamp: Time) -> SceneEntity:
     prism = place.prism
     x, y = ((prism.xy.min(axis=0) + prism.xy.max(axis=0)) / 2).tolist()
-    return SceneEntity(
+    return _entity(
+        site,
+        f"place {number}",
         timestamp,
-        frame_id=site,
-        id=f"place {number}",
-        lifetime=_FOREVER,
-        frame_locked=True,
         metadata=(KeyValuePair("name", place.name),),
-        cubes=(),
         lines=_outlines(prism.xy, prism.z_min, prism.z_max, PLACE_COLOUR),
         texts=(_label(place.name, x, y, prism.z_min + LABEL_M),) if place.name else (),
     )
@@ -120,19 +115,43 @@ def _place(place: Place, number: int, site: str, timestamp: Time) -> SceneEntity
 def _forks(frame: str, timestamp: Time) -> SceneEntity:
     size = np.array([FORK_LENGTH, FORK_WIDTH, FORK_THICKNESS])
     colour = Color(*GREY, 1.0)
-    return SceneEntity(
+    return _entity(
+        frame,
+        frame,
         timestamp,
-        frame_id=frame,
-        id=frame,
-        lifetime=_FOREVER,
-        frame_locked=True,
-        metadata=(),
         cubes=tuple(
             _cube(np.array([HEEL_X + FORK_LENGTH / 2, y, -FORK_THICKNESS / 2]), size, colour)
             for y in (-FORK_Y, FORK_Y)
         ),
-        lines=(),
-        texts=(),
+    )
+
+
+def _entity(
+    frame: str,
+    name: str,
+    timestamp: Time,
+    *,
+    metadata: tuple[KeyValuePair, ...] = (),
+    cubes: tuple[CubePrimitive, ...] = (),
+    lines: tuple[LinePrimitive, ...] = (),
+    texts: tuple[TextPrimitive, ...] = (),
+) -> SceneEntity:
+    """What stays in its frame until it is replaced, with all that the schema requires."""
+    return SceneEntity(
+        timestamp,
+        frame_id=frame,
+        id=name,
+        lifetime=_FOREVER,
+        frame_locked=True,
+        metadata=metadata,
+        arrows=(),
+        cubes=cubes,
+        spheres=(),
+        cylinders=(),
+        lines=lines,
+        triangles=(),
+        texts=texts,
+        models=(),
     )
 
 
@@ -149,7 +168,7 @@ def _outlines(
     low, high = ([Vector3(x, y, z) for x, y in xy.tolist()] for z in (z_min, z_max))
     upright = [corner for pair in zip(low, high, strict=True) for corner in pair]
     return tuple(
-        LinePrimitive(kind, _HERE, OUTLINE_M, False, tuple(points), colour)
+        LinePrimitive(kind, _HERE, OUTLINE_M, False, tuple(points), colour, (), ())
         for kind, points in ((LINE_LOOP, low), (LINE_LOOP, high), (LINE_LIST, upright))
     )
 

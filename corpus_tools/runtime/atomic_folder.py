@@ -49,10 +49,13 @@ def check_target(folder: Path, *, force: bool, marker: str) -> None:
         )
 
 
-def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool, marker: str) -> None:
+def write_folder(
+    folder: Path, files: Mapping[str, bytes | Path], *, force: bool, marker: str
+) -> None:
     """Write files into a new folder, or in place of an old one that holds `marker`.
 
-    The files are written to a temporary folder beside it and flushed to the disk before
+    A file that stands for its content is copied. On the same disk it is linked, which takes no
+    space. The files are written to a temporary folder beside it and flushed to the disk before
     that takes the name. At any moment the name holds the old or the new content.
 
     Raises
@@ -126,8 +129,20 @@ def _left(folder: Path, kind: str) -> list[Path]:
     return [path for path in folder.parent.iterdir() if form.fullmatch(path.name) and path.is_dir()]
 
 
-def _write_file(path: Path, content: bytes) -> None:
+def link_or_copy(source: Path, target: Path) -> None:
+    """Give a file a second name, or copy it where that can't be done."""
+    source = source.resolve()
+    try:
+        os.link(source, target)
+    except OSError:  # another disk, or a file system without links
+        shutil.copyfile(source, target)
+
+
+def _write_file(path: Path, content: bytes | Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
+    if isinstance(content, Path):
+        link_or_copy(content, path)
+        return
     with path.open("xb") as file:
         file.write(content)
         file.flush()

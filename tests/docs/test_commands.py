@@ -50,6 +50,14 @@ ELSEWHERE = {
         "tests/annotation_app/study_setup/test_own_videos.py",
         "needs videos",
     ),
+    r"ct corpus export .*--videos": (
+        "tests/corpus_tools/exporters/test_lerobot_episodes.py",
+        "needs videos",
+    ),
+    r"ct import lerobot": (
+        "tests/corpus_tools/lerobot/test_study_input.py",
+        "needs a dataset",
+    ),
     r"ct annotate (backup|verify|restore|export|import)": (
         "tests/annotation_app/cli/test_annotate_commands.py",
         "needs a study with answers",

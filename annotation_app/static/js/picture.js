@@ -14,7 +14,8 @@ const FIRST_MOMENT_S = 0.15;
 export function showPicture(scene, pick, moved) {
   const video = h("video", {
     src: scene.video && mediaUrl(scene.video),
-    poster: scene.poster && mediaUrl(scene.poster),
+    // A poster of a rendered film may show a later moment, on which no outline fits.
+    poster: scene.map.missing && scene.poster ? mediaUrl(scene.poster) : null,
     preload: "auto",
     muted: true,
     playsinline: true,

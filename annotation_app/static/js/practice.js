@@ -17,6 +17,12 @@ export function describeFeedback() {
   };
 }
 
+export function subtasksFeedback() {
+  return {
+    text: "Compare yours with some that would do: “Sail over to the buoy” from 0 s is enough. “Wait” from 0 s and “Sail to the buoy” from about 0.5 s would do, too. Each says what is done, and from when on.",
+  };
+}
+
 export function groundFeedback({ groundings }) {
   const chosen = (node) => [...(groundings[node]?.objects ?? [])].sort().join();
   const wrong = Object.entries({ 3: "thing-c", 4: "thing-c", 5: "thing-d" }).find(([node, id]) => chosen(node) !== id);

@@ -1,21 +1,29 @@
-"""Analysed commands in the CoNLL-U format, with the clause that each word is in."""
+"""Analysed commands as CoNLL-U: Universal Dependencies, and the clause that each word is in."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from unicodedata import normalize
 
 from g3.language.parsing.spacy_pipeline import Analysis, language_model
+from g3.language.parsing.universal_dependencies import universal_words
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import has_implicit_figure
 
 
-def to_conllu(command: Analysis, sdcs: Sequence[SDC]) -> str:
-    """Write a command's words with parts of speech, dependencies and clauses.
+def to_conllu(
+    command: Analysis,
+    sdcs: Sequence[SDC],
+    *,
+    sent_id: str,
+    comments: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Write a command's words as valid Universal Dependencies, with the clauses that they are in.
 
-    The column XPOS has spaCy's parts of speech (Penn Treebank), DEPREL its dependencies
-    (ClearNLP). MISC has the clause and the field that the word is in, such as
-    ``SDC=PLACE_3.r``, with the numbers that the bracket notation gives. LEMMA, UPOS and FEATS
-    are empty, for nothing here determines them.
+    The columns are those of CoNLL-U. XPOS has spaCy's parts of speech (Penn Treebank); FEATS is
+    empty. MISC has the clause and the field that the word is in, such as ``SDC=PLACE_3.r``, with
+    the numbers that the bracket notation gives.
 
     Parameters
     ----------
@@ -23,33 +31,47 @@ def to_conllu(command: Analysis, sdcs: Sequence[SDC]) -> str:
         The analysed command.
     sdcs
         Its top-level clauses.
+    sent_id
+        What the sentence is called, unique in its file; a "/" in it becomes "_".
+    comments
+        Further comments, by their names.
+
+    Returns
+    -------
+    str
+        The sentence, without the empty line after it; empty if the command has no words.
     """
+    if not command.spans:
+        return ""
     strings = language_model().vocab.strings
     clauses = _clause_of_characters(sdcs)
-    text = " ".join(command.text.split())
-    lines = [f"# text = {text}"]
-    heads = command.head.tolist()
-    for i, span in enumerate(command.spans):
-        root = heads[i] == i
-        dep = "root" if root else strings[int(command.dep[i])].lower() or "dep"
-        after = command.spans[i + 1].start if i + 1 < len(command.spans) else span.end + 1
+    text, rows = "", []
+    following = [*(span.start for span in command.spans[1:]), command.spans[-1].end]
+    for i, (span, word, after) in enumerate(
+        zip(command.spans, universal_words(command), following, strict=True)
+    ):
+        is_last = i == len(command.spans) - 1
+        form = normalize("NFC", span.text)
+        text += form if after == span.end else f"{form} "
         clause = next((clauses[c] for c in range(span.start, span.end) if c in clauses), None)
         misc = [] if clause is None else [f"SDC={clause}"]
-        misc += ["SpaceAfter=No"] if after == span.end else []
+        misc += ["SpaceAfter=No"] if after == span.end and not is_last else []
         columns = (
             str(i + 1),
-            span.text,
-            "_",
-            "_",
+            form,
+            word.lemma,
+            word.upos,
             strings[int(command.tag[i])] or "_",
             "_",
-            "0" if root else str(heads[i] + 1),
-            dep,
+            "0" if word.head is None else str(word.head + 1),
+            word.relation,
             "_",
             "|".join(misc) or "_",
         )
-        lines.append("\t".join(columns))
-    return "\n".join([*lines, ""])
+        rows.append("\t".join(columns))
+    told = {"sent_id": sent_id.replace("/", "_"), "text": text, **comments}
+    head = [f"# {name} = {value}" for name, value in told.items()]
+    return "\n".join([*head, *rows, ""])
 
 
 def _clause_of_characters(sdcs: Sequence[SDC]) -> dict[int, str]:

@@ -20,7 +20,6 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.core.config import open_instance
-from annotation_app.core.table_cells import safe_cell
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database, reading
@@ -30,6 +29,7 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.exporters.csv_tables import safe_cell
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import parse_brackets, to_json
@@ -140,7 +140,7 @@ def test_words_with_their_clauses(app: Flask, tmp_path: Path) -> None:
     command = ["annotate", "export", str(file), "--format", "conllu", "--instance", instance]
     assert run(command) == 0
     first, *_ = file.read_text().split("\n\n")
-    head, suggestion, text, *words = first.splitlines()
+    head, text, suggestion, *words = first.splitlines()
     assert head.startswith("# sent_id = tests-")
     assert suggestion.startswith("# suggestion = shown, likeness ")
     noun = text.split()[-1]

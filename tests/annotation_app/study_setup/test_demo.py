@@ -47,7 +47,8 @@ def test_the_demo_is_about_all_layouts_and_tasks(cache: Path) -> None:
     names, of = demo_scenarios(), layouts()
     assert {of[name] for name in names} == set(of.values())
     study = demo_study(rendered_videos(cache / CACHE / "annotate-demo" / "videos"))
-    assert tuple(study.tasks) == task_names()
+    # Videos of one task each have no steps to tell.
+    assert tuple(study.tasks) == tuple(name for name in task_names() if name != "subtasks")
     assert study.known_commands
     assert all(of[known.video] != of[known.wrong_video] for known in study.known_commands)
 

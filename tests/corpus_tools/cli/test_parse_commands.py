@@ -96,8 +96,8 @@ def test_conllu(ct):
     status, out, _ = ct("parse", "Put the tire pallet down.", "--format", "conllu")
     assert status == 0
     lines = out.splitlines()
-    assert lines[0] == "# text = Put the tire pallet down."
-    rows = [line.split("\t") for line in lines[1:] if line]
+    assert lines[:2] == ["# sent_id = 1", "# text = Put the tire pallet down."]
+    rows = [line.split("\t") for line in lines[2:] if line]
     assert [row[:2] for row in rows] == [
         ["1", "Put"],
         ["2", "the"],

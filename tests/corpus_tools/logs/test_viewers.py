@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import typing
+from pathlib import Path
 
 import jsonschema
 import msgspec
@@ -17,6 +18,7 @@ from corpus_tools.logs import foxglove
 from corpus_tools.logs.channels import CHANNELS
 from corpus_tools.logs.log_writing import to_bytes
 
+DATASETS = Path(__file__).parents[3] / "datasets"
 NUMBERS = {FieldDescriptor.TYPE_DOUBLE: "number", FieldDescriptor.TYPE_FLOAT: "number"}
 OTHERS = {
     FieldDescriptor.TYPE_STRING: "string",
@@ -25,7 +27,8 @@ OTHERS = {
     FieldDescriptor.TYPE_FIXED32: "integer",
     FieldDescriptor.TYPE_UINT32: "integer",
 }
-NOT_USED = {"arrows", "spheres", "cylinders", "triangles", "models", "colors", "indices"}
+BASE64 = {FieldDescriptor.TYPE_BYTES: "string"}  # as JSON messages have them
+OPTIONAL = {"message_id", "lineage"}  # in the published JSON schemas, too
 TIMES = {"google.protobuf.Timestamp", "google.protobuf.Duration"}
 
 
@@ -53,7 +56,8 @@ def agree(schema: dict, published: Descriptor) -> None:
         assert set(schema["properties"]) == {"sec", "nsec"}  # as JSON messages have them
         return
     fields = {field.name: field for field in published.fields}
-    assert set(schema["properties"]) == set(fields) - NOT_USED
+    assert set(schema["properties"]) == set(fields) - OPTIONAL
+    assert set(schema["required"]) == set(schema["properties"])
     for name, part in schema["properties"].items():
         field = fields[name]
         if field.is_repeated:
@@ -62,7 +66,7 @@ def agree(schema: dict, published: Descriptor) -> None:
         if field.message_type:
             agree(single, field.message_type)
         else:
-            assert single["type"] == (NUMBERS | OTHERS)[field.type]
+            assert single["type"] == (NUMBERS | OTHERS | BASE64)[field.type]
 
 
 @pytest.mark.parametrize(
@@ -194,6 +198,57 @@ def with_protobuf_times(message: typing.Any) -> typing.Any:
             else:
                 result[name] = f"{part['sec']}.{part['nsec']:09}s"
     return result
+
+
+def json_schema(published: Descriptor) -> dict:
+    """Foxglove's JSON Schema of a message, made as its own generator makes it.
+
+    (``generateJsonSchema`` of @foxglove/schemas: all fields are required but the optional ones.)
+    """
+    if published.full_name in TIMES:
+        lowest = {"minimum": 0} if published.name == "Timestamp" else {}
+        nsec = {"type": "integer", "minimum": 0, "maximum": 999_999_999}
+        return {
+            "type": "object",
+            "properties": {"sec": {"type": "integer", **lowest}, "nsec": nsec},
+        }
+    properties = {}
+    for field in published.fields:
+        if field.message_type:
+            single = json_schema(field.message_type)
+        elif field.enum_type:
+            single = {"oneOf": [{"const": value.number} for value in field.enum_type.values]}
+        else:
+            single = {"type": (NUMBERS | OTHERS | BASE64)[field.type]}
+            if single["type"] == "integer":
+                single["minimum"] = 0  # all are unsigned
+        properties[field.name] = {"type": "array", "items": single} if field.is_repeated else single
+    required = [name for name in properties if name not in OPTIONAL]
+    return {"type": "object", "properties": properties, "required": required}
+
+
+@pytest.mark.parametrize("topic", PUBLISHED)
+def test_every_message_passes_the_published_json_schema(driving, topic):
+    validator = jsonschema.Draft202012Validator(json_schema(PUBLISHED[topic].DESCRIPTOR))
+    messages = [message for _, message in contents(driving)[topic]]
+    for message in messages:
+        validator.validate(message)
+    if topic == "/scene":  # as it refuses what is reduced
+        del messages[0]["entities"][0]["arrows"]
+        assert not validator.is_valid(messages[0])
+
+
+def test_bundled_logs_pass_the_published_json_schemas():
+    validators = {
+        topic: jsonschema.Draft202012Validator(json_schema(module.DESCRIPTOR))
+        for topic, module in PUBLISHED.items()
+    }
+    log = min(
+        (DATASETS / "warehouse" / "logs").glob("*.mcap"), key=lambda file: file.stat().st_size
+    )
+    with log.open("rb") as stream:
+        for _, channel, message in make_reader(stream).iter_messages(topics=list(validators)):
+            validators[channel.topic].validate(msgspec.json.decode(message.data))
 
 
 @pytest.mark.parametrize("topic", PUBLISHED)

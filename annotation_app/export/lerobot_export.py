@@ -1,0 +1,185 @@
+"""What people have said of a LeRobot dataset's episodes, for a copy of it.
+
+Videos tell which episode they show by what ``ct import lerobot`` has written of them: ``episode``
+and, for subtasks of the dataset itself, ``style`` and ``timestamp``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from scipy.stats import binomtest
+from sqlalchemy.orm import Session
+
+from annotation_app.items.item_scenes import films_of
+from annotation_app.items.new_items import GIVEN
+from annotation_app.store.models import Answer, Study
+from annotation_app.tasks.corpus_parts import answers_of, people_of
+from annotation_app.tasks.rate import RATE
+from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed, steps_of
+from annotation_app.tasks.task_record import COMMAND
+from annotation_app.tasks.task_registry import tasks
+from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, TASK_AUG, Language, plans
+from corpus_tools.lerobot.language_writing import EpisodeLanguage
+from g3.errors import FormatError
+
+PROVENANCE, VERDICTS = "meta/people.jsonl", "meta/verdicts.jsonl"
+"""Files of the copy: who said what, and what people think of the dataset's own language."""
+AGREES = 4
+"""From which rating on somebody agrees."""
+
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class PeoplesLanguage:
+    """What people have said.
+
+    Parameters
+    ----------
+    dataset
+        The dataset's folder, as the study's table names it.
+    language
+        By the numbers of episodes.
+    files
+        The provenance and the verdicts, by their names in the copy.
+    counts
+        How many of each there are.
+    """
+
+    dataset: Path
+    language: Mapping[int, EpisodeLanguage]
+    files: Mapping[str, bytes]
+    counts: Mapping[str, int]
+
+
+def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
+    """What people have said in a study of a dataset's episodes.
+
+    Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
+    had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
+
+    Raises
+    ------
+    FormatError
+        If the study's videos are no episodes.
+    """
+    films = films_of(session, study.id)
+    told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
+    datasets = {str(row["dataset"]) for row in told.values() if "dataset" in row}
+    if len(datasets) != 1:
+        several = f"the videos are of several datasets: {', '.join(sorted(datasets))}"
+        raise FormatError(
+            several if datasets else "the videos are no episodes of a LeRobot dataset",
+            where=f"study {study.name}",
+            fix="make the study of what `ct import lerobot` writes",
+        )
+    found = _Gathered(session, study, told, people_of(session))
+    found.add_wordings()
+    found.add_subtasks()
+    verdicts = list(found.verdicts())
+    lines = msgspec.json.Encoder().encode_lines
+    files = {PROVENANCE: lines(found.provenance)} if found.provenance else {}
+    if verdicts:
+        files[VERDICTS] = lines(verdicts)
+    styles = Counter(row["style"] for row in found.provenance)
+    counts = {
+        "episodes": len(found.said),
+        "wordings": styles[TASK_AUG],
+        "steps": styles[SUBTASK],
+        "verdicts": len(verdicts),
+    }
+    language = {index: _of_episode(rows) for index, rows in sorted(found.said.items())}
+    return PeoplesLanguage(Path(datasets.pop()), language, files, counts)
+
+
+def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
+    subtasks = [row for row in rows if row.style == SUBTASK]
+    wordings = [row.text for row in rows if row.style == TASK_AUG]
+    replaces = frozenset({SUBTASK, PLAN}) if subtasks else frozenset()
+    return EpisodeLanguage((*rows, *plans(subtasks)), replaces, wordings[0] if wordings else "")
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """What is said of which episode, and by whom.
+
+    Parameters
+    ----------
+    told
+        What the study's table tells of videos, by their names.
+    people
+        What exports call people, by their ids.
+    """
+
+    session: Session
+    study: Study
+    told: Mapping[str, Mapping[str, Any]]
+    people: Mapping[str, str]
+    said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
+    provenance: list[Record] = field(default_factory=list)
+
+    def add_wordings(self) -> None:
+        """What people typed for whole episodes; not the commands that a table gave."""
+        for task in (task for task in tasks() if task.gives == COMMAND):
+            for answer, item in answers_of(self.session, self.study, task.name):
+                about = self.told.get(item.payload["video"], {"style": ""})
+                if "style" not in about and not item.subject.startswith(GIVEN):
+                    said = Language(TASK_AUG, 0.0, answer.body["text"])
+                    self._add(int(about["episode"]), said, answer)
+
+    def add_subtasks(self) -> None:
+        """The subtasks of each episode: of several answers the one that agrees best."""
+        by_episode = defaultdict(list)
+        for answer, item in answers_of(self.session, self.study, SUBTASKS.name):
+            if item.payload["video"] in self.told:
+                by_episode[int(self.told[item.payload["video"]]["episode"])].append(answer)
+        for index, answers in by_episode.items():
+            chosen = answers[most_agreed([answer.body for answer in answers])]
+            scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
+            agreement = sum(scores) / len(scores) if scores else None
+            for start_s, text in steps_of(chosen.body):
+                said = Language(SUBTASK, start_s, text)
+                self._add(index, said, chosen, answers=len(answers), agreement=agreement)
+
+    def verdicts(self) -> Iterator[Record]:
+        """What people think of what was said of a video, shown with that video."""
+        ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
+        for answer, item in answers_of(self.session, self.study, RATE.name):
+            about = item.payload
+            if about["video"] in self.told and about["video"] == about["own_video"]:
+                ratings[about["video"], about["text"]].append(answer.body["rating"])
+        for (video, text), given in sorted(ratings.items()):
+            agree = sum(rating >= AGREES for rating in given)
+            interval = binomtest(agree, len(given)).proportion_ci(method="wilson")
+            yield {
+                "episode_index": int(self.told[video]["episode"]),
+                "style": self.told[video].get("style", "task"),
+                "timestamp": float(self.told[video].get("timestamp", 0.0)),
+                "content": text,
+                "ratings": given,
+                "agree": agree / len(given),
+                "agree_95": [float(interval.low), float(interval.high)],
+                "study": self.study.name,
+            }
+
+    def _add(self, index: int, said: Language, answer: Answer, **more: Any) -> None:
+        self.said[index].append(said)
+        self.provenance.append(
+            {
+                "episode_index": index,
+                "style": said.style,
+                "start_s": said.start_s,
+                "content": said.text,
+                "study": self.study.name,
+                "answer": answer.id,
+                "subject": self.people[answer.person_id],
+                "at": answer.at,
+                **more,
+            }
+        )

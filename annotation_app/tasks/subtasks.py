@@ -1,0 +1,167 @@
+"""Subtasks: people watch an episode and tell which subtasks it is made of, one after the other.
+
+An item's payload is ``{"video"}``. The page sends ``{"subtasks": [{"start_s", "text"}],
+"played_to_end", "watched_s", "speed"}``. The first subtask begins with the video, and each goes on
+until the next one begins. An answer is adopted at once; with several answers to an episode, what
+is exported is the one that agrees best with the others (:func:`most_agreed`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import FieldProblem
+from annotation_app.core.sent_text import clean_text
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.item_scenes import watched
+from annotation_app.items.new_items import NewItem
+from annotation_app.store.models import Item, Record
+from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
+from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
+
+LONGEST_TEXT = 300
+MOST_SUBTASKS = 200
+CLOSE_S = 0.5
+"""How far beginnings may be apart that are taken for the same."""
+SLACK_S = 0.5
+"""How far beyond a video's end a subtask may begin: players round."""
+
+
+class Subtask(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is done from a time on."""
+
+    start_s: Seconds
+    text: str
+
+
+class CutUp(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The subtasks of an episode in their order."""
+
+    subtasks: Annotated[list[Subtask], msgspec.Meta(max_length=MOST_SUBTASKS)]
+    played_to_end: bool
+    watched_s: Seconds = 0.0
+    speed: Speed | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SubtaskCounts:
+    """What there is of subtasks."""
+
+    subtasks: int
+    episodes_cut: int
+
+
+def boundary_f(one: Record, other: Record) -> float:
+    """F score of where subtasks begin, the first left out, which begins with the video.
+
+    Two beginnings are the same if they are at most `CLOSE_S` apart; each is matched once.
+    """
+    mine, theirs = ([s["start_s"] for s in body["subtasks"][1:]] for body in (one, other))
+    if not mine and not theirs:
+        return 1.0
+    found, left = 0, list(theirs)
+    for start in mine:
+        near = [t for t in left if abs(t - start) <= CLOSE_S]
+        if near:
+            left.remove(min(near, key=lambda t: abs(t - start)))
+            found += 1
+    return 2.0 * found / (len(mine) + len(theirs))
+
+
+def steps_of(body: Record) -> list[tuple[float, str]]:
+    """When each subtask of an answer begins, in seconds, and what it is."""
+    return [(float(step["start_s"]), step["text"]) for step in body["subtasks"]]
+
+
+def most_agreed(bodies: Sequence[Record]) -> int:
+    """Which of several answers agrees best with the others; the first of those that do."""
+    scores = [
+        sum(boundary_f(body, other) for other in bodies if other is not body) for body in bodies
+    ]
+    return int(np.argmax(scores))
+
+
+def _payload(session: Session, item: Item, _salt: bytes) -> Record:
+    return watched(session, item)
+
+
+def _check(
+    session: Session, item: AnyItem, answer: CutUp, _salt: bytes
+) -> tuple[Record, list[FieldProblem]]:
+    subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
+    problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
+    if not answer.played_to_end:
+        problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
+    return with_watching({"subtasks": subtasks}, answer.watched_s, answer.speed), problems
+
+
+def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldProblem]:
+    if not subtasks:
+        yield FieldProblem("subtasks", "Name at least one step.")
+        return
+    if subtasks[0]["start_s"] != 0:
+        yield FieldProblem("subtasks[0]", "The first step begins with the video.")
+    for number, subtask in enumerate(subtasks, start=1):
+        where = f"subtasks[{number - 1}]"
+        if not any(character.isalnum() for character in subtask["text"]):
+            yield FieldProblem(where, f"Say what is done in step {number}.")
+        elif len(subtask["text"]) > LONGEST_TEXT:
+            yield FieldProblem(where, f"Use at most {LONGEST_TEXT} characters for a step.")
+        if subtask["start_s"] > duration_s + SLACK_S:
+            yield FieldProblem(where, f"Step {number} begins after the video's end.")
+    for number, (one, following) in enumerate(pairwise(subtasks), start=2):
+        if following["start_s"] <= one["start_s"]:
+            message = f"Step {number} must begin after the one before it."
+            yield FieldProblem(f"subtasks[{number - 1}]", message)
+
+
+def _of_video(video: str, sha256: str) -> NewItem:
+    # A video is the same for a person in any study, if its file is.
+    return NewItem("subtasks", f"video {sha256}", {"video": video})
+
+
+def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
+    return SubtaskCounts(sum(len(body["subtasks"]) for body, _ in answers), len(answers))
+
+
+def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
+    scores = [boundary_f(a, b) for bodies in items for a, b in combinations(bodies, 2)]
+    if scores:  # few studies have the task
+        measure = f"beginnings within {CLOSE_S:g} s, F, mean over pairs"
+        yield Measured(measure, float(np.mean(scores)), len(scores))
+
+
+SUBTASKS = Task(
+    name="subtasks",
+    words=TaskWords(
+        title="Subtasks",
+        summary="Watch a video and tell which steps it is made of.",
+        offer="Watch short videos and name the steps in them.",
+        instructions=(
+            "Watch the video to its end. You may watch it again as often as you like.",
+            "Type what the robot does first. Begin with a verb: “Pick up the cup”.",
+            "Go to the moment at which the next step begins, press “A step begins here”, and type "
+            "what is done from then on.",
+            "A step ends when the next one begins. Begin a new one when the robot takes hold of "
+            "something, lets it go, or turns to something else.",
+        ),
+        keys=(("N", "a step begins here"), *VIDEO_KEYS, ("Ctrl Enter", "send")),
+    ),
+    template="tasks/subtasks.html",
+    answer=CutUp,
+    payload=_payload,
+    check=_check,
+    example=lambda scene: scene.watched,
+    hides_title=True,
+    of_video=_of_video,
+    counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
+    agreement=_measured,
+)

@@ -1,0 +1,153 @@
+"""The formats of others that a corpus can be written in, by name: ``ct corpus export``.
+
+Exporters are named by module and function and loaded when they are used. :func:`register` adds
+one. Modules that other distributions name in the entry point group ``ct.exporters`` do so when
+this one is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias, cast
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
+from g3.errors import FormatError
+from g3.extensions import load_extensions
+
+Files: TypeAlias = Mapping[str, bytes | Path]
+"""Contents by the files' names in the folder, or the files that hold them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exporter:
+    """A format that a corpus can be written in.
+
+    Parameters
+    ----------
+    name
+        What ``--to`` calls it.
+    summary
+        What is written, in one line.
+    target
+        The function: ``package.module:function``. It gives the files of a corpus.
+    marker
+        A file that every folder in this format has. A folder without it isn't replaced.
+    takes_videos
+        Whether the function also takes ``videos``: a folder of ``ct render-videos``, or None.
+    """
+
+    name: str
+    summary: str
+    target: str
+    marker: str
+    takes_videos: bool = False
+
+    def load(self) -> Callable[..., Files]:
+        """Import the function."""
+        module, _, function = self.target.partition(":")
+        return cast("Callable[..., Files]", getattr(importlib.import_module(module), function))
+
+
+_exporters: dict[str, Exporter] = {}
+
+
+def register(exporter: Exporter) -> None:
+    """Add an exporter; its name must be new."""
+    if exporter.name in _exporters:
+        raise ValueError(f"there is an exporter {exporter.name!r} already")
+    _exporters[exporter.name] = exporter
+
+
+def exporters() -> tuple[Exporter, ...]:
+    """All exporters, in the order of their names."""
+    return tuple(_exporters[name] for name in sorted(_exporters))
+
+
+def export_corpus_to(
+    corpus: Corpus, to: str, folder: Path, *, videos: Path | None = None, force: bool = False
+) -> tuple[str, ...]:
+    """Write a corpus in another format: the whole folder or, on any error, nothing.
+
+    Parameters
+    ----------
+    corpus
+        What to write.
+    to
+        The format's name.
+    folder
+        Where to write it; its parent must be there.
+    videos
+        What ``ct render-videos`` has made of the corpus, for formats with videos.
+    force
+        Replace what is there, if it is in this format.
+
+    Returns
+    -------
+    tuple of str
+        The names of the files.
+
+    Raises
+    ------
+    FormatError
+        If there is no such format, a package is missing, or the folder can't be written.
+    """
+    exporter = _exporters.get(to)
+    if exporter is None:
+        names = ", ".join(known.name for known in exporters())
+        raise FormatError(f"there is no format {to!r}", where="--to", fix=f"use one of {names}")
+    if videos is not None and not exporter.takes_videos:
+        raise FormatError(f"the format {to} has no videos", where="--videos", fix="leave it out")
+    check_target(folder, force=force, marker=exporter.marker)
+    options = {"videos": videos} if exporter.takes_videos else {}
+    files = exporter.load()(corpus, **options)
+    write_folder(folder, files, force=force, marker=exporter.marker)
+    return tuple(files)
+
+
+_HERE = "corpus_tools.exporters"
+for _exporter in (
+    Exporter(
+        "conllu",
+        "Universal Dependencies with the clause of each word.",
+        f"{_HERE}.conllu_sentences:conllu_files",
+        "corpus.conllu",
+    ),
+    Exporter(
+        "csv",
+        "Tables for spreadsheets and pandas: commands, clauses, objects and ratings.",
+        f"{_HERE}.csv_tables:csv_files",
+        "commands.csv",
+    ),
+    Exporter(
+        "huggingface",
+        "Parquet files with a dataset card, for datasets.load_dataset.",
+        f"{_HERE}.hugging_face:hugging_face_files",
+        "commands.parquet",
+    ),
+    Exporter(
+        "label-studio",
+        "Tasks of Label Studio, with the clauses as predictions.",
+        f"{_HERE}.label_studio:label_studio_files",
+        "label-config.xml",
+    ),
+    Exporter(
+        "lerobot",
+        "A LeRobot dataset (v3): an episode for each log, with its language.",
+        f"{_HERE}.lerobot_episodes:lerobot_files",
+        "meta/info.json",
+        takes_videos=True,
+    ),
+    Exporter(
+        "slu-core",
+        "The layout of the AAAI-11 corpus as its authors published it.",
+        f"{_HERE}.slu_core:slu_core_files",
+        "data/aaai11/forkliftMturkEsdcs.stefie10.groundings.withPaths.yaml.bz2",
+    ),
+):
+    register(_exporter)
+
+load_extensions("ct.exporters")

@@ -1,0 +1,400 @@
+"""A corpus as a LeRobot dataset (version 3): an episode for each context with a log.
+
+The robot's pose is the state, its pose at the next frame the action. The first annotated command
+is the episode's task, and its EVENT clauses are subtasks from when on they are done. What other
+people said of the same log are other wordings of the task (``task_aug``).
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.lerobot.episode_reading import INFO, NEW, TASKS_PARQUET
+from corpus_tools.lerobot.language_rows import (
+    EVENTS,
+    FEATURE,
+    PERSISTENT,
+    SUBTASK,
+    TASK_AUG,
+    Language,
+    column_types,
+    plans,
+    sorted_rows,
+)
+from corpus_tools.runtime.parquet import import_pyarrow
+from g3.annotation import Annotation, Command
+from g3.errors import FormatError
+from g3.groundings import Context, Place, Trajectory
+from g3.sdc.clauses import all_words, breadth_first
+
+FPS = 10
+"""Of episodes without a video."""
+NAMES = ("x", "y", "z", "yaw")
+CAMERA = "observation.images.scene"
+DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
+FILES_IN_CHUNK = 1000
+QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
+
+Array = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class _Film:
+    """A rendered video: its file, frames, frames a second, height and width."""
+
+    file: Path
+    frames: int
+    fps: int
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Recorded:
+    """An episode to be written; the state has shape (n, 4)."""
+
+    context: Context
+    task: str
+    state: Array
+    timestamps: Array
+    language: list[dict[str, Any]]
+    film: _Film | None
+
+
+def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path]:
+    """The dataset's files. Videos are taken as they are.
+
+    Parameters
+    ----------
+    videos
+        What ``ct render-videos --corpus`` has made: contexts without a video are left out. None
+        for a dataset without videos.
+
+    Raises
+    ------
+    FormatError
+        If nothing moves in the corpus, a video is missing, or pyarrow isn't installed.
+    """
+    films = {} if videos is None else _films(videos)
+    recorded = _recorded(corpus, films, videos)
+    fps = next((r.film.fps for r in recorded if r.film), FPS)
+    tasks = list(dict.fromkeys(r.task for r in recorded))
+    files: dict[str, bytes | Path] = {
+        DATA.format(chunk_index=0, file_index=0): _frames(recorded, tasks),
+        TASKS_PARQUET: _tasks(tasks),
+        "meta/episodes/chunk-000/file-000.parquet": _episodes(recorded),
+        "meta/stats.json": _json(_statistics(recorded)),
+        INFO: _json(_info(corpus, recorded, tasks, fps)),
+        "README.md": _card(corpus).encode(),
+    }
+    for number, item in enumerate(recorded):
+        if item.film is not None:
+            chunk, place = divmod(number, FILES_IN_CHUNK)
+            name = VIDEOS.format(video_key=CAMERA, chunk_index=chunk, file_index=place)
+            files[name] = item.film.file
+    return files
+
+
+def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -> list[_Recorded]:
+    said, annotated = _commands_of(corpus)
+    found = []
+    for context in corpus.contexts.values():
+        if len(context.agent.trajectory) < 2 or not said[context.id]:
+            continue
+        film = films.get(context.id)
+        if videos is not None and film is None:
+            continue
+        fps = film.fps if film else FPS
+        path = context.agent.trajectory
+        frames = film.frames if film else int((path.t[-1] - path.t[0]) * fps) + 1
+        timestamps = (np.arange(frames) / fps).astype(np.float32)
+        language = _language(said[context.id], annotated[context.id], float(path.t[0]))
+        found.append(
+            _Recorded(
+                context,
+                language[0],
+                _state(path, path.t[0] + np.arange(frames) / fps),
+                timestamps,
+                sorted_rows(item.row(timestamps) for item in language[1]),
+                film,
+            )
+        )
+    if not found:
+        what = "there is no video of a log in the corpus" if videos else "nothing moves in it"
+        raise FormatError(
+            what, where=corpus.name, fix="export a corpus with logs, such as warehouse"
+        )
+    return found
+
+
+def _commands_of(
+    corpus: Corpus,
+) -> tuple[Mapping[str, list[Command]], Mapping[str, list[Annotation]]]:
+    """The commands and the positive annotations of each context, by its id."""
+    annotated: dict[str, list[Annotation]] = defaultdict(list)
+    scenarios: dict[str, str] = {name: name for name in corpus.contexts}
+    for annotation in corpus.annotations:
+        scenarios[annotation.command.scenario] = annotation.context.id
+        if annotation.source == "positive":
+            annotated[annotation.context.id].append(annotation)
+    said: dict[str, list[Command]] = defaultdict(list)
+    for command in corpus.commands.values():
+        if command.scenario in scenarios:
+            said[scenarios[command.scenario]].append(command)
+    return said, annotated
+
+
+def _language(
+    said: Sequence[Command], annotated: Sequence[Annotation], begin_s: float
+) -> tuple[str, list[Language]]:
+    """The task, and what else is said."""
+    task = annotated[0].command if annotated else said[0]
+    found = [Language(TASK_AUG, 0.0, command.text) for command in (task, *said)]
+    subtasks = _subtasks(annotated[0], begin_s) if annotated else []
+    return task.text, [*found, *subtasks, *plans(subtasks)]
+
+
+def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
+    found = []
+    nodes = zip(
+        breadth_first(annotation.sdcs), annotation.groundings, annotation.correct, strict=True
+    )
+    for sdc, groundings, correct in nodes:
+        paths = [g.trajectory for g in groundings if not isinstance(g, Place)]
+        words = all_words(sdc)
+        if sdc.type == "EVENT" and words and paths and correct is not False:
+            text = annotation.command.text[words[0].start : words[-1].end]
+            start_s = max(float(paths[0].t[0]) - begin_s, 0.0)
+            found.append(Language(SUBTASK, start_s, text))
+    return found
+
+
+def _state(path: Trajectory, times: npt.NDArray[np.float64]) -> Array:
+    """Poses at times, shape (n, 4)."""
+    columns = [*path.xyz.T, np.unwrap(path.yaw)]
+    return np.column_stack([np.interp(times, path.t, c) for c in columns]).astype(np.float32)
+
+
+def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
+    pa, _ = import_pyarrow()
+    types = column_types()
+    vector = pa.list_(pa.float32(), len(NAMES))
+    index, tables = 0, []
+    for number, item in enumerate(recorded):
+        n = len(item.timestamps)
+        action = np.vstack([item.state[1:], item.state[-1:]])
+        every = [item.language] * n
+        whole = pa.int64()
+        columns = {
+            "observation.state": pa.array(item.state.tolist(), vector),
+            "action": pa.array(action.tolist(), vector),
+            "timestamp": pa.array(item.timestamps),
+            "frame_index": pa.array(range(n), whole),
+            "episode_index": pa.array([number] * n, whole),
+            "index": pa.array(range(index, index + n), whole),
+            "task_index": pa.array([tasks.index(item.task)] * n, whole),
+            PERSISTENT: pa.array(every, types[PERSISTENT]),
+            EVENTS: pa.array([[]] * n, types[EVENTS]),
+        }
+        tables.append(pa.table(columns))
+        index += n
+    return _parquet(pa.concat_tables(tables))
+
+
+def _tasks(tasks: Sequence[str]) -> bytes:
+    """The tasks, which pandas reads as the index of the table."""
+    pa, _ = import_pyarrow()
+    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
+    column = {"metadata": None}
+    pandas = {
+        "index_columns": ["task"],
+        "column_indexes": [],
+        "columns": [
+            {"name": "task_index", "field_name": "task_index", "pandas_type": "int64",
+             "numpy_type": "int64", **column},
+            {"name": "task", "field_name": "task", "pandas_type": "unicode",
+             "numpy_type": "object", **column},
+        ],
+        "pandas_version": "2.0.0",
+    }  # fmt: skip
+    return _parquet(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
+
+
+def _episodes(recorded: Sequence[_Recorded]) -> bytes:
+    pa, _ = import_pyarrow()
+    rows, first = [], 0
+    for number, item in enumerate(recorded):
+        n = len(item.timestamps)
+        row: dict[str, Any] = {
+            "episode_index": number,
+            "tasks": [item.task],
+            "length": n,
+            "data/chunk_index": 0,
+            "data/file_index": 0,
+            "dataset_from_index": first,
+            "dataset_to_index": first + n,
+        }
+        if item.film is not None:
+            chunk, place = divmod(number, FILES_IN_CHUNK)
+            row |= {
+                f"videos/{CAMERA}/chunk_index": chunk,
+                f"videos/{CAMERA}/file_index": place,
+                f"videos/{CAMERA}/from_timestamp": 0.0,
+                f"videos/{CAMERA}/to_timestamp": n / item.film.fps,
+            }
+        for name, measured in _statistics([item]).items():
+            row |= {f"stats/{name}/{measure}": value for measure, value in measured.items()}
+        rows.append(row | {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0})
+        first += n
+    return _parquet(pa.Table.from_pylist(rows))
+
+
+def _statistics(recorded: Sequence[_Recorded]) -> dict[str, dict[str, Any]]:
+    state = np.concatenate([item.state for item in recorded])
+    action = np.concatenate([np.vstack([r.state[1:], r.state[-1:]]) for r in recorded])
+    timestamps = np.concatenate([item.timestamps for item in recorded])[:, None]
+    vectors = {"observation.state": state, "action": action, "timestamp": timestamps}
+    found = {name: _measures(values) for name, values in vectors.items()}
+    films = [item.film for item in recorded if item.film is not None]
+    if films:
+        found[CAMERA] = _colours(films)
+    return found
+
+
+def _measures(values: npt.NDArray[Any]) -> dict[str, Any]:
+    """Statistics of each column of values, shape (n, k)."""
+    values = values.astype(np.float64)
+    return {
+        "min": values.min(0).tolist(),
+        "max": values.max(0).tolist(),
+        "mean": values.mean(0).tolist(),
+        "std": values.std(0).tolist(),
+        "count": [len(values)],
+        **{f"q{round(q * 100):02d}": np.quantile(values, q, axis=0).tolist() for q in QUANTILES},
+    }
+
+
+def _colours(films: Sequence[_Film]) -> dict[str, Any]:
+    """Statistics of red, green and blue from 0 to 1 in the first frames of videos, (3, 1, 1)."""
+    import cv2  # noqa: PLC0415 - comes with what renders videos
+
+    pictures = []
+    for film in films:
+        capture = cv2.VideoCapture(str(film.file))
+        is_read, frame = capture.read()
+        capture.release()
+        if not is_read:
+            raise FormatError(
+                "the video can't be read", where=str(film.file), fix="render it again"
+            )
+        pictures.append(frame[::4, ::4, ::-1].reshape(-1, 3) / 255)
+    measured = _measures(np.concatenate(pictures))
+    return {
+        name: value if name == "count" else [[[number]] for number in value]
+        for name, value in measured.items()
+    }
+
+
+def _info(
+    corpus: Corpus, recorded: Sequence[_Recorded], tasks: Sequence[str], fps: int
+) -> dict[str, Any]:
+    vector = {"dtype": "float32", "shape": [len(NAMES)], "names": list(NAMES)}
+    features: dict[str, Any] = {"observation.state": vector, "action": vector}
+    film = recorded[0].film
+    if film is not None:
+        height, width = film.size
+        features[CAMERA] = {
+            "dtype": "video",
+            "shape": [height, width, 3],
+            "names": ["height", "width", "channels"],
+            "info": {
+                "video.height": height, "video.width": width, "video.codec": "h264",
+                "video.pix_fmt": "yuv420p", "video.is_depth_map": False, "video.fps": fps,
+                "video.channels": 3, "has_audio": False,
+            },
+        }  # fmt: skip
+    one = {"shape": [1], "names": None}
+    features["timestamp"] = {"dtype": "float32", **one}
+    for name in ("frame_index", "episode_index", "index", "task_index"):
+        features[name] = {"dtype": "int64", **one}
+    features |= {PERSISTENT: FEATURE, EVENTS: FEATURE}
+    return {
+        "codebase_version": NEW,
+        "robot_type": " ".join(recorded[0].context.agent.labels) or None,
+        "total_episodes": len(recorded),
+        "total_frames": sum(len(item.timestamps) for item in recorded),
+        "total_tasks": len(tasks),
+        "chunks_size": FILES_IN_CHUNK,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": fps,
+        "splits": {"train": f"0:{len(recorded)}"},
+        "data_path": DATA,
+        "video_path": None if film is None else VIDEOS,
+        "features": features,
+    }
+
+
+def _films(folder: Path) -> dict[str, _Film]:
+    """The rendered videos in a folder, by what they show."""
+    films = {}
+    for file in sorted(folder.glob("*/manifest.json")):
+        try:
+            told = msgspec.json.decode(file.read_bytes(), type=_Manifest)
+        except (OSError, msgspec.DecodeError) as error:
+            raise FormatError(
+                f"the manifest can't be read: {error}", where=str(file), fix="render it again"
+            ) from error
+        width, height = told.settings.size
+        video = file.with_name("video.mp4")
+        films[told.id] = _Film(video, told.frames, told.fps, (height, width))
+    if len({film.fps for film in films.values()}) > 1:
+        raise FormatError(
+            "the videos differ in frames a second", where=str(folder), fix="render them alike"
+        )
+    return films
+
+
+class _Settings(msgspec.Struct, frozen=True):
+    size: tuple[int, int]
+
+
+class _Manifest(msgspec.Struct, frozen=True):
+    id: str
+    frames: int
+    fps: int
+    settings: _Settings
+
+
+def _card(corpus: Corpus) -> str:
+    head = "license: other\ntask_categories: [robotics]\ntags: [LeRobot]\n"
+    head += "configs:\n- config_name: default\n  data_files: data/*/*.parquet\n"
+    return (
+        f"---\n{head}---\n\n# {corpus.name}\n\nA LeRobot dataset made of a language corpus. "
+        f"Source: {corpus.source or 'not told'}. Licence: {corpus.licence or 'not told'}.\n\n"
+        "The state is the robot's position in metres and its heading in radians, the action the "
+        "state at the next frame.\nLanguage is in `language_persistent`: other wordings of the "
+        "task, subtasks and plans.\n"
+    )
+
+
+def _parquet(table: Any) -> bytes:
+    _, pq = import_pyarrow()
+    content = io.BytesIO()
+    pq.write_table(table, content)
+    return content.getvalue()
+
+
+def _json(value: object) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(value), indent=4) + b"\n"

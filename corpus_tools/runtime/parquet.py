@@ -1,0 +1,26 @@
+"""pyarrow, which reads and writes Parquet: large, and not always installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from g3.errors import FormatError
+
+
+def import_pyarrow() -> tuple[Any, Any]:
+    """The modules ``pyarrow`` and ``pyarrow.parquet``.
+
+    Raises
+    ------
+    FormatError
+        If pyarrow isn't installed.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - as the module says
+        import pyarrow.parquet as pq  # noqa: PLC0415 - as above
+    except ImportError as error:
+        raise FormatError(
+            "Parquet files are read and written with pyarrow, which isn't installed",
+            fix="pip install 'corpus-tools-g3[parquet]'",
+        ) from error
+    return pa, pq

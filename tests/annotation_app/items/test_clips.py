@@ -1,0 +1,103 @@
+"""Parts of videos are cut to the frame, when they are first watched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import av
+import pytest
+
+from annotation_app.items.clips import _copied, clip_digest, ensure, is_clip, look_at
+from annotation_app.items.media import digest
+from annotation_app.study_setup.own_videos import check_readable, own_videos, played_file, prepare
+from g3.errors import CorpusError, FormatError
+from tests.lerobot_datasets import film
+
+GREYS = [20 + 4 * number for number in range(40)]  # four seconds
+
+
+def greys(path: Path) -> list[int]:
+    """The number of each frame of a video, by how bright it is."""
+    with av.open(str(path)) as container:
+        frames = container.decode(video=0)
+        return [round((f.to_ndarray(format="rgb24").mean() - 20) / 4) for f in frames]
+
+
+def cut(tmp_path: Path, start_s: float, end_s: float, codec: str = "libx264") -> Path:
+    film(tmp_path / "long.mp4", GREYS, codec)
+    table = tmp_path / "parts.csv"
+    table.write_text(f"video,id,start_s,end_s,episode\nlong.mp4,one,{start_s},{end_s},7\n")
+    (item,) = own_videos(table)
+    assert item.metadata == {"episode": "7"}
+    file = played_file(item, prepare(item, tmp_path / "base"))
+    assert is_clip(file)
+    assert not file.exists()  # not before somebody watches it
+    ensure(file)
+    return file
+
+
+@pytest.mark.parametrize("codec", ["libx264", "libsvtav1"])
+@pytest.mark.parametrize(("start", "end"), [(10, 20), (0, 7), (11, 20), (10, 21), (30, 40)])
+def test_a_part_has_its_frames_and_no_others(tmp_path: Path, start: int, end: int, codec: str):
+    file = cut(tmp_path, start / 10, end / 10, codec)
+    assert greys(file) == list(range(start, end))
+    look = look_at(file)
+    assert look.duration_s == pytest.approx((end - start) / 10, abs=0.11)
+    assert look.fps == 10
+
+
+def test_what_begins_with_a_key_frame_is_copied(tmp_path: Path):
+    film(tmp_path / "long.mp4", GREYS)  # a key frame at every second frame
+    assert _copied(tmp_path / "long.mp4", tmp_path / "a.mp4", 1.0, 2.0)
+    assert not _copied(tmp_path / "long.mp4", tmp_path / "b.mp4", 1.1, 2.0)
+    assert not _copied(tmp_path / "long.mp4", tmp_path / "c.mp4", 1.0, 2.1)
+
+
+def test_it_is_known_before_it_is_cut_and_changes_with_the_part(tmp_path: Path):
+    file = cut(tmp_path, 1.0, 2.0)
+    before = file.stat().st_mtime_ns
+    ensure(file)  # it is there
+    assert file.stat().st_mtime_ns == before
+    known = digest(file)
+    assert known == clip_digest(file)
+    file.unlink()
+    assert digest(file) == known
+    other = cut(tmp_path, 1.0, 2.2)
+    assert other == file
+    assert digest(other) != known
+    assert greys(other) == list(range(10, 22))
+    assert clip_digest(tmp_path / "long.mp4") is None
+
+
+def test_a_video_that_has_gone_is_an_error(tmp_path: Path):
+    file = cut(tmp_path, 1.0, 2.0)
+    file.unlink()
+    (tmp_path / "long.mp4").unlink()
+    with pytest.raises(FormatError, match="can't be read"):
+        ensure(file)
+    assert [f.name for f in file.parent.iterdir() if f.suffix == ".mp4"] == []
+
+
+@pytest.mark.parametrize(
+    ("start", "end"), [("1", ""), ("", "1"), ("2", "1"), ("-1", "1"), ("a", "b"), ("0", "inf")]
+)
+def test_parts_that_are_none(tmp_path: Path, start: str, end: str):
+    film(tmp_path / "long.mp4", GREYS)
+    table = tmp_path / "parts.csv"
+    table.write_text(f"video,id,start_s,end_s\nlong.mp4,one,{start},{end}\n")
+    with pytest.raises(CorpusError, match="no part of a video"):
+        own_videos(table)
+
+
+def test_each_file_is_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    film(tmp_path / "long.mp4", GREYS)
+    rows = "".join(f"long.mp4,e{n},{n / 10},{(n + 5) / 10}\n" for n in range(30))
+    table = tmp_path / "parts.csv"
+    table.write_text(f"video,id,start_s,end_s\n{rows}")
+    looked: list[Path] = []
+    monkeypatch.setattr(
+        "annotation_app.study_setup.own_videos.look_at",
+        lambda file, *part: looked.append(file) or look_at(file, *part),
+    )
+    check_readable(own_videos(table))
+    assert len(looked) == 1

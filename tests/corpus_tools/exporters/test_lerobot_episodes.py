@@ -1,0 +1,146 @@
+"""A corpus as a LeRobot dataset: its columns, its times, and LeRobot's own reader."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
+
+pytest.importorskip("av", reason="the extra `render` is not installed")
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.exporters.export_registry import export_corpus_to
+from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.language_rows import persistent_rows
+from g3.errors import FormatError
+from tests.lerobot_datasets import HEIGHT, WIDTH, film
+from tests.tiny_corpus import tiny_corpus
+
+
+@pytest.fixture
+def corpus() -> Corpus:
+    return tiny_corpus()
+
+
+@pytest.fixture
+def folder(corpus: Corpus, tmp_path: Path) -> Path:
+    export_corpus_to(corpus, "lerobot", tmp_path / "lerobot")
+    return tmp_path / "lerobot"
+
+
+def test_the_columns_are_those_that_the_format_documents(folder: Path):
+    table = pq.read_table(folder / "data/chunk-000/file-000.parquet")
+    kinds = {field.name: field.type for field in table.schema}
+    text = pa.string()
+    assert {n: kinds[n] for n in ("timestamp", "frame_index", "episode_index", "index")} == {
+        "timestamp": pa.float32(),
+        "frame_index": pa.int64(),
+        "episode_index": pa.int64(),
+        "index": pa.int64(),
+    }
+    assert kinds["task_index"] == pa.int64()
+    assert kinds["observation.state"] == kinds["action"] == pa.list_(pa.float32(), 4)
+    row = kinds["language_persistent"].value_type
+    assert [field.name for field in row] == [
+        "role", "content", "style", "timestamp", "camera", "tool_calls",
+    ]  # fmt: skip
+    assert row.field("timestamp").type == pa.float32()
+    assert row.field("content").type == text
+    events = kinds["language_events"].value_type
+    assert [field.name for field in events] == ["role", "content", "style", "camera", "tool_calls"]
+    info = json.loads((folder / "meta/info.json").read_text())
+    assert info["codebase_version"] == "v3.0"
+    assert set(info["features"]) == set(kinds)
+    assert info["features"]["language_events"]["dtype"] == "language"
+
+
+def test_frames_count_on(folder: Path, corpus: Corpus):
+    table = pq.read_table(folder / "data/chunk-000/file-000.parquet").to_pydict()
+    episodes = pq.read_table(folder / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    info = json.loads((folder / "meta/info.json").read_text())
+    assert len(episodes) == info["total_episodes"] == len(corpus.contexts)
+    assert table["index"] == list(range(info["total_frames"]))
+    tasks = pq.read_table(folder / "meta/tasks.parquet").to_pydict()
+    for episode, context in zip(episodes, corpus.contexts.values(), strict=True):
+        frames = slice(episode["dataset_from_index"], episode["dataset_to_index"])
+        n = episode["length"]
+        assert table["frame_index"][frames] == list(range(n))
+        assert set(table["episode_index"][frames]) == {episode["episode_index"]}
+        times = np.array(table["timestamp"][frames], dtype=np.float32)
+        assert np.array_equal(times, (np.arange(n) / info["fps"]).astype(np.float32))
+        state = np.array(table["observation.state"][frames])
+        action = np.array(table["action"][frames])
+        assert np.array_equal(state[1:], action[:-1])
+        path = context.agent.trajectory
+        assert state[0, :3] == pytest.approx(path.xyz[0], abs=1e-5)
+        assert times[-1] <= path.t[-1] - path.t[0] < times[-1] + 1 / info["fps"]
+        (number,) = set(table["task_index"][frames])
+        assert [tasks["task"][number]] == episode["tasks"]
+        assert episode["stats/observation.state/max"] == pytest.approx(state.max(0))
+
+
+def test_what_people_said_is_in_the_language(folder: Path, corpus: Corpus):
+    found = dict(persistent_rows(open_dataset(folder)))
+    for number, context in enumerate(corpus.contexts.values()):
+        said = {
+            a.command.text for a in corpus.annotations if a.context.id == context.id
+        }  # all are annotated
+        styles = {row["style"] for row in found[number]}
+        assert styles == {"task_aug", "subtask", "plan"}
+        wordings = [row for row in found[number] if row["style"] == "task_aug"]
+        assert {row["content"] for row in wordings} == said
+        assert {row["role"] for row in wordings} == {"user"}
+        assert {row["timestamp"] for row in found[number]} == {0.0}
+    table = pq.read_table(folder / "data/chunk-000/file-000.parquet").to_pydict()
+    for number, rows in zip(table["episode_index"], table["language_persistent"], strict=True):
+        assert rows == found[number]
+
+
+def test_what_cannot_be_exported(corpus: Corpus, tmp_path: Path):
+    (tmp_path / "films").mkdir()
+    with pytest.raises(FormatError, match="there is no video"):
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+
+
+def test_videos_are_taken_as_they_are(corpus: Corpus, tmp_path: Path):
+    shown = list(corpus.contexts)[1:]  # one has no video
+    for number, name in enumerate(shown):
+        folder = tmp_path / "films" / str(number)
+        film(folder / "video.mp4", [40 * number + 2 * i for i in range(15 + number)])
+        told = {"id": name, "frames": 15 + number, "fps": 10, "settings": {"size": [WIDTH, HEIGHT]}}
+        (folder / "manifest.json").write_text(json.dumps(told))
+    export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+    dataset = open_dataset(tmp_path / "out")
+    assert dataset.cameras == ("observation.images.scene",)
+    for number, episode in enumerate(dataset.episodes()):
+        video = episode.videos["observation.images.scene"]
+        assert video.file.samefile(tmp_path / "films" / str(number) / "video.mp4")
+        assert episode.frames == 15 + number
+        assert (video.start_s, video.end_s) == (0.0, pytest.approx((15 + number) / 10))
+    stats = json.loads((tmp_path / "out/meta/stats.json").read_text())
+    colours = np.array(stats["observation.images.scene"]["mean"])
+    assert colours.shape == (3, 1, 1)
+    assert 0 < colours.max() < 0.3  # dark greys
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_lerobot_reads_it(folder: Path, monkeypatch):
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    reader = pytest.importorskip(
+        "lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (it needs torch)"
+    )
+    if not pytest.importorskip("lerobot").__version__ >= "0.6":
+        pytest.skip("this version of lerobot knows no language columns")
+    dataset = reader.LeRobotDataset("local/dataset", root=folder)
+    assert dataset.num_episodes == 3
+    assert dataset[0]["observation.state"].shape == (4,)
+    assert dataset.meta.has_language_columns
+    assert dataset[0]["language_persistent"] == dict(persistent_rows(open_dataset(folder)))[0]

@@ -1,0 +1,91 @@
+"""LeRobot datasets become tables for studies; no video is copied."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
+pytest.importorskip("av", reason="the extra `render` is not installed")
+
+from corpus_tools.cli.console import run
+from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.study_input import study_input
+from g3.errors import FormatError
+from tests.lerobot_datasets import CAMERA, WRIST, new_dataset, old_dataset
+
+
+def rows(folder: Path, name: str) -> list[dict[str, str]]:
+    return list(csv.DictReader((folder / name).read_text().splitlines()))
+
+
+def test_episodes_of_version_3_are_parts_of_files(tmp_path: Path, capsys):
+    new_dataset(tmp_path / "set")
+    out = tmp_path / "tables"
+    assert run(["import", "lerobot", str(tmp_path / "set"), "--out", str(out), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["rows"] == {"episodes.csv": 3, "tasks.csv": 2, "subtasks.csv": 3}
+    found = rows(out, "episodes.csv")
+    assert [row["id"] for row in found] == [f"episode-00000{n}" for n in range(3)]
+    assert [(float(row["start_s"]), float(row["end_s"])) for row in found] == [
+        (0.0, 1.2), (1.2, 2.0), (2.0, 3.0),
+    ]  # fmt: skip
+    file = (out / found[0]["video"]).resolve()
+    assert file == (tmp_path / f"set/videos/{CAMERA}/chunk-000/file-000.mp4").resolve()
+    assert {row["dataset"] for row in found} == {str((tmp_path / "set").resolve())}
+    assert [row["command"] for row in rows(out, "tasks.csv")] == ["Push the cube."] * 2
+    subtasks = rows(out, "subtasks.csv")
+    assert [(r["command"], float(r["start_s"]), float(r["end_s"])) for r in subtasks] == [
+        ("reach", 0.0, 0.5), ("grasp", 0.5, 1.2), ("push", 1.2, 2.0),
+    ]  # fmt: skip
+    assert [float(row["timestamp"]) for row in subtasks] == [0.0, 0.5, 0.0]
+    assert sorted(file.name for file in out.iterdir()) == [
+        "episodes.csv", "subtasks.csv", "tasks.csv",
+    ]  # fmt: skip
+
+
+def test_episodes_of_version_2_are_files(tmp_path: Path):
+    old_dataset(tmp_path / "set")
+    assert run(["import", "lerobot", str(tmp_path / "set"), "--out", str(tmp_path / "out")]) == 0
+    found = rows(tmp_path / "out", "episodes.csv")
+    assert [(row["start_s"], row["end_s"]) for row in found] == [("", "")] * 3
+    assert found[2]["video"].endswith("episode_000002.mp4")
+    assert not (tmp_path / "out" / "subtasks.csv").exists()
+
+
+def test_a_camera_and_some_episodes(tmp_path: Path):
+    dataset = open_dataset(new_dataset(tmp_path / "set"))
+    made = study_input(dataset, tmp_path / "out", camera=WRIST, first=2)
+    assert made.rows == {"episodes.csv": 2, "tasks.csv": 2, "subtasks.csv": 3}
+    assert WRIST.encode() in made.files["episodes.csv"]
+    with pytest.raises(FormatError, match="no camera 'side'") as error:
+        study_input(dataset, tmp_path / "out", camera="side")
+    assert CAMERA in error.value.fix
+
+
+def test_errors_say_what_to_do(tmp_path: Path, capsys):
+    (tmp_path / "empty").mkdir()
+    call = ["import", "lerobot", str(tmp_path / "empty"), "--out", str(tmp_path / "out")]
+    assert run(call) == 2
+    assert "no LeRobot dataset" in capsys.readouterr().err
+    folder = new_dataset(tmp_path / "set")
+    info = folder / "meta/info.json"
+    told = json.loads(info.read_text())
+    for changed, what in (
+        ({"codebase_version": "v4.0"}, "version is v4.0"),
+        ({"fps": 0}, "fps is 0"),
+        ({"features": {}}, "no videos"),
+    ):
+        info.write_text(json.dumps(told | changed))
+        with pytest.raises(FormatError, match=what):
+            study_input(open_dataset(folder), tmp_path / "out")
+    info.write_text(json.dumps(told))
+    (folder / f"videos/{CAMERA}/chunk-000/file-000.mp4").unlink()
+    with pytest.raises(FormatError, match="a video is missing"):
+        study_input(open_dataset(folder), tmp_path / "out")
+    (folder / "meta/episodes/chunk-000/file-000.parquet").write_bytes(b"PAR1 broken PAR1")
+    with pytest.raises(FormatError, match="metadata can't be read"):
+        list(open_dataset(folder).episodes())
