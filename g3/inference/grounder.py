@@ -19,6 +19,7 @@ from g3.inference.clarification import Question, question_about
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
+from g3.inference.problem.asked_spots import counts_said
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
@@ -237,7 +238,7 @@ class Grounder:
         tree = Tree(sdcs)
         problem = GroundingProblem(
             start,
-            scene_of(start.context, object_groups(start.context, start.held)),
+            scene_of(start.context, object_groups(start.context, start.held, counts_said(tree))),
             self.cost,
             answers=dict(answers or {}),
             explain=explain,
