@@ -39,6 +39,7 @@ from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation, ablation
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.training.search_training import search_sets
+from g3.inference.tree_choice import PARSES
 from g3.language.parsing.extractor import Parse, SDCExtractor
 from g3.language.parsing.parser import parse_unsure
 
@@ -82,7 +83,7 @@ def run(
     ablate: Iterable[str] = (),
     headings: Sequence[str] = (),
     perturb: Sequence[str] = (),
-    parses: int = 1,
+    parses: int = PARSES,
     most: int = 0,
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,

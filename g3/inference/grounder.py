@@ -29,7 +29,7 @@ from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others
-from g3.inference.tree_choice import best_plans, does_something
+from g3.inference.tree_choice import PARSES, best_plans, does_something
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.clauses import SDC, all_words
@@ -172,7 +172,7 @@ class Grounder:
         answers: Mapping[int, str] | None = None,
         explain: bool = False,
         least: float = LIKELY_NOTHING,
-        parses: int = 1,
+        parses: int = PARSES,
         insist: bool = False,
     ) -> Result:
         """Find what to do.
@@ -196,7 +196,7 @@ class Grounder:
         parses
             How many trees of a text are tried at most, where the best one is not sure. Plans of
             all trees that lead to the same count together. Answers are for the clauses of one
-            tree; give that.
+            tree: give that, or have one tried.
         insist
             Whether to plan with what there is where a noun names nothing that is there.
         """
