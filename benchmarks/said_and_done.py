@@ -37,7 +37,7 @@ def main() -> None:
         world = worlds[command.id]
         [sdcs] = extractors(command.scenario).predict([command.text])
         grounder = Grounder(costs(command.scenario), without=arguments.ablate)
-        plan = grounder.follow(sdcs, world, least=0.0).plan
+        plan = grounder.follow(sdcs, world, least=0.0, insist=True).plan
         for mention in found:
             done = plan is not None and done_as_said(mention, sdcs, world, plan)
             total[mention.relation] += 1

@@ -63,7 +63,7 @@ def follow(
     *,
     model: Grounder | GroundingModel | Path | str = "warehouse",
     top: int = 1,
-    parses: int = 1,
+    parses: int = 3,
     explain: bool = False,
     answers: Mapping[int, str] | None = None,
     insist: bool = False,

@@ -87,4 +87,5 @@ def robot(trajectory: Trajectory | None = None) -> PhysicalObject:
 
 def scene(*objects: PhysicalObject, agent: PhysicalObject | None = None) -> Context:
     """A context with some objects and a robot."""
-    return Context("scene", (*objects, agent or robot()), (), "robot")
+    own = agent or robot()
+    return Context("scene", (*objects, own), (), own.id)

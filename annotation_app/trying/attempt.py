@@ -156,8 +156,9 @@ def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
     yield (shown := then(shown, phase="reading"))
     start = _start(shown.asked.scenario)
     asked = shown.asked
+    # One tree, as answers are for the clauses of one.
     result = grounder.follow(
-        asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist
+        asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist, parses=1
     )
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
     places: list[Place] = []

@@ -97,7 +97,7 @@ class Shown:
 @click.option(
     "--parses",
     type=click.IntRange(1, 20),
-    default=1,
+    default=3,
     show_default=True,
     help="How many SDC trees of the command to sum over, where the best one is not sure.",
 )

@@ -21,6 +21,8 @@ from g3.geometry.footprints import centre
 from g3.geometry.plane import point_gap, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
 from g3.inference.grounder import Plan
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import asked
 from g3.inference.problem.phrases import is_measure, names_lift, names_robot
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.short_repr import short_repr
@@ -238,12 +240,17 @@ def mentions(text: str) -> Iterator[Mention]:
 
 def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
     """Whether a plan does what a mention asks for."""
-    acts = [sdc for sdc in sdcs if sdc.type in ("EVENT", "PATH")]
+    tree = Tree(sdcs)
+    acts = [root for root in asked(tree) if tree.nodes[root].type in ("EVENT", "PATH")]
+    # What is done for a purpose lies within the clause that it is for.
+    telling = [root for root in acts if _has(tree.nodes[root], mention)]
+    own = min(telling, key=lambda root: len(all_words(tree.nodes[root])), default=None)
     state = start_state(context)
-    for sdc, action in zip(acts, plan.actions, strict=True):
+    for root, action in zip(acts, plan.actions, strict=True):
         motion = move(state, [action])
         after = result(state, action, motion, 0)
-        if _has(sdc, mention):
+        if root == own:
+            sdc = tree.nodes[root]
             way = np.column_stack((motion.xyz[0, :, :2], motion.yaw[0]))
             marks = _landmark(mention, sdc, plan, state)
             relation = RELATIONS[mention.relation]

@@ -32,6 +32,7 @@ from eval.table_3.plan_rows import ALONE, MODELS, check_names
 from eval.table_3.scenario_following import PERTURBED, Asked, followed_scenarios, kept_by
 from g3.errors import CorpusError
 from g3.inference.potentials.potential_registry import ablation
+from g3.inference.tree_choice import PARSES
 from g3.short_repr import short_repr
 
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
@@ -79,7 +80,7 @@ def run(
     ablate: Iterable[str] = (),
     headings: Sequence[str] = (),
     perturb: Sequence[str] = (),
-    parses: int = 1,
+    parses: int = PARSES,
     most: int = 0,
     done: Mapping[str, Mapping[str, Sequence[Outcome]]] = MappingProxyType({}),
     on_scenario: OnScenario | None = None,

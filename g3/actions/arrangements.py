@@ -53,13 +53,14 @@ class Arrangements:
 
     @property
     def called_rows(self) -> list[Things]:
-        """What a row may be: a straight one, or a cluster without any."""
+        """What a row may be: a straight one, one with bends, or a cluster without any."""
         straight = [{thing.id for thing in row} for row in self.rows]
-        loose = [
-            cluster
-            for cluster in self.clusters
-            if not any(len(row & {thing.id for thing in cluster}) >= ROW for row in straight)
-        ]
+        loose = []
+        for cluster in self.clusters:
+            ids = {thing.id for thing in cluster}
+            shared = max((len(row & ids) for row in straight), default=0)
+            if shared < ROW or (shared < len(ids) and _is_chain(cluster)):
+                loose.append(cluster)
         return [*self.rows, *loose]
 
 
@@ -175,6 +176,15 @@ def _isolated(middles: FloatArray) -> list[list[int]]:
         members.append([i for part in parts for i in members[part]])
         longest.append(between)
     return found
+
+
+def _is_chain(things: Things) -> bool:
+    """Whether things follow one another, so that each but the first and last has two neighbours."""
+    middles = centres([thing.prism for thing in things])
+    gap = length(middles[:, None] - middles)
+    near = gap <= APART * linkage(middles, "single")[-1, 2]
+    beside = near.sum(axis=1) - 1
+    return bool((beside <= 2).all() and beside.sum() == 2 * (len(things) - 1))
 
 
 def along_spread(middles: FloatArray) -> IntArray:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from itertools import islice, pairwise
 
 import numpy as np
@@ -23,6 +24,8 @@ HALF_M = 1.0
 _CORNERS = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SURFACE_M2 = 4.0
 """Things at least this large can have a load put on top."""
+HIGH_M = 1.5
+"""Nothing is put on top of what is higher."""
 FREE_M = 1.2
 """Gap between the middle of a place and whatever stands at its height."""
 LOAD_M = 0.6
@@ -39,11 +42,47 @@ GROUND_M = 0.35
 """Places with their bottom no higher than this over the ground are on it."""
 
 
-def object_groups(context: Context, held: str | None = None) -> tuple[Group, ...]:
+@dataclass(frozen=True, slots=True)
+class SpotsAsked:
+    """Where words ask for spots that few commands need.
+
+    Parameters
+    ----------
+    apart
+        How many metres they are from what they are about; None for beside it.
+    corner
+        Whether they are at its corners.
+    side
+        Whether they are at the sides of a deck, though it has no room for two loads.
+    top
+        Whether they are on top of it, though it is no deck but another load.
+    """
+
+    apart: float | None = None
+    corner: bool = False
+    side: bool = False
+    top: bool = False
+
+
+ANY_SPOTS = SpotsAsked()
+
+
+def object_groups(
+    context: Context, held: str | None = None, counts: Collection[int] = ()
+) -> tuple[Group, ...]:
     """What an OBJECT may be besides a single object: groups of things alike, and places.
 
     All that share a label, rows and clusters of things alike without what is on the forks, pairs of
     things alike (the nearest first), and the context's places.
+
+    Parameters
+    ----------
+    context
+        The world.
+    held
+        Id of what is on the forks.
+    counts
+        Of so many things are parts of these groups: "the three leftmost crates".
     """
     things = [o for o in context.objects if o.id != context.agent_id]
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
@@ -53,10 +92,25 @@ def object_groups(context: Context, held: str | None = None) -> tuple[Group, ...
     found = arrangements_of([o for o in things if o.id != held])
     for together in (*found.rows, *found.clusters):
         groups.setdefault(tuple(o.id for o in together), together)
+    for count in counts:
+        for whole in [group for group in groups.values() if len(group) > count]:
+            for part in _parts(whole, count, context.agent):
+                groups.setdefault(tuple(o.id for o in part), part)
     for pair in _pairs(things):
         groups[tuple(o.id for o in pair)] = pair
     several = [group for group in groups.values() if len(group) > 1]
     return (*several, *((place,) for place in context.places))
+
+
+def _parts(
+    things: Sequence[PhysicalObject], count: int, robot: PhysicalObject
+) -> list[tuple[PhysicalObject, ...]]:
+    """So many of some things: those at either end, the nearest to the robot, and the farthest."""
+    middles = centres([o.prism for o in things])
+    away = np.linalg.norm(middles - robot.trajectory.xyz[0, :2], axis=1)
+    orders = (along_spread(middles), np.argsort(away, kind="stable"))
+    chosen = [part for order in orders for part in (order[:count], order[-count:])]
+    return [tuple(things[i] for i in sorted(part.tolist())) for part in chosen]
 
 
 def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
@@ -74,7 +128,7 @@ def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]
     return found
 
 
-def spots_about(group: Group, state: State) -> list[Place]:
+def spots_about(group: Group, state: State, asked: SpotsAsked = ANY_SPOTS) -> list[Place]:
     """Places on, around and between the things of a group; a place is its own spot.
 
     Around a thing they lie at the level that it stands on: on a deck, or on the ground.
@@ -84,16 +138,17 @@ def spots_about(group: Group, state: State) -> list[Place]:
         if isinstance(thing, Place):
             spots.append(grounded(thing, state))
         elif isinstance(thing, PhysicalObject):
-            spots += _on(thing, state) + _around(thing, state)
+            spots += _on(thing, state, asked) + _around(thing, state, asked)
     prisms = [g.prism for g in group if not isinstance(g, Path)]
     return spots if len(prisms) < 2 else spots + _among(prisms, state)
 
 
-def spots_of_robot(state: State) -> list[Place]:
-    """Places ahead of the robot, behind it and beside it, as far as a load's reach goes on."""
+def spots_of_robot(state: State, apart: float | None = None) -> list[Place]:
+    """Places ahead of the robot, behind it and beside it, so far as is asked or near by."""
     pose, floor = state.pose, ground(state)
-    ahead = [(d, 0.0) for d in AHEAD_M]
-    beside = [(0.0, BESIDE_ROBOT_M), (0.0, -BESIDE_ROBOT_M), (-BESIDE_ROBOT_M, 0.0)]
+    ahead = [(d, 0.0) for d in ((apart,) if apart else AHEAD_M)]
+    aside = apart or BESIDE_ROBOT_M
+    beside = [(0.0, aside), (0.0, -aside), (-aside, 0.0)]
     offsets = rotate(np.array(ahead + beside), np.full(len(ahead) + len(beside), pose[2]))
     return squares(pose[:2] + offsets, pose[2], floor)
 
@@ -109,12 +164,12 @@ def spots_toward(group: Group, state: State, load: str | None) -> list[Place]:
     return squares(np.array(steps).reshape(-1, 2), yaw, ground(state))
 
 
-def spots_of_load(load: str, state: State) -> list[Place]:
+def spots_of_load(load: str, state: State, apart: float | None = None) -> list[Place]:
     """Places to each side of where a load is, as seen by the robot."""
     sides = rotate(
         np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.full(4, state.pose[2])
     )
-    offsets = np.concatenate([distance * sides for distance in AHEAD_M])
+    offsets = np.concatenate([d * sides for d in ((apart,) if apart else AHEAD_M)])
     return squares(centre(state.thing(load).prism) + offsets, state.pose[2], ground(state))
 
 
@@ -145,7 +200,7 @@ def squares(middles: FloatArray, yaw: float, bottom: float) -> list[Place]:
 def is_surface(thing: PhysicalObject) -> bool:
     """Whether a load can be put on top of a thing."""
     low = thing.prism.z_max - thing.prism.z_min
-    return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < 1.5
+    return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < HIGH_M
 
 
 def _frame(prism: Prism, yaw: float) -> tuple[FloatArray, FloatArray]:
@@ -159,27 +214,31 @@ def _heading(thing: PhysicalObject) -> float:
     return float(thing.trajectory.yaw[0])
 
 
-def _on(thing: PhysicalObject, state: State) -> list[Place]:
+def _on(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
     """Places on a deck: in its middle, at its ends and sides, and beside what stands on it."""
-    if not is_surface(thing):
-        return []
     yaw, top = _heading(thing), thing.prism.z_max
     middle, half = _frame(thing.prism, yaw)
+    if not is_surface(thing):
+        holds = asked.top and half.min() >= LOAD_M - OVERHANG_M and top - thing.prism.z_min < HIGH_M
+        return [square(middle, yaw, top)] if holds else []
     longer = int(half[1] > half[0])
     shift = max(half[longer] - HALF_M - 0.2, 0.0)
     # Loads stand side by side where there is room for two.
     aside = half[1 - longer] / 2 if half[1 - longer] >= 2 * LOAD_M - OVERHANG_M else 0.0
     lanes = (0.0, aside, -aside) if aside else (0.0,)
     offsets = np.array([(x, y) for y in lanes for x in (0.0, shift, -shift)])
+    edge = half[1 - longer] - LOAD_M
+    if asked.side and not aside and edge > 0:
+        offsets = np.concatenate((offsets, [(0.0, edge), (0.0, -edge)]))
     offsets = offsets[:, ::-1] if longer else offsets
     spots = squares(middle + rotate(offsets, np.full(len(offsets), yaw)), yaw, top)
     for load in state.context.objects:
         if abs(load.prism.z_min - top) < GROUND_M and covers(thing.prism, centre(load.prism)):
-            spots += [s for s in _around(load, state) if s.prism.z_min == top]
+            spots += [s for s in _around(load, state, ANY_SPOTS) if s.prism.z_min == top]
     return spots
 
 
-def _around(thing: PhysicalObject, state: State) -> list[Place]:
+def _around(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
     """Places on four sides of a thing, along its own axes or those of the deck under it."""
     at = thing.prism.z_min
     deck = carrier(state, thing.id) if at > ground(state) + GROUND_M else None
@@ -187,13 +246,18 @@ def _around(thing: PhysicalObject, state: State) -> list[Place]:
     middle, half = _frame(thing.prism, yaw)
     turns = yaw + np.pi / 2 * np.arange(4)
     ways = np.column_stack((np.cos(turns), np.sin(turns)))
-    gap = np.full(4, GAP_M + HALF_M)
-    if deck:
+    beside = GAP_M + HALF_M
+    gap = np.full(4, beside if asked.apart is None else max(asked.apart + LOAD_M, beside))
+    if deck and asked.apart is None:
         # Nearer where the deck ends, if there is still room for a load.
         edges = ((deck.prism.xy - middle) @ ways.T).max(axis=0) - np.tile(half, 2)
         fits = edges >= DECK_FREE_M + LOAD_M - OVERHANG_M
         gap = np.where(fits, np.clip(edges - LOAD_M, DECK_FREE_M, gap), gap)
     points = middle + (np.tile(half, 2) + gap)[:, None] * ways
+    if asked.corner:
+        # At both ends of each side.
+        ends = np.roll(np.tile(half, 2), 1)[:, None] * np.roll(ways, 1, axis=0)
+        points = np.concatenate((points, points + ends, points - ends))
     return _squares_at(points, ways[0], at, state)
 
 

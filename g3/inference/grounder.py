@@ -24,6 +24,7 @@ from g3.inference.plan_marks import plan_marks
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
+from g3.inference.problem.asked_spots import counts_said
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
@@ -33,7 +34,7 @@ from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others
-from g3.inference.tree_choice import best_plans, does_something
+from g3.inference.tree_choice import PARSES, best_plans, does_something
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.scene_drawing import scene_svg
@@ -230,7 +231,7 @@ class Grounder:
         answers: Mapping[int, str] | None = None,
         explain: bool = False,
         least: float = LIKELY_NOTHING,
-        parses: int = 1,
+        parses: int = PARSES,
         insist: bool = False,
     ) -> Result:
         """Find what to do.
@@ -254,7 +255,7 @@ class Grounder:
         parses
             How many trees of a text are tried at most, where the best one is not sure. Plans of
             all trees that lead to the same count together. Answers are for the clauses of one
-            tree; give that.
+            tree: give that, or have one tried.
         insist
             Whether to plan with what there is where a noun names nothing that is there.
         """
@@ -297,7 +298,7 @@ class Grounder:
         tree = Tree(sdcs)
         problem = GroundingProblem(
             start,
-            scene_of(start.context, object_groups(start.context, start.held)),
+            scene_of(start.context, object_groups(start.context, start.held, counts_said(tree))),
             self.cost,
             answers=dict(answers or {}),
             explain=explain,

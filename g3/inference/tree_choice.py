@@ -14,6 +14,8 @@ from g3.groundings import FloatArray
 from g3.inference.calibration import evidence, plan_probability, share_alike
 from g3.inference.search.action_search import Hypothesis
 
+PARSES = 3
+"""How many trees of a text are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
 """How many plans of each tree may be the best."""
 

@@ -261,9 +261,7 @@ class SpotCase:
     problem
         What is put is its load; none where the robot goes there itself.
     spots
-        The spots, those that are reached first before others.
-    relation
-        Normal forms of the words that lead there.
+        The spots.
     """
 
     kind: ClassVar[Kind] = "spot"
@@ -271,7 +269,6 @@ class SpotCase:
 
     problem: GroundingProblem
     spots: Sequence[Place]
-    relation: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -67,14 +67,6 @@ def _is_put_at_goal(case: ActionCase) -> BoolArray:
     return case.each(lambda a: a.place is not None and a.goal >= 0)
 
 
-@potential("to-floor", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
-def to_floor(case: ActionCase) -> Measured:
-    """A load that goes "to the floor" isn't put on the truck."""
-    if case.path is None or not on_ground(case.path, case.path):
-        return False
-    return _is_put_at_goal(case) & _is_put_on(case)
-
-
 @potential("onto", kind="action", types=_CLAUSES, roles=("goal",), weight=log(0.05))
 def onto(case: ActionCase) -> Measured:
     """A load that goes "to the truck" is put on it."""

@@ -2,7 +2,7 @@
 
 Clauses may be wrong, and their own factors see few words. So the search multiplies by the learned
 probability of the load given the whole command (:mod:`g3.learning.load_choice`), once: where the
-first clause that handles something is grounded, or where something is lifted before that.
+first clause that handles something is grounded.
 
 It counts where a load has a label that no annotated clause was ever about. Where the factors of
 OBJECTs know all labels, they know better: they see which words are about which thing.
@@ -14,9 +14,8 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from g3.actions.robot_state import State
-from g3.groundings import FloatArray, PhysicalObject
-from g3.inference.potentials.cases import ActionCase, CandidateCase
+from g3.groundings import PhysicalObject
+from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Scorer
@@ -46,22 +45,6 @@ def command_load(case: CandidateCase) -> Measured:
         return float(np.mean(own)) if own else most
 
     return np.array([measure(group) for group in case.groups])
-
-
-@potential("command-load-early", kind="action", types=("EVENT", "PATH"), weight=WEIGHT)
-def command_load_early(case: ActionCase) -> Measured:
-    """What is lifted before any clause says so is the load that all words tell, as learned."""
-    first = first_handling(case.tree, case.problem)
-    order = asked(case.tree)
-    begun = first is not None and order.index(case.root) >= order.index(first)
-    if begun or _has_moved(case.state, case.problem.state):
-        return False
-    lifts = case.each(lambda action: bool(action.object_id) and case.state.held is None)
-    if not lifts.any():
-        return False
-    behind = _behind(case.tree, case.problem)
-    measures: FloatArray = np.array([behind.get(a.object_id or "", 0.0) for a in case.actions])
-    return np.where(lifts, measures, 0.0)
 
 
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
@@ -97,13 +80,3 @@ def _knows(cost: Scorer, labels: Collection[str]) -> bool:
     """Whether the factors of OBJECTs have learned from things with each of some labels."""
     bases = cost.model.space_.bases
     return all(f"OBJECT/labels/{label}" in bases for label in labels)
-
-
-def _has_moved(state: State, start: State) -> bool:
-    """Whether anything but the robot is elsewhere than at the start."""
-    before = {o.id: o.trajectory for o in start.context.objects}
-    agent = start.context.agent_id
-    return any(
-        o.id != agent and not np.allclose(o.trajectory.xyz[0], before[o.id].xyz[0])
-        for o in state.context.objects
-    )

@@ -21,7 +21,7 @@ from g3.inference.potentials.cases import FactorCase, SpotCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.language.lexicon.concepts import CONCEPTS, concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import BEHIND, BESIDE, ENDS, FLOOR, NEARER
+from g3.language.lexicon.word_sets import BEHIND, BESIDE, ENDS, FLOOR
 from g3.sdc.clauses import SDC, all_words
 
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
@@ -196,8 +196,10 @@ def room(case: SpotCase) -> BoolArray:
 
 
 @potential("off-robot", kind="spot", types=("PLACE",), roles=("figure", "theme"), weight=HARD)
-def off_robot(case: SpotCase) -> BoolArray:
-    """The robot doesn't stand where it puts a load."""
+def off_robot(case: SpotCase) -> Measured:
+    """The robot doesn't stand where it puts down what it has on its forks."""
+    if case.problem.load != case.problem.state.held:
+        return False  # it drives away before it comes back with the load
     middles = centres([spot.prism for spot in case.spots])
     near: BoolArray = np.linalg.norm(middles - case.problem.state.pose[:2], axis=1) <= ROBOT_M
     return near
@@ -210,12 +212,6 @@ def elsewhere(case: SpotCase) -> Measured:
     if load is None or load == state.held:
         return False
     return stands_at(case.spots, state.thing(load), carrier(state, load))
-
-
-@potential("closer", kind="spot", types=("PLACE",), weight=log(0.5))
-def closer(case: SpotCase) -> Measured:
-    """A place closer to something is one step on the way there, rather than two."""
-    return bool(NEARER.intersection(case.relation)) and np.arange(1.0, len(case.spots) + 1)
 
 
 def _gaps(points: FloatArray, prism: Prism) -> FloatArray:

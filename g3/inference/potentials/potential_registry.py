@@ -270,12 +270,6 @@ def allowed(case: Case) -> BoolArray:
     return result
 
 
-def preferred(case: Case) -> FloatArray:
-    """What potentials that are no hard constraints add to the scores of a case; its shape."""
-    soft = [own.weight * measure for own, measure in _measured(case) if not own.is_hard]
-    return sum(soft, np.zeros(case.shape))
-
-
 def refusal(case: Case) -> str:
     """Why a command is refused; empty if it isn't."""
     for own in _BY_KIND[case.kind]:

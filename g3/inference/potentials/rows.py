@@ -49,34 +49,22 @@ def next_in_row(case: FactorCase) -> Measured:
     return wrong
 
 
-def _off_end(batch: FactorBatch) -> tuple[BoolArray, BoolArray]:
-    """Which places by the end or the side of several things are among them, and out of line."""
+@potential("row-line", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.1))
+def row_line(case: FactorCase) -> Measured:
+    """A place at the end or the side of several things is in line with them."""
+    batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
     applies = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
     if not applies.any():
-        return applies, applies
+        return False
     members = bodies.members[mark]
     known = ~np.isnan(members).any(axis=-1, keepdims=True)
     middle = np.where(known, members, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     offset = np.where(known, members - middle[:, None], 0.0)
     along = np.linalg.eigh(np.swapaxes(offset, 1, 2) @ offset)[1][..., 1]
-    reach = np.abs((offset * along[:, None]).sum(axis=-1)).max(axis=1)
-    away = bodies.centre[batch.figure] - middle
-    among = np.abs((away * along).sum(axis=-1)) < reach
-    aside = np.abs(cross(away, along)) > OFF_LINE_M
-    return applies & among, applies & aside
-
-
-@potential("row-end", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.05))
-def row_end(case: FactorCase) -> BoolArray:
-    """A place at the end or the side of several things is beyond all of them."""
-    return case.batch.once(_off_end, _off_end)[0]
-
-
-@potential("row-line", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.1))
-def row_line(case: FactorCase) -> BoolArray:
-    """A place at the end or the side of several things is in line with them."""
-    return case.batch.once(_off_end, _off_end)[1]
+    aside = np.abs(cross(bodies.centre[batch.figure] - middle, along)) > OFF_LINE_M
+    result: BoolArray = applies & aside
+    return result
 
 
 @potential("place-between", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.01))

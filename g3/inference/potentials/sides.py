@@ -21,8 +21,10 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
+from g3.language.discourse.groups import group
 from g3.language.lexicon.concepts import CONCEPTS, concepts
 from g3.language.lexicon.word_sets import ENDS
+from g3.sdc.clauses import SDC
 
 CENTRAL = 0.5
 """What stands in the middle is at most so far from the middle of all, as a share of the others."""
@@ -149,11 +151,11 @@ def middle(case: FactorCase) -> FloatArray:
 def counted_things(case: FactorCase) -> FloatArray:
     """Several things are those that words count among all alike: "the first and second".
 
-    Counted from the side that is named, or from the robot.
+    Counted from the side that is named, or from the robot: "the three leftmost", "the first two".
     """
     total, batch = case.nothing, case.own_batch
     bodies = batch.bodies
-    numbers = all_ordinals(batch, "figure")
+    numbers = _numbers(case.sdc, batch)
     several = np.array([len(own) > 1 for own in numbers])[batch.factor]
     rows = np.flatnonzero(several & (bodies.count[batch.figure] > 1))
     if not len(rows) or case.is_part:
@@ -173,6 +175,16 @@ def counted_things(case: FactorCase) -> FloatArray:
         _, rank = np.nonzero(gap < SAME_PLACE_M)
         total[i] = set((rank + 1).tolist()) != numbers[batch.factor[i]]
     return total
+
+
+def _numbers(sdc: SDC, batch: FactorBatch) -> list[frozenset[int]]:
+    """The places, from 1, that the words of each factor count to."""
+    several = frozenset(range(1, (group(sdc).count or 0) + 1))
+    named_by = [concepts(words.get("figure", ())) for words in batch.words]
+    return [
+        several if own == {1} or (not own and said & set(DIRECTIONS)) else own
+        for own, said in zip(all_ordinals(batch, "figure"), named_by, strict=True)
+    ]
 
 
 def is_member(batch: FactorBatch) -> BoolArray:

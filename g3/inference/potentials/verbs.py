@@ -91,7 +91,7 @@ Sense = Literal[
 def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
     """What a clause asks for by its frame and the state; empty for anything."""
     verb = own.classes
-    if own.guessed and verb == {"taking", "placing"}:
+    if verb == {"taking", "placing"}:  # "unload"
         verb = frozenset(("taking",) if asked.held is None else ("placing",))
     moving = {"carrying", "taking"} if asked.theme else {"carrying"}
     if asked.spared:

@@ -15,7 +15,9 @@ from itertools import product
 import numpy as np
 
 from g3.actions.grounding_candidates import (
+    ANY_SPOTS,
     GROUND_M,
+    SpotsAsked,
     ground,
     grounded,
     spots_about,
@@ -29,7 +31,8 @@ from g3.features.factor_batch import Role
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
-from g3.inference.potentials.potential_registry import added, allowed, preferred
+from g3.inference.potentials.potential_registry import added, allowed
+from g3.inference.problem.asked_spots import spots_asked
 from g3.inference.problem.clause_roles import landmark_nodes
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import (
@@ -199,14 +202,15 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
     """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
     landmarks = landmarks_of(tree, node, problem)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
-        nearer = [c for mark in landmarks if mark for c in _nearer(tree, node, mark, problem)]
+        nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, problem)]
         if nearer:
             return sorted(nearer, key=lambda c: -c.score)[: problem.width]
+    asked = spots_asked(tree.nodes[node])
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
-        spots = [] if landmark is None else spots_about(landmark.group, problem.state)
+        spots = [] if landmark is None else spots_about(landmark.group, problem.state, asked)
         if number < COMMON and not _is_thing(landmark, problem.state):
-            spots = [*spots, *_common_spots(problem)]
+            spots = [*spots, *_common_spots(problem, asked)]
         pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(problem, spots)]
     return _scored(tree, node, problem, pairs)
 
@@ -218,17 +222,13 @@ def _is_thing(landmark: Candidate | None, state: State) -> bool:
     )
 
 
-def _nearer(
-    tree: Tree, node: int, landmark: Candidate, problem: GroundingProblem
-) -> list[Candidate]:
-    """Places on the way to a landmark: "closer to the trailer"."""
+def _nearer(node: int, landmark: Candidate, problem: GroundingProblem) -> list[Candidate]:
+    """Places on the way to a landmark, one step before two: "closer to the trailer"."""
     spots = _room(problem, spots_toward(landmark.group, problem.state, problem.load))
-    relation = field_words(tree.nodes[node].relation)
-    found = []
-    for spot, score in zip(spots, preferred(SpotCase(problem, spots, relation)), strict=True):
-        nodes = {**landmark.nodes, node: ((spot,), float(score))}
-        found.append(Candidate((spot,), landmark.score + float(score), nodes))
-    return found
+    return [
+        Candidate((spot,), landmark.score, {**landmark.nodes, node: ((spot,), 0.0)})
+        for spot in spots
+    ]
 
 
 def _there(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
@@ -257,11 +257,12 @@ def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
     return [spot for spot, is_free in zip(spots, free, strict=True) if is_free] or spots
 
 
-def _common_spots(problem: GroundingProblem) -> list[Place]:
+def _common_spots(problem: GroundingProblem, asked: SpotsAsked = ANY_SPOTS) -> list[Place]:
     """Places that are not about a landmark."""
     state = problem.state
-    moved = spots_of_load(problem.load, state) if problem.load else []
-    return [*(grounded(p, state) for p in state.context.places), *spots_of_robot(state), *moved]
+    moved = spots_of_load(problem.load, state, asked.apart) if problem.load else []
+    about = spots_of_robot(state, asked.apart)
+    return [*(grounded(p, state) for p in state.context.places), *about, *moved]
 
 
 def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -> list[Candidate]:
@@ -272,8 +273,10 @@ def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -
     groups = {
         group_key(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None
     }
-    spots = [s for group in groups.values() for s in spots_about(group, problem.state)]
-    room = _room(problem, [*spots, *_common_spots(problem)])
+    asked = [spots_asked(tree.nodes[node]) for node in nodes]
+    wanted = next((own for own in asked if own != ANY_SPOTS), ANY_SPOTS)
+    spots = [s for group in groups.values() for s in spots_about(group, problem.state, wanted)]
+    room = _room(problem, [*spots, *_common_spots(problem, wanted)])
     figures = [Candidate((s,), 0.0, {}) for s in room]
     everywhere = replace(problem, width=len(figures))
     joined: dict[int, Candidate] = {}

@@ -107,6 +107,13 @@ ORDINALS = {
 """The number that a word counts to."""
 CARDINALS = counted("zero one two three four five six seven eight nine ten eleven twelve", first=0)
 COUNTS = CARDINALS | {"both": 2, "pair": 2}
+METRES = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("ft", "foot", "feet"), 0.3048),
+    **dict.fromkeys(("yd", "yard", "yards"), 0.9144),
+    **dict.fromkeys(("inch", "inches"), 0.0254),
+}
+"""Units of length."""
 QUANTIFIERS = words(
     "all both each every any some several many few no most either neither everything anything "
     "something nothing"

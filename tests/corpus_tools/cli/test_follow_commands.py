@@ -19,6 +19,7 @@ from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
 from g3.geometry.footprints import centre, covers
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.tree_choice import PARSES
 from g3.learning.grounding_model import GroundingModel
 
 SCENARIO = ["--scenario", "dock_pick_up_tires"]
@@ -241,3 +242,8 @@ def test_on_a_terminal_somebody_is_asked_first(model, answer, status):
     assert "turn 90 degrees" in out
     assert "Do this? [y/N]" in err
     assert ("done in" in out) == (status == 0)
+
+
+def test_as_many_trees_are_summed_over_as_from_python():
+    (option,) = (p for p in follow.params if p.name == "parses")
+    assert option.default == PARSES

@@ -106,6 +106,8 @@ COMMANDS = {
     "Line up with the truck": "EVENT(r = Line up, l = PATH(r = with, l = OBJ(f = the truck)))",
     "Park at the truck": "EVENT(r = Park, l = PATH(r = at, l = OBJ(f = the truck)))",
     "Raise the forks": "EVENT(r = Raise, l = OBJ(f = the forks))",
+    # The first clause only leads on to the second.
+    "Go and raise the forks": "EVENT(r = Go); EVENT(r = raise, l = OBJ(f = the forks))",
     "Lower your forklift": "EVENT(r = Lower, l = OBJ(f = your forklift))",
     "Stop": "EVENT(r = Stop)",
 }

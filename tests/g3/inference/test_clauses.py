@@ -99,6 +99,13 @@ def test_who_is_told_to_put_it_down_later_does_not_yet():
     assert dear(f"{it('Move')}; {it('set down')}", leads=True) == {"carry", "put down"}
 
 
+def test_unloading_takes_a_load_off_something_or_off_the_forks():
+    off_something = dear(it("Unload"))
+    assert "put down" in off_something
+    assert "pick up" not in off_something
+    assert dear(it("Unload"), held="tires") == {"wait", "drive to", "pick up"}
+
+
 def test_forks_that_are_lowered_put_down_what_is_on_them():
     lower, lift = (f"EVENT(r = {verb}, l = OBJ(f = the forks))" for verb in ("Lower", "Lift"))
     assert dear(lower, held="tires") == {"wait", "drive to", "pick up", "carry"}

@@ -124,6 +124,8 @@ def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
         ("the first and second pallets from the left", "ab"),
         ("the second and third pallets from the left", "bc"),
         ("the first and second pallets from the right", "bc"),
+        ("the two leftmost pallets", "ab"),
+        ("the two pallets", "ab bc ac"),
         ("the pallets", "ab bc ac"),
     ],
 )
@@ -132,7 +134,7 @@ def test_several_things_are_those_that_words_count(words, meant):
     world = scene(*things.values(), agent=robot())
     pairs = ["ab", "bc", "ac"]
     rows = [row(world, "OBJECT", tuple(things[n] for n in pair), words=words) for pair in pairs]
-    cost = of_rows("counted-things", to_batch(rows))
+    cost = of_rows("counted-things", to_batch(rows), f"OBJ(f = {words})")
     assert set(cost) <= {0.0, WEIGHT["counted-things"]}
     assert {p for p, c in zip(pairs, cost, strict=True) if c == 0} == set(meant.split())
 

@@ -1,5 +1,7 @@
 """What words say about places."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -180,8 +182,8 @@ def test_phrases():
         # In line with the row, before it, between two of it.
         ("next to", ROW[1:2], (0, OFF_LINE, 0)),
         ("near", ROW[1:2], (0, 0, 0)),
-        ("at the end of", ROW, (0, MISPLACED + OFF_LINE, MISPLACED)),
-        ("to the right of", ROW, (0, MISPLACED + OFF_LINE, MISPLACED)),
+        ("at the end of", ROW, (0, OFF_LINE, 0)),
+        ("to the right of", ROW, (0, OFF_LINE, 0)),
     ],
 )
 def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
@@ -189,7 +191,7 @@ def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
     places = (spot(3, -12.2), spot(1, -7), spot(3, -8.5))
     rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in places]
     batch = to_batch(rows)
-    names = ("next-in-row", "row-end", "row-line")
+    names = ("next-in-row", "row-line")
     found = sum(of_rows(name, batch, "PLACE(f = there)") for name in names)
     assert found == pytest.approx(np.array(costs))
 
@@ -265,8 +267,12 @@ def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
     assert middles == [pytest.approx(m, abs=0.01) for m in ((5.92, -3.31), (8.84, -2.63))]
 
 
-def test_nothing_is_put_where_the_robot_is():
-    assert free([spot(0, 0), spot(4, 3)], "boxes") == [spot(4, 3)]
+def test_nothing_is_put_where_the_robot_is_while_it_has_the_load():
+    spots = [spot(0, 0), spot(4, 3)]
+    assert free(spots, "boxes") == spots
+    loaded = replace(STATE, held="boxes")
+    problem = GroundingProblem(loaded, scene_of(STATE.context), ConstantCost(), load="boxes")
+    assert allowed(SpotCase(problem, spots)).tolist() == [False, True]
 
 
 def test_this_pallet_is_one_that_was_spoken_of():
