@@ -240,7 +240,7 @@ def mentions(text: str) -> Iterator[Mention]:
 
 def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
     """Whether a plan does what a mention asks for."""
-    tree = Tree(sdcs)
+    tree = Tree(tuple(sdcs))
     acts = [root for root in asked(tree) if tree.nodes[root].type in ("EVENT", "PATH")]
     # What is done for a purpose lies within the clause that it is for.
     telling = [root for root in acts if _has(tree.nodes[root], mention)]
