@@ -16,10 +16,10 @@ const VERDICTS = [
 ];
 
 const views = payload.scenes.map(() => null);
-const bar = h("div");
-const stage = h("div");
-const panel = h("section", { class: "panel", "aria-label": "Whether it matches" });
-$("editor").append(bar, panel, stage);
+const bar = h("div", { class: "steps" });
+const stage = h("div", { class: "stage-of-one" });
+const panel = h("section", { class: "panel ask", "aria-label": "Whether it matches" });
+$("editor").append(panel, stage, bar);
 
 const work = begin({
   initial: { verdicts: {}, current: clauses[0]?.node },

@@ -49,7 +49,7 @@ function row(number) {
       onchange: (event) => changed({ start_s: rounded(Number(event.target.value) || 0) }),
     }), " s"),
     h("input", {
-      class: "what", maxlength: 300, dir: "auto", lang: "en", "aria-label": "What is done", value: "",
+      class: "what", maxlength: 300, dir: "auto", lang: "en", "aria-label": "What is done", placeholder: "What is done from then on", value: "",
       oninput: (event) => changed({ text: event.target.value }, { silent: true }),
     }),
     h("button", { type: "button", onclick: () => show(work.state.subtasks[at()].start_s) }, "Show"),

@@ -59,11 +59,14 @@ def telephone(chromium: Browser) -> Iterator[BrowserContext]:
     made.close()
 
 
-def test_everything_is_on_one_screen(several_steps: Site, context: BrowserContext) -> None:
-    page = several_steps.open(context, "ground")
+@pytest.mark.parametrize("task", ["ground", "check"])
+def test_everything_is_on_one_screen(
+    several_steps: Site, context: BrowserContext, task: str
+) -> None:
+    page = several_steps.open(context, task)
     errors = errors_of(page)
     page.set_viewport_size({"width": 1280, "height": 800})
-    for address in ("/s/sea/ground", "/practice/ground?study=sea"):
+    for address in (f"/s/sea/{task}", f"/practice/{task}?study=sea"):
         page.goto(several_steps.url + address)
         kinds = page.locator(".clause-bar .clause")
         for at in range(kinds.count()):
