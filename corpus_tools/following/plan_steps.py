@@ -25,6 +25,7 @@ from g3.errors import FormatError
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
+from g3.short_repr import short_repr
 
 DIGITS = 2
 """Coordinates are shown to centimetres."""
@@ -32,6 +33,7 @@ BACKWARDS = frozenset({BACK_UP, LOWER_FORKS})
 """Their amounts are below zero, but "back up 3 m" is 3 m."""
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class ReadPlan:
     """Steps as actions.

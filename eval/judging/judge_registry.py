@@ -20,11 +20,13 @@ from g3.actions.action_kinds import Action
 from g3.annotation import Annotation
 from g3.extensions import blaming, load_extensions, member_named
 from g3.groundings import Context
+from g3.short_repr import short_repr
 
 GROUP = "ct.judges"
 AUTOMATIC = "automatic"
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedPlan:
     """A plan for a command, carried out.
@@ -79,6 +81,7 @@ class PlanJudge(Protocol):
 JudgeFunction = Callable[[JudgedPlan], Verdict]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class RegisteredJudge:
     """A function that is registered as a judge."""

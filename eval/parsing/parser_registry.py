@@ -15,12 +15,14 @@ from dataclasses import dataclass
 from g3.extensions import blaming, load_extensions, member_named
 from g3.language.parsing.extractor import Parse, Tree
 from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
 
 GROUP = "ct.parsers"
 
 ParseFunction = Callable[[str], "Sequence[SDC] | Parse"]
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class RegisteredParser:
     """A function that is registered as a parser."""

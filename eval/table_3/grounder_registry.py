@@ -20,10 +20,12 @@ from g3.annotation import Annotation
 from g3.extensions import blaming, load_extensions, member_named
 from g3.groundings import PhysicalObject
 from g3.language.lexicon.field_words import bare
+from g3.short_repr import short_repr
 
 GROUP = "ct.grounders"
 
 
+@short_repr
 @dataclass(frozen=True)
 class PlanTask:
     """A command to follow, and the world that it is given in.
@@ -61,6 +63,7 @@ class PlanTask:
         return tuple(o for o in self.start.context.objects if o.id not in own)
 
 
+@short_repr
 @dataclass(frozen=True, slots=True)
 class Proposal:
     """A plan that a grounder proposes.
@@ -121,6 +124,7 @@ class PlanGrounder(Protocol):
         ...
 
 
+@short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class RegisteredGrounder:
     """A function that is registered as a grounder; the parameters are those of :func:`grounder`."""
