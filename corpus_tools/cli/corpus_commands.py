@@ -121,8 +121,9 @@ def formats(form: str) -> None:
     """List the formats that corpora can be exported in.
 
     \b
-    Example:
+    Examples:
       ct corpus formats
+      ct corpus formats --json
     """
     from corpus_tools.exporters.export_registry import exporters
 

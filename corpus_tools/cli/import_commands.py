@@ -132,7 +132,7 @@ for _importer in importers():
     import_.add_command(_command(_importer))
 
 
-@import_.command("lerobot")
+@import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
 @click.argument("path", type=click.Path(path_type=Path))
 @click.option(
     "--out",

@@ -192,6 +192,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   });
 
   refresh();
+  for (const id of ["submit", "skip", "flag"]) if ($(id)) $(id).disabled = false;
   if (drafts.latest) show(drafts.isBehind ? "local" : "saved", "Your draft is back");
   if (!data.practice) sendLeft(sendOff);
   return { change, get state() { return state; } };

@@ -83,6 +83,7 @@ def test_a_tree_is_edited_as_workers_do(site: Site, context: BrowserContext) -> 
     page.get_by_role("link", name="Edit answer 1").click()
     expect(page.get_by_role("heading", name="Segment")).to_be_visible()
     assert page.get_by_text("start from nothing").is_hidden()  # no program has suggested it
+    expect(page.get_by_role("button", name="Adopt this answer")).to_be_enabled()
     page.keyboard.press("]")  # to the second clause, "to"
     page.keyboard.press("Delete")
     expect(page.locator("#undo")).to_be_enabled()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import BrowserContext, FloatRect, Locator, Page, expect
 
@@ -31,7 +33,7 @@ def frame_of(page: Page) -> int:
 
 def ready(page: Page) -> Page:
     """A page whose video has come."""
-    page.wait_for_function("document.querySelector('video').readyState >= 3")
+    expect(page.locator("video").first).to_have_js_property("readyState", 4)
     return page
 
 
@@ -174,4 +176,4 @@ def test_segment_has_the_video_at_hand(site: Site, context: BrowserContext) -> N
     page.get_by_text("The video, if the words alone").click()
     page.locator(".play").click()
     expect(page.locator(".play")).to_have_text("Play")
-    page.wait_for_function("document.querySelector('video').ended")
+    expect(page.locator(".player-bar .clock")).to_have_text(re.compile(r"^([1-9][\d.]*) / \1 s$"))

@@ -46,6 +46,7 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         expect(page.locator("#feedback")).to_contain_text("Compare yours")
         page.get_by_role("link", name="Go on").click()
         expect(page.locator("h1")).to_have_text("Subtasks")
+        expect(page.locator(".player-bar")).to_be_visible()
         page.get_by_role("button", name="Send").click()
         expect(page.locator("#problems")).to_contain_text("Watch the video to its end first.")
         expect(page.locator("#problems")).to_contain_text("Say what is done in step 1.")
@@ -60,11 +61,11 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         expect(second).to_be_focused()
         second.fill("grasp n it")  # the key types a letter here
         page.get_by_role("button", name="A step begins here").click()
-        expect(page.locator(".step")).to_have_count(3)
-        page.locator(".step").last.get_by_role("button", name="Remove").click()
-        expect(page.locator(".step")).to_have_count(2)
+        expect(page.locator(".subtask")).to_have_count(3)
+        page.locator(".subtask").last.get_by_role("button", name="Remove").click()
+        expect(page.locator(".subtask")).to_have_count(2)
         page.get_by_role("button", name="Undo").click()
-        expect(page.locator(".step")).to_have_count(3)
+        expect(page.locator(".subtask")).to_have_count(3)
         page.get_by_role("button", name="Redo").click()
         for width, height in ((1280, 800), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
@@ -75,7 +76,7 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
                 if folder := os.environ.get("PICTURES"):
                     page.screenshot(path=Path(folder) / f"subtasks-{width}-{scheme}.png")
         page.get_by_role("button", name="Send").click()
-        expect(page.locator(".step")).to_have_count(1)
+        expect(page.locator(".subtask")).to_have_count(1)
         expect(page.get_by_label("What is done")).to_have_value("")  # the next episode
         assert errors == []
         context.close()

@@ -34,7 +34,7 @@ def test_words_are_as_they_are_looked_up():
 
 @pytest.mark.parametrize("path", READERS, ids=lambda path: path.stem)
 def test_other_modules_have_no_word_sets_of_their_own(path):
-    """Sets of strings that modules define are of other things than words: kinds of actions."""
+    """Sets of strings that modules define are of other things: kinds of actions, labels of arcs."""
     found = [
         node.lineno
         for node in ast.parse(path.read_text(encoding="utf-8")).body
@@ -43,4 +43,5 @@ def test_other_modules_have_no_word_sets_of_their_own(path):
         and getattr(node.value.func, "id", "") == "frozenset"
     ]
     allowed = {"negation.py": 1, "word_roles.py": 2, "directions.py": 1}
+    allowed["universal_dependencies.py"] = 4
     assert len(found) <= allowed.get(path.name, 0), found
