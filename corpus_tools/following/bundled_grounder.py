@@ -10,7 +10,8 @@ import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import scenario_ids
-from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
+from g3.storage.cache_folder import cache_folder
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.recording import Recording, to_context

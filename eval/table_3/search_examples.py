@@ -12,7 +12,8 @@ import numpy as np
 from scipy import sparse
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.importers.authored.bundled import cache_folder, forget_old
+from corpus_tools.importers.authored.bundled import forget_old
+from g3.storage.cache_folder import cache_folder
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
