@@ -82,7 +82,6 @@ def corpora() -> str:
 
 def disk() -> str:
     """Whether there is room for results, for scratch files and for what is kept."""
-
     rooms = []
     for folder in (Path.cwd(), Path(tempfile.gettempdir()), _nearest(cache_folder())):
         free = shutil.disk_usage(folder).free

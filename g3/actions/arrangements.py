@@ -166,9 +166,7 @@ def _isolated(middles: FloatArray) -> list[list[int]]:
     found = []
     for between, *ends in _spanning_tree(middles):
         both = [part[end] for end in ends]
-        found += [
-            own for own in both if len(own) >= ROW and between >= ISOLATED * longest[own[0]]
-        ]
+        found += [own for own in both if len(own) >= ROW and between >= ISOLATED * longest[own[0]]]
         joined = [i for own in both for i in own]
         part.update(dict.fromkeys(joined, joined))
         longest[joined[0]] = between
