@@ -15,9 +15,9 @@ from annotation_app.study_setup.study_starting import (
     put_parts,
     read_parts,
 )
-from corpus_tools.importers.authored.bundled import cache_folder
 from corpus_tools.runtime.terminal import note
 from g3.errors import CorpusError
+from g3.storage.cache_folder import cache_folder
 
 
 def demo_instance() -> Path:

@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 from g3.errors import CorpusError
+from g3.storage.cache_folder import cache_folder
 
 GIGABYTE = 2**30
 NEEDED_BYTES = GIGABYTE
@@ -65,7 +66,6 @@ def parsing() -> str:
 
 def corpora() -> str:
     """Whether the bundled corpora are there, and can be built into the cache."""
-    from corpus_tools.importers.authored.bundled import cache_folder  # noqa: PLC0415 - slow to import
     from corpus_tools.runtime.shipped import bundled  # noqa: PLC0415 - keeps the module's import light
 
     if not bundled():
@@ -82,8 +82,6 @@ def corpora() -> str:
 
 def disk() -> str:
     """Whether there is room for results, for scratch files and for what is kept."""
-    from corpus_tools.importers.authored.bundled import cache_folder  # noqa: PLC0415 - slow to import
-
     rooms = []
     for folder in (Path.cwd(), Path(tempfile.gettempdir()), _nearest(cache_folder())):
         free = shutil.disk_usage(folder).free

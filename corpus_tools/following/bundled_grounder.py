@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
 from corpus_tools.corpus.labelled_corpus import scenario_ids
-from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
+from corpus_tools.importers.authored.bundled import resolve
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.recording import Recording, to_context
@@ -36,6 +37,7 @@ from g3.learning.examples import examples
 from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 from g3.learning.model_file import TrainingCard
 from g3.short_repr import short_repr
+from g3.storage.cache_folder import cache_folder
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 4
@@ -52,19 +54,21 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     It is kept where the bundled corpora are, under a name that has the corpus's hash and the
     version of the features.
     """
-    corpus = open_corpus(DEFAULT_CORPUS)
-    path = kept_at(corpus)
+    folder = resolve(DEFAULT_CORPUS)
+    corpus_hash = read_manifest(folder).hash
+    path = kept_at(corpus_hash)
     try:
-        return GroundingModel.load(path, corpus_hash=corpus.hash)
+        return GroundingModel.load(path, corpus_hash=corpus_hash)
     except ModelError:
+        corpus = load_corpus(folder)
         path.parent.mkdir(parents=True, exist_ok=True)
         following_model(corpus, on_progress=on_progress).save(path)
         return GroundingModel.load(path)
 
 
-def kept_at(corpus: Corpus) -> Path:
+def kept_at(corpus_hash: str) -> Path:
     """Where the model that was trained on a bundled corpus is kept."""
-    digest = corpus.hash.rpartition(":")[2][:16]
+    digest = corpus_hash.rpartition(":")[2][:16]
     return cache_folder() / f"follow{TRAINING_VERSION}-{digest}-{CATALOGUE_VERSION}"
 
 

@@ -96,9 +96,9 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
         if endpoint:
             import secrets  # noqa: PLC0415 - `ct --help` does without
 
-            from corpus_tools.importers.authored.bundled import cache_folder  # noqa: PLC0415
             from eval.language_model import chat_endpoint  # noqa: PLC0415
             from eval.language_model.model_answers import check_installed  # noqa: PLC0415
+            from g3.storage.cache_folder import cache_folder  # noqa: PLC0415
 
             check_installed()
             made = chat_endpoint.Endpoint(

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.importers.authored.bundled import cache_folder, forget_old
+from corpus_tools.importers.authored.bundled import forget_old
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
@@ -21,6 +21,7 @@ from g3.features.matrix import FeatureSpace
 from g3.inference.training.search_training import search_sets, training_data
 from g3.learning.factor_matrix import FactorMatrix
 from g3.storage.array_file import Field, read_arrays, write_arrays
+from g3.storage.cache_folder import cache_folder
 
 Item = TypeVar("Item")
 _PREFIX = ".examples-"

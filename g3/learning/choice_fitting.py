@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
 from scipy.special import expit
 
 from g3.groundings import FloatArray
@@ -84,6 +83,8 @@ def fit(
         away = parameters - CENTRE
         value, slope = rows.loss(parameters)
         return value + 0.5 * l2 * float(away @ away), slope + l2 * away
+
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
 
     found: FloatArray = minimize(objective, CENTRE, jac=True, method="L-BFGS-B").x
     return found

@@ -89,7 +89,7 @@ def quick_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     corpus = open_corpus("warehouse")
     known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
     some = replace(corpus, annotations=tuple(known))
-    following_model(some).save(kept_at(corpus))
+    following_model(some).save(kept_at(corpus.hash))
     _bundled.cache_clear()
 
 

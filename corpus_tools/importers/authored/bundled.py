@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import os
 import secrets
 import shutil
 import time
@@ -31,8 +30,8 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.report import REPORT
 from corpus_tools.runtime.shipped import DATASET, bundled
 from g3.errors import FormatError
+from g3.storage.cache_folder import cache_folder
 
-CACHE = "corpus-tools-g3"
 KEPT_DAYS = 30
 """How long what an older program built is kept: another checkout may still use it."""
 
@@ -84,14 +83,6 @@ def open_corpus(name_or_path: str | Path) -> Corpus:
         If there is none, or something in it is wrong.
     """
     return load_corpus(resolve(name_or_path))
-
-
-def cache_folder() -> Path:
-    """Where built corpora are kept: ``$XDG_CACHE_HOME``, else ``~/.cache``."""
-    given = os.environ.get("XDG_CACHE_HOME", "")
-    # The XDG specification has relative paths ignored.
-    base = Path(given) if Path(given).is_absolute() else Path.home() / ".cache"
-    return base / CACHE
 
 
 def _built(source: Path) -> Path:

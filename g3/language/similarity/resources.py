@@ -2,6 +2,7 @@
 
 Like a parser's model, a dictionary is part of the language model and is read from where it is
 installed when it is first needed; all other files are the business of ``corpus_tools``.
+What was read of WordNet is kept as arrays in the folder for caches.
 """
 
 from __future__ import annotations
@@ -10,14 +11,21 @@ import gzip
 import hashlib
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from g3.errors import ModelError
+from g3.errors import FormatError, ModelError
 from g3.language.similarity.cooccurrence import TagTable, count_list, table_from_bytes
 from g3.language.similarity.vectors import WordVectors, read_vectors
 from g3.language.similarity.wordnet import WordNet, read_wordnet
+from g3.language.similarity.wordnet_tables import (
+    TABLES_VERSION,
+    wordnet_from_bytes,
+    wordnet_to_bytes,
+)
+from g3.storage.atomic_file import write_bytes
+from g3.storage.cache_folder import cache_folder
 
 WORDNET_VARIABLE = "CT_WORDNET"
 TAGS_VARIABLE = "CT_TAGS"
@@ -98,6 +106,24 @@ def _wordnet_files(folder: Path) -> list[Path]:
 
 @cache
 def _read_wordnet(folder: Path) -> WordNet:
+    """WordNet as it was kept, or else from its files, and then kept for the next time."""
+    digest = _digest("WordNet", _INSTALL_WORDNET, *_wordnet_files(folder))
+    with suppress(OSError, RuntimeError, ModelError):  # it isn't there, or damaged
+        kept = _kept_at(digest)
+        return wordnet_from_bytes(kept.read_bytes(), where=str(kept), fix="remove it")
+    net = _parse_wordnet(folder)
+    with suppress(OSError, RuntimeError, FormatError):  # nothing can be written, or there's no home
+        kept = _kept_at(digest)
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(kept, wordnet_to_bytes(net))
+    return net
+
+
+def _kept_at(digest: str) -> Path:
+    return cache_folder() / f"wordnet{TABLES_VERSION}-{digest.partition(':')[2][:16]}.npz"
+
+
+def _parse_wordnet(folder: Path) -> WordNet:
     with _readable("WordNet", folder, _INSTALL_WORDNET):
         contents = [file.read_bytes() for file in _wordnet_files(folder)]
         return read_wordnet(*contents, *[b""] * (len(_WORDNET_FILES) - len(contents)))

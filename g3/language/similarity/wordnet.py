@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from typing import Literal
 
 from g3.short_repr import short_repr
@@ -49,15 +49,21 @@ class WordNet:
         Lemmas of irregular plurals.
     frequency
         How often each synset was seen in tagged text; never is left out.
+    known_information
+        The information content of all synsets, if it was computed before.
     """
 
     senses: Mapping[str, tuple[int, ...]]
     hypernyms: Mapping[int, tuple[int, ...]]
     exceptions: Mapping[str, tuple[str, ...]]
     frequency: Mapping[int, int]
+    known_information: InitVar[Mapping[int, float] | None] = None
     _ancestors: dict[int, Mapping[int, int]] = field(default_factory=dict, init=False, repr=False)
     _depths: dict[int, int] = field(default_factory=dict, init=False, repr=False)
     _information: dict[int, float] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self, known_information: Mapping[int, float] | None) -> None:
+        self._information.update(known_information or {})
 
     def lemmas(self, form: str) -> tuple[str, ...]:
         """The nouns that a form may be of: itself, irregular plurals, regular plurals."""

@@ -16,6 +16,7 @@ from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.importers.authored import authored_corpus as assembly
 from corpus_tools.importers.authored import bundled
 from g3.errors import FormatError
+from g3.storage.cache_folder import cache_folder
 
 ROOT = Path(corpus_tools.__file__).resolve().parent.parent
 
@@ -125,7 +126,7 @@ def test_the_cache_is_in_the_home_folder_by_default(monkeypatch, tmp_path):
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
     for value in ("", "relative"):
         monkeypatch.setenv("XDG_CACHE_HOME", value)
-        assert bundled.cache_folder() == tmp_path / ".cache" / "corpus-tools-g3"
+        assert cache_folder() == tmp_path / ".cache" / "corpus-tools-g3"
 
 
 @pytest.mark.slow

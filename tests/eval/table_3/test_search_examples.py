@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.importers.authored.bundled import cache_folder, open_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Executor, Workers
 from eval.table_3.held_out import costs_without
 from eval.table_3.search_examples import data_of, read, written
 from g3.errors import CorpusError
+from g3.storage.cache_folder import cache_folder
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 

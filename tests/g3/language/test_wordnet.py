@@ -1,13 +1,17 @@
 from __future__ import annotations
 
 import math
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from g3.errors import ModelError
+from g3.language.similarity import resources
 from g3.language.similarity.resources import wordnet, wordnet_identity
 from g3.language.similarity.wordnet import WordNet, read_wordnet
+from g3.language.similarity.wordnet_tables import wordnet_from_bytes, wordnet_to_bytes
 from tests.g3.language.installed import needs_wordnet
 
 #   1 thing ── 2 vehicle ── 3 truck, 4 cart       5 feeling (another root)
@@ -36,6 +40,7 @@ thing n 1 1 ~ 1 0 00000001
 truck n 1 2 @ ~ 1 1 00000003
 vehicle n 1 2 @ ~ 1 1 00000002
 """
+EXCEPTIONS = b"axes ax axis\n"
 COUNTS = b"""\
 box%1:06:00:: 1 3
 box%1:12:00:: 2 1
@@ -43,7 +48,7 @@ cart%1:06:00:: 1 5
 run%2:38:00:: 1 106
 unknown%1:06:00:: 1 9
 """
-SMALL = read_wordnet(INDEX, DATA, b"axes ax axis\n", COUNTS)
+SMALL = read_wordnet(INDEX, DATA, EXCEPTIONS, COUNTS)
 THING, VEHICLE, TRUCK, CART, FEELING, BOX, CONTAINER = range(1, 8)
 
 
@@ -157,3 +162,81 @@ def test_wordnet_from_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("CT_WORDNET", str(other))
     with pytest.raises(ModelError, match="belong together"):
         wordnet()
+
+
+def _same(one: WordNet, other: WordNet) -> bool:
+    return (
+        list(one.senses.items()) == list(other.senses.items())
+        and dict(one.hypernyms) == dict(other.hypernyms)
+        and one.exceptions == other.exceptions
+        and one.frequency == other.frequency
+        and all(one.information(s) == other.information(s) for s in one.hypernyms)
+    )
+
+
+class TestKept:
+    """What was read of WordNet is kept, and is the same when it is read again."""
+
+    @pytest.fixture
+    def cache(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+        dictionary = tmp_path / "dictionary"
+        dictionary.mkdir()
+        files = ("index.noun", INDEX), ("data.noun", DATA), ("noun.exc", EXCEPTIONS)
+        for name, content in (*files, ("cntlist.rev", COUNTS)):
+            (dictionary / name).write_bytes(content)
+        monkeypatch.setenv("CT_WORDNET", str(dictionary))
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        resources._read_wordnet.cache_clear()
+        yield tmp_path / "cache"
+        resources._read_wordnet.cache_clear()
+
+    def read_again(self) -> WordNet:
+        resources._read_wordnet.cache_clear()
+        return wordnet()
+
+    def test_the_same_comes_back(self, cache: Path) -> None:
+        assert not cache.exists()
+        assert _same(wordnet(), SMALL)
+        (kept,) = cache.glob("*/*.npz")
+        before = kept.stat().st_mtime_ns
+        again = self.read_again()
+        assert _same(again, SMALL)
+        assert again.lemmas("axes") == ("ax", "axis")
+        assert len(again.senses) == 11
+        assert "truck" in again.senses
+        assert "bus" not in again.senses
+        with pytest.raises(KeyError):
+            again.senses["bus"]
+        assert kept.stat().st_mtime_ns == before
+
+    def test_a_damaged_one_is_made_again(self, cache: Path) -> None:
+        wordnet()
+        (kept,) = cache.glob("*/*.npz")
+        whole = kept.read_bytes()
+        for damaged in (b"", whole[:500], whole.replace(b"lorry", b"larry")):
+            kept.write_bytes(damaged)
+            assert _same(self.read_again(), SMALL)
+            assert kept.read_bytes() == whole
+
+    def test_nothing_need_be_kept(self, cache: Path) -> None:
+        cache.write_bytes(b"no folder")
+        assert _same(wordnet(), SMALL)
+        assert _same(self.read_again(), SMALL)
+
+    def test_other_files_are_another_wordnet(
+        self, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        wordnet()
+        other = tmp_path / "other"
+        shutil.copytree(tmp_path / "dictionary", other)
+        (other / "cntlist.rev").write_bytes(b"")
+        monkeypatch.setenv("CT_WORDNET", str(other))
+        assert wordnet().frequency == {}
+        assert len(list(cache.glob("*/*.npz"))) == 2
+
+
+@needs_wordnet
+def test_princetons_nouns_are_kept_whole(tmp_path: Path) -> None:
+    whole = resources._parse_wordnet(resources._wordnet_folder())
+    content = wordnet_to_bytes(whole)
+    assert _same(wordnet_from_bytes(content, where="wordnet", fix=""), whole)
