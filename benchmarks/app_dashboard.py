@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import insert, select
+from sqlalchemy import and_, func, insert, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
@@ -36,7 +36,8 @@ from annotation_app.dashboard.study_statistics import (
 )
 from annotation_app.dashboard.workers import workers
 from annotation_app.export.answer_tables import FIELDS, TABLES, rows
-from annotation_app.items.assignment import still_open
+from annotation_app.items import assignment
+from annotation_app.items.assignment import ITEM, SLOT, still_open
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Event, Handout, Item, Person, Slot, Study, queue_of
 from annotation_app.store.schema import migrate
@@ -102,9 +103,22 @@ def fill(session: Session, answers: int) -> str:
     return study
 
 
+_OPEN_FOR_THEM = or_(
+    assignment._OPEN.where(SLOT.c.person_id == assignment._WHO),
+    and_(assignment._OPEN, *assignment._is_new()),
+)
+EACH_ASKED = (
+    select(ITEM.c.task, func.count())
+    .where(ITEM.c.study_id == assignment._STUDY, ITEM.c.attention.is_(False), _OPEN_FOR_THEM)
+    .group_by(ITEM.c.task)
+)
+"""What is simpler than to count in an index."""
+
+
 def seconds_of(session: Session, study: str) -> Mapping[str, float]:
     """How long each part of the pages takes."""
     someone = session.scalars(select(Person.id).order_by(Person.id).limit(1)).one()
+    about = {"of_study": study, "who": someone}
     parts: dict[str, Callable[[], object]] = {
         "progress by video": lambda: progress_by_video(session, study, now=NOW),
         "times": lambda: durations(session, study),
@@ -114,7 +128,8 @@ def seconds_of(session: Session, study: str) -> Mapping[str, float]:
         "agreement": lambda: agreement(session, study),
         "disagreements": lambda: disagreements(session, study),
         "disputes": lambda: disputes(session, study),
-        "somebody's progress": lambda: still_open(session, study, someone),
+        "progress, each item asked": lambda: session.execute(EACH_ASKED, about).all(),
+        "somebody's progress": lambda: still_open(session, study, someone, ["rate"]),
     }
     return {name: best(part, 2)[0] for name, part in parts.items()}
 
@@ -164,10 +179,10 @@ def measure(database: str, answers: int) -> dict[str, float]:
 
 def show(name: str, found: Mapping[int, Mapping[str, float]]) -> None:
     heading(f"{name}, load {os.getloadavg()[0]:.1f}")
-    print(f"  {'answers':<24}" + "".join(f"{n:>12,}" for n in found) + f"{'grows by':>12}")
+    print(f"  {'answers':<28}" + "".join(f"{n:>12,}" for n in found) + f"{'grows by':>12}")
     for what in next(iter(found.values())):
         values = [max(one[what], 1e-3) for one in found.values()]
-        print(f"  {what:<24}" + "".join(f"{value:>12.3g}" for value in values), end="")
+        print(f"  {what:<28}" + "".join(f"{value:>12.3g}" for value in values), end="")
         print(
             f"{np.polyfit(np.log(list(found)), np.log(values), 1)[0]:>12.2f}" if values[1:] else ""
         )
