@@ -294,6 +294,11 @@ class Task:
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)
 
     @property
+    def has_disputes(self) -> bool:
+        """Whether it tells on which parts of its answers people disagree."""
+        return self.disputed is not _none
+
+    @property
     def sources(self) -> tuple[Source, ...]:
         """Where items come from that are made of answers."""
         return tuple(s for s in (self.source, self.without_scenes) if s is not None)
