@@ -58,7 +58,7 @@ _UNTIL: BindParameter[float] = bindparam("until", type_=Float)
 _LATEST: BindParameter[float] = bindparam("latest", type_=Float)
 _QUEUE: BindParameter[str] = bindparam("of_queue")
 _PLACE: BindParameter[float] = bindparam("place", type_=Float)
-_TASKS = bindparam("of_tasks", expanding=True)
+_TASKS: BindParameter[Any] = bindparam("of_tasks", expanding=True)
 _HAS_ANSWERED = exists().where(
     ANSWER.c.person_id == _WHO,
     ANSWER.c.task == ITEM.c.task,
