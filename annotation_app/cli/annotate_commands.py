@@ -275,7 +275,7 @@ def export(
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
     from corpus_tools.exporters.export_registry import export_corpus_to, exporters
     from g3.errors import FormatError
-    from g3.storage.atomic_file import write_bytes
+    from g3.storage.atomic_file import replacing
 
     told = "json" if as_json else PLAIN
     # Answers as a table, where a corpus's table has the same name.
@@ -304,7 +304,8 @@ def export(
         if form in answer_tables.TABLES:
             write = answer_tables.TABLES[form].write
             write = answer_tables.WITH_EXCLUDED[form] if with_excluded else write
-            write_bytes(out, write(session, study))
+            with replacing(out) as file:
+                write(session, study, file)
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Event, Item, Record, TaskName
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, PLACE, THING, WORDS, Part
-from annotation_app.tasks.task_registry import find_task
+from annotation_app.tasks.task_registry import find_task, tasks
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
@@ -92,6 +92,7 @@ def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Reco
         .join(Event, Event.id == Answer.event_id)
         .where(
             Item.study_id == study_id,
+            Item.task.in_([task.name for task in tasks() if task.has_disputes]),
             Item.attention.is_(False),
             Answer.excluded.is_(False),
             Event.name != "adjudicate",

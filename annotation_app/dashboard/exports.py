@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import io
+import tempfile
+import weakref
 import zipfile
 from collections.abc import Mapping
+from typing import IO
 
 import flask
 from flask import Response
 from sqlalchemy.orm import Session
+from werkzeug.wsgi import wrap_file
 
 from annotation_app.core.problems import Refusal
 from annotation_app.export import answer_tables
@@ -34,36 +37,47 @@ def export_response(study_name: str, form: str) -> Response:
     Refusal
         If they may not, there is no such study or form, or something for it isn't installed.
     """
-    with reading(installation().engine) as session:
+    with reading(installation().engine, one_state=True) as session:
         reader = required_reader(session, "adjudicator")
         study = find_study(session, study_name)
+        # Sent when it is whole: a table that breaks off looks as if there were no more answers.
+        file = tempfile.TemporaryFile()  # noqa: SIM115 - the reply closes it
         try:
-            content, name, media_type = _exported(session, study, form)
-        except CorpusError as error:  # something isn't installed
-            raise Refusal(501, str(error)) from error
+            name, media_type = _write(session, study, form, file)
+        except BaseException as error:
+            file.close()
+            if isinstance(error, CorpusError):  # something isn't installed
+                raise Refusal(501, str(error)) from error
+            raise
     with transaction(installation().engine) as session:
         note(session, reader, "exported", study.name, format=form)
-    response = Response(content, mimetype=media_type)
+    # The server sends it from the disk, so that a slow reader keeps no thread.
+    pieces = wrap_file(flask.request.environ, file)
+    weakref.finalize(pieces, file.close)  # also where nobody reads them to the end
+    response = Response(pieces, mimetype=media_type, direct_passthrough=True)
+    response.content_length = file.tell()
+    file.seek(0)
     response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return response
 
 
-def _exported(session: Session, study: Study, form: str) -> tuple[bytes, str, str]:
+def _write(session: Session, study: Study, form: str, file: IO[bytes]) -> tuple[str, str]:
+    """Write an export; what the file is called, and its type."""
     table = answer_tables.TABLES.get(form)
     if table is not None:
         write = table.write
         if flask.request.args.get("excluded") == "yes":
             write = answer_tables.WITH_EXCLUDED.get(form, write)
-        return write(session, study), f"{study.name}.{form}", table.media_type
+        write(session, study, file)
+        return f"{study.name}.{form}", table.media_type
     if form in FOLDERS:
         files = FOLDERS[form](export_corpus(session, study))
-        return _zipped(study.name, files), f"{study.name}.zip", "application/zip"
+        _zip(file, study.name, files)
+        return f"{study.name}.zip", "application/zip"
     raise Refusal(404, "There is no such export.")
 
 
-def _zipped(folder: str, files: Mapping[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+def _zip(file: IO[bytes], folder: str, files: Mapping[str, bytes]) -> None:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             archive.writestr(f"{folder}/{name}", content)
-    return buffer.getvalue()

@@ -43,7 +43,7 @@ class Duration:
 
 def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Progress]:
     """Progress of each task for each video, in the order of tasks."""
-    video = Item.payload["video"].as_string()
+    video = func.nullif(Item.video, "")
     leased = and_(Slot.answered.is_(False), Slot.person_id.is_not(None), Slot.expires_at >= now)
     rows = session.execute(
         select(

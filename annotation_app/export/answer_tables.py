@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
+from itertools import islice
+from typing import IO, Any
 
 import msgspec
 from sqlalchemy import select
@@ -27,22 +30,28 @@ FIELDS = (
 )  # fmt: skip
 
 
-def to_jsonl(session: Session, study: Study, *, excluded: bool = False) -> bytes:
+BATCH = 500
+"""How many answers are in memory at a time."""
+ROW_GROUP = 10_000
+"""How many rows of a Parquet file are compressed together."""
+
+
+def to_jsonl(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
     """A line of JSON for each answer."""
-    return msgspec.json.Encoder().encode_lines(list(rows(session, study, excluded=excluded)))
-
-
-def to_csv(session: Session, study: Study, *, excluded: bool = False) -> bytes:
-    """A row for each answer, its body as JSON; no cell is taken for a formula."""
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(FIELDS)
+    encode = msgspec.json.Encoder().encode
     for row in rows(session, study, excluded=excluded):
-        writer.writerow([safe_cell(_flat(row)[name]) for name in FIELDS])
-    return text.getvalue().encode()
+        file.write(encode(row) + b"\n")
 
 
-def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> bytes:
+def to_csv(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
+    """A row for each answer, its body as JSON; no cell is taken for a formula."""
+    with _csv_writer(file) as writer:
+        writer.writerow(FIELDS)
+        for row in rows(session, study, excluded=excluded):
+            writer.writerow(map(safe_cell, _flat(row).values()))
+
+
+def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
     """A table with a row for each answer, its body as JSON.
 
     Raises
@@ -55,13 +64,13 @@ def to_parquet(session: Session, study: Study, *, excluded: bool = False) -> byt
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
     types |= dict.fromkeys(names, pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
-    listed = [_flat(row) for row in rows(session, study, excluded=excluded)]
-    content = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(listed, schema=schema), content)
-    return content.getvalue()
+    listed = map(_flat, rows(session, study, excluded=excluded))
+    with pq.ParquetWriter(file, schema) as writer:
+        while some := list(islice(listed, ROW_GROUP)):
+            writer.write_table(pa.Table.from_pylist(some, schema=schema))
 
 
-def reports_to_csv(session: Session, study: Study) -> bytes:
+def reports_to_csv(session: Session, study: Study, file: IO[bytes]) -> None:
     """A row for each problem that somebody reported and each item that somebody skipped."""
     found = session.execute(
         select(Event, Item, Person)
@@ -69,14 +78,13 @@ def reports_to_csv(session: Session, study: Study) -> bytes:
         .join(Person, Person.id == Event.person_id)
         .where(Item.study_id == study.id, Event.name.in_(("flag", "skip")))
         .order_by(Event.id)
+        .execution_options(yield_per=BATCH)
     )
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(("kind", "task", "item", "video", "command", "subject", "at", "reason"))
-    for event, item, person in found:
-        about = (event.name, item.task, item.id, item.video, item.command, subject_of(person))
-        writer.writerow(map(safe_cell, (*about, event.at, event.body.get("reason", ""))))
-    return text.getvalue().encode()
+    with _csv_writer(file) as writer:
+        writer.writerow(("kind", "task", "item", "video", "command", "subject", "at", "reason"))
+        for event, item, person in found:
+            about = (event.name, item.task, item.id, item.video, item.command, subject_of(person))
+            writer.writerow(map(safe_cell, (*about, event.at, event.body.get("reason", ""))))
 
 
 TABLES: Mapping[str, AnswerTable] = {
@@ -87,12 +95,22 @@ TABLES: Mapping[str, AnswerTable] = {
     **{name: table for task in tasks() for name, table in task.tables.items()},
 }
 """What can be written to one file, by its format."""
-WITH_EXCLUDED: Mapping[str, Callable[[Session, Study], bytes]] = {
+WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "csv": partial(to_csv, excluded=True),
     "jsonl": partial(to_jsonl, excluded=True),
     "parquet": partial(to_parquet, excluded=True),
 }
 """The same with the answers that were left out, and why."""
+
+
+@contextmanager
+def _csv_writer(file: IO[bytes]) -> Iterator[Any]:
+    """Write rows as UTF-8 to a file, which stays open."""
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    try:
+        yield csv.writer(text)
+    finally:
+        text.detach()
 
 
 def _flat(row: Record) -> Record:
@@ -101,6 +119,9 @@ def _flat(row: Record) -> Record:
 
 def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
     """The answers in the order in which they came, with fields `FIELDS`.
+
+    A few are in memory at a time. PostgreSQL can do so within a transaction only:
+    ``reading(engine, one_state=True)``.
 
     Parameters
     ----------
@@ -115,6 +136,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
         .join(Person, Person.id == Answer.person_id)
         .where(Item.study_id == study.id, *(() if excluded else (Answer.excluded.is_(False),)))
         .order_by(Answer.id)
+        .execution_options(yield_per=BATCH)
     )
     for answer, item, person in found:
         provenance = answer.provenance or {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import random
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -13,13 +13,13 @@ from sqlalchemy import (
     ColumnElement,
     Float,
     UpdateBase,
-    and_,
     bindparam,
     case,
     exists,
     func,
     or_,
     select,
+    union,
     update,
 )
 from sqlalchemy.orm import Session
@@ -58,6 +58,12 @@ _UNTIL: BindParameter[float] = bindparam("until", type_=Float)
 _LATEST: BindParameter[float] = bindparam("latest", type_=Float)
 _QUEUE: BindParameter[str] = bindparam("of_queue")
 _PLACE: BindParameter[float] = bindparam("place", type_=Float)
+_TASKS: BindParameter[Any] = bindparam("of_tasks", expanding=True)
+_HAS_ANSWERED = exists().where(
+    ANSWER.c.person_id == _WHO,
+    ANSWER.c.task == ITEM.c.task,
+    ANSWER.c.subject == ITEM.c.subject,
+)
 SLACK_S = 3600.0
 """How much longer than a new lease an earlier one may last."""
 
@@ -186,9 +192,20 @@ def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | 
     return None if found is None else Work(who, *found)
 
 
-def still_open(session: Session, study_id: str, who: str) -> Mapping[TaskName, int]:
-    """How many items of each task somebody has or may yet get, attention checks aside."""
-    return dict(session.execute(_STILL_OPEN, {"of_study": study_id, "who": who}).all())
+def still_open(
+    session: Session, study_id: str, who: str, among: Iterable[TaskName]
+) -> Mapping[TaskName, int]:
+    """How many items of some tasks somebody has or may yet get, attention checks aside.
+
+    The open ones are counted in an index, less those that aren't for the person. To ask of each
+    item whether the person may get it takes longer the more items there are.
+    """
+    tasks = list(among)
+    about = {"of_study": study_id, "who": who, "of_tasks": tasks}
+    of_others = {(study, task): n for study, task, n in session.execute(_OF_OTHERS, about)}
+    queues = {queue_of(study_id, task): task for task in tasks}
+    found = session.execute(_OPEN_ITEMS, {"of_queues": list(queues)})
+    return {queues[queue]: n - of_others.get((study_id, queues[queue]), 0) for queue, n in found}
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
@@ -232,11 +249,7 @@ def _is_new() -> tuple[ColumnElement[bool], ...]:
             HANDOUT.c.person_id == _WHO,
             HANDOUT.c.skipped_at.is_not(None),
         ),
-        ~exists().where(
-            ANSWER.c.person_id == _WHO,
-            ANSWER.c.task == ITEM.c.task,
-            ANSWER.c.subject == ITEM.c.subject,
-        ),
+        ~_HAS_ANSWERED,
     )
 
 
@@ -311,14 +324,35 @@ _HELD = select(SLOT.c.rank, SLOT.c.item_id).where(
     SLOT.c.queue == _QUEUE, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False)
 )
 _OPEN = exists().where(SLOT.c.item_id == ITEM.c.id, SLOT.c.answered.is_(False))
-_STILL_OPEN = (
-    select(ITEM.c.task, func.count())
-    .where(
+_OPEN_SLOTS = (
+    select(SLOT.c.queue, SLOT.c.rank, SLOT.c.item_id)
+    .where(SLOT.c.queue.in_(bindparam("of_queues", expanding=True)), SLOT.c.answered.is_(False))
+    .distinct()
+    .subquery()
+)
+_OPEN_ITEMS = select(_OPEN_SLOTS.c.queue, func.count()).group_by(_OPEN_SLOTS.c.queue)
+_NOT_FOR_THEM = union(
+    select(ITEM.c.id).where(ITEM.c.study_id == _STUDY, ITEM.c.attention.is_(True)),
+    select(ITEM.c.id).where(ITEM.c.author_id == _WHO),
+    select(SLOT.c.item_id).where(SLOT.c.person_id == _WHO),
+    select(HANDOUT.c.item_id).where(HANDOUT.c.person_id == _WHO, HANDOUT.c.skipped_at.is_not(None)),
+    # First by subjects that the person knows, which is an index's order.
+    select(ITEM.c.id).where(
         ITEM.c.study_id == _STUDY,
-        ITEM.c.attention.is_(False),
-        or_(_OPEN.where(SLOT.c.person_id == _WHO), and_(_OPEN, *_is_new())),
+        ITEM.c.task.in_(_TASKS),
+        ITEM.c.subject.in_(select(ANSWER.c.subject).where(ANSWER.c.person_id == _WHO)),
+        _HAS_ANSWERED,
+    ),
+)
+_OF_OTHERS = (
+    # Whoever asks for the study here makes SQLite look at all its items.
+    select(ITEM.c.study_id, ITEM.c.task, func.count())
+    .where(
+        ITEM.c.id.in_(_NOT_FOR_THEM),
+        _OPEN,
+        or_(ITEM.c.attention.is_(True), ~_OPEN.where(SLOT.c.person_id == _WHO)),
     )
-    .group_by(ITEM.c.task)
+    .group_by(ITEM.c.study_id, ITEM.c.task)
 )
 _HANDED_OUT = (
     select(

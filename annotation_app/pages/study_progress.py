@@ -50,7 +50,7 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
     """A study's tasks in their order."""
     config = restored(study.config)
     done = _answered(session, study, person)
-    left = still_open(session, study.id, person.id)
+    left = still_open(session, study.id, person.id, config.tasks)
     begun = _begun(session, study, person)
     return [
         TaskProgress(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 import time
@@ -10,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 
+import msgspec
 from sqlalchemy import (
     Connection,
     Dialect,
@@ -72,13 +74,17 @@ def open_database(url_or_path: str | Path) -> Engine:
             pool_size=10,
             max_overflow=20,
             hide_parameters=True,
+            json_deserializer=_decoded,
             connect_args={name: n for name, n in _PATIENCE.items() if name not in url.query},
         )
         event.listen(engine, "checkin", _note_use)
         event.listen(engine, "checkout", _check_if_idle)
     else:
         engine = create_engine(
-            url, connect_args={"timeout": BUSY_S, "check_same_thread": False}, hide_parameters=True
+            url,
+            connect_args={"timeout": BUSY_S, "check_same_thread": False},
+            hide_parameters=True,
+            json_deserializer=_decoded,
         )
         if url.database and url.database != ":memory:":
             keep_to(engine, Path(url.database))
@@ -200,6 +206,14 @@ def _url(url_or_path: str | Path) -> URL:
             fix="give a file, or a URL such as postgresql://user@host/name",
         ) from error
     return url.set(drivername="postgresql+psycopg") if url.drivername == "postgresql" else url
+
+
+def _decoded(text: str | bytes) -> Any:
+    """What JSON says, several times as fast as by the standard library, and never less of it."""
+    try:
+        return msgspec.json.decode(text)
+    except msgspec.DecodeError:  # NaN, half a character: Python has written those
+        return json.loads(text)
 
 
 def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -> Any:

@@ -34,6 +34,11 @@ Record: TypeAlias = dict[str, Any]
 """What JSON can say of something."""
 
 
+def _of_some_rows(name: str, *columns: str, sqlite: str, postgresql: str) -> Index:
+    """An index of few rows; it is used where a statement has its very condition."""
+    return Index(name, *columns, sqlite_where=text(sqlite), postgresql_where=text(postgresql))
+
+
 class Base(DeclarativeBase):
     """What all tables have in common."""
 
@@ -88,6 +93,13 @@ class Item(Base):
     __table_args__ = (
         UniqueConstraint("study_id", "task", "subject"),
         Index("ix_item_video", "study_id", "video"),
+        Index("ix_item_author", "author_id"),
+        _of_some_rows(
+            "ix_item_attention",
+            "study_id",
+            sqlite="attention IS 1",
+            postgresql="attention IS true",
+        ),
     )
 
     id: Mapped[str] = mapped_column(primary_key=True)
@@ -141,9 +153,8 @@ def queue_of(study_id: str, task: TaskName) -> str:
 
 def _of_open_slots(name: str, *columns: str) -> Index:
     """An index of the slots that wait for an answer, which are fewer and fewer."""
-    # An index of some rows is used where a statement has its very condition.
-    sqlite, postgresql = text("answered IS 0"), text("answered IS false")
-    return Index(name, *columns, sqlite_where=sqlite, postgresql_where=postgresql)
+    condition = {"sqlite": "answered IS 0", "postgresql": "answered IS false"}
+    return _of_some_rows(name, *columns, **condition)
 
 
 class Slot(Base):
@@ -178,6 +189,14 @@ class Handout(Base):
     """That an item was given to somebody, who may answer it ever after."""
 
     __tablename__ = "handout"
+    __table_args__ = (
+        _of_some_rows(
+            "ix_handout_skipped",
+            "person_id",
+            sqlite="skipped_at IS NOT NULL",
+            postgresql="skipped_at IS NOT NULL",
+        ),
+    )
 
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), primary_key=True)
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"), primary_key=True)

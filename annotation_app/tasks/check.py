@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 import msgspec
 import numpy as np
@@ -180,11 +180,11 @@ def _without_scenes(
     return with_another_video(session, config, item, answer, "check")
 
 
-def _table(session: Session, study: Study) -> bytes:
+def _table(session: Session, study: Study, file: IO[bytes]) -> None:
     verdicts: dict[str, tuple[Item, list[Record]]] = {}
     for answer, item in answers_of(session, study, "check", adopted=True):
         verdicts.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])
-    return verdict_table(list(verdicts.values()))
+    file.write(verdict_table(list(verdicts.values())))
 
 
 def _example(practice: PracticeExample) -> Record:

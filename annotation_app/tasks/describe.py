@@ -6,6 +6,7 @@ An item's payload is ``{"video"}``. The page sends ``{"text", "played_to_end", "
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -60,8 +61,8 @@ def text_problems(text: str) -> Iterator[FieldProblem]:
 
 def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
     """Whether somebody has typed the same command again and again."""
-    texts = [body["text"].casefold() for body in bodies]
-    same = max((texts.count(text) for text in set(texts)), default=0)
+    texts = Counter(body["text"].casefold() for body in bodies)
+    same = max(texts.values(), default=0)
     if same >= SAME_TEXTS:
         yield f"typed the same command {same} times"
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import IO, Annotated, Any
 
 import msgspec
 import numpy as np
@@ -228,8 +228,8 @@ def _export(parts: CorpusParts) -> None:
     parts.annotations += [a for a in known.values() if a.source != "positive"]
 
 
-def _table(session: Session, study: Study) -> bytes:
-    return grounding_table(session, study, "ground")
+def _table(session: Session, study: Study, file: IO[bytes]) -> None:
+    file.write(grounding_table(session, study, "ground"))
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:

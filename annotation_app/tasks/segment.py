@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, get_args
+from typing import IO, Any, get_args
 
 import msgspec
 from sqlalchemy import select
@@ -180,7 +180,7 @@ def _became_of(provenance: Record | None) -> str:
     return f"{provenance['suggestion']}{likeness}"
 
 
-def to_conllu(session: Session, study: Study) -> bytes:
+def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
     """The words of commands with the clauses that they are in, as far as those are adopted.
 
     Raises
@@ -207,7 +207,7 @@ def to_conllu(session: Session, study: Study) -> bytes:
         )
         for (answer, _), analysis in zip(found, analyses, strict=True)
     )
-    return "".join(f"{text}\n" for text in sentences).encode()
+    file.writelines(f"{text}\n".encode() for text in sentences)
 
 
 SEGMENT = Task(

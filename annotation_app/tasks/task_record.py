@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import IO, Any
 
 import msgspec
 from flask import Blueprint
@@ -152,11 +152,14 @@ class Counts:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class AnswerTable:
-    """A file that can be made of answers: what its button says, its type, how it is written."""
+    """A file that can be made of answers: what its button says, its type, what writes it.
+
+    It writes to a file as it reads answers, so that those of a large study take little memory.
+    """
 
     label: str
     media_type: str
-    write: Callable[[Session, Study], bytes]
+    write: Callable[[Session, Study, IO[bytes]], None]
 
 
 VIDEO_KEYS = (
@@ -289,6 +292,11 @@ class Task:
     disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)
+
+    @property
+    def has_disputes(self) -> bool:
+        """Whether it tells on which parts of its answers people disagree."""
+        return self.disputed is not _none
 
     @property
     def sources(self) -> tuple[Source, ...]:

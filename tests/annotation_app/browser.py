@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import uuid
 from typing import Any
 
@@ -9,8 +10,9 @@ from flask import Flask
 from sqlalchemy import Engine
 
 from annotation_app.core.random_ids import new_id
+from annotation_app.export.answer_tables import TABLES
 from annotation_app.people.participants import add_person, keep_consent
-from annotation_app.store.database import transaction
+from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import Installation
 from annotation_app.store.models import Person, Role
 from annotation_app.work.handing_out import find_study
@@ -69,6 +71,14 @@ def installation_of(app: Flask) -> Installation:
 
 def engine_of(app: Flask) -> Engine:
     return installation_of(app).engine
+
+
+def exported(app: Flask, form: str, study: str = "tests") -> bytes:
+    """An export of a study's answers."""
+    with reading(engine_of(app), one_state=True) as session:
+        file = io.BytesIO()
+        TABLES[form].write(session, find_study(session, study), file)
+    return file.getvalue()
 
 
 def described(text: str = COMMAND) -> dict[str, Any]:

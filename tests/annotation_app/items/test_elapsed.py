@@ -17,13 +17,12 @@ from annotation_app.core.config import Config
 from annotation_app.core.counting import ProcessStorage
 from annotation_app.dashboard.study_statistics import durations
 from annotation_app.dashboard.workers import workers
-from annotation_app.export.answer_tables import to_csv, to_jsonl, to_parquet
 from annotation_app.items import elapsed
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Handout, Slot, Study
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, exported
 
 DAY_S = 24 * 3600.0
 KINDS = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -161,17 +160,16 @@ def test_durations_that_are_unknown_are_told_as_such(app: Flask) -> None:
         first.seconds, second.seconds = None, 12.5
     study_id = first_study(app)
     with reading(engine_of(app)) as session:
-        study = session.get_one(Study, study_id)
         (duration,) = durations(session, study_id)
         assert (duration.answers, duration.median_s) == (1, 12.5)
         (worker,) = workers(session, study_id)
         assert (worker.answers, worker.median_s) == (2, {"describe": 12.5})
-        table = list(csv.DictReader(io.StringIO(to_csv(session, study).decode())))
-        assert [row["seconds"] for row in table] == ["", "12.5"]
-        assert b'"seconds":null' in to_jsonl(session, study)
-        parquet = pytest.importorskip("pyarrow.parquet")
-        read = parquet.read_table(io.BytesIO(to_parquet(session, study)))
-        assert read["seconds"].to_pylist() == [None, 12.5]
+    table = list(csv.DictReader(io.StringIO(exported(app, "csv").decode())))
+    assert [row["seconds"] for row in table] == ["", "12.5"]
+    assert b'"seconds":null' in exported(app, "jsonl")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    read = parquet.read_table(io.BytesIO(exported(app, "parquet")))
+    assert read["seconds"].to_pylist() == [None, 12.5]
 
 
 @KINDS

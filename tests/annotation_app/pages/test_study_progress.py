@@ -10,6 +10,7 @@ from annotation_app.store.database import reading
 from annotation_app.store.models import Person
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.work.handing_out import find_study
+from benchmarks.app_dashboard import EACH_ASKED
 from tests.annotation_app.browser import Browser, described, engine_of
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -22,10 +23,15 @@ def study() -> StudyConfig:
 
 
 def rating(app: Flask, person: Browser) -> tuple[int, int]:
-    """How many ratings of how many."""
+    """How many ratings of how many; each task as if one asked of each item who may get it."""
     with reading(engine_of(app)) as session:
         mine = session.get_one(Person, person.person.id)
         found = progress(session, find_study(session, "tests"), mine)
+        asked = {"of_study": find_study(session, "tests").id, "who": mine.id}
+        expected = dict(session.execute(EACH_ASKED, asked).all())
+        assert {one.task: one.items - one.done for one in found} == {
+            task: expected.get(task, 0) for task in ("describe", "rate")
+        }
     return next((one.done, one.items) for one in found if one.task == "rate")
 
 

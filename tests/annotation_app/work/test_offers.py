@@ -13,7 +13,6 @@ from sqlalchemy import update
 
 from annotation_app.dashboard.consensus import agreement
 from annotation_app.dashboard.workers import workers
-from annotation_app.export.answer_tables import to_csv, to_jsonl
 from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Record
@@ -21,7 +20,7 @@ from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConf
 from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, engine_of
+from tests.annotation_app.browser import COMMAND, Browser, engine_of, exported
 from tests.annotation_app.rendered import VIDEOS
 
 SUGGESTED = to_json(
@@ -55,9 +54,7 @@ def put(app: Flask, study: StudyConfig, suggestions: Suggestions, items: int = 1
 
 
 def rows(app: Flask) -> list[Record]:
-    with reading(engine_of(app)) as session:
-        found = to_jsonl(session, find_study(session, "tests"))
-    return [json.loads(line) for line in found.splitlines()]
+    return [json.loads(line) for line in exported(app, "jsonl").splitlines()]
 
 
 def of(row: Record) -> tuple[str, bool | None, float | None]:
@@ -73,9 +70,7 @@ def test_answers_tell_what_became_of_the_suggestion(app: Flask, study: StudyConf
         assert person.answer(page["item"], {"sdcs": sent}).status_code == 200
     # of the suggestion's four named clauses one is like one of the two that were sent: 2 / (4 + 2)
     assert [of(row) for row in rows(app)] == [("shown", True, 1.0), ("shown", False, 0.333)]
-    with reading(engine_of(app)) as session:
-        table = to_csv(session, find_study(session, "tests")).decode()
-    first, second = csv.DictReader(io.StringIO(table))
+    first, second = csv.DictReader(io.StringIO(exported(app, "csv").decode()))
     assert (first["unchanged"], first["flags"]) == (
         "True", "unchanged suggestion, sent before it could be read"
     )  # fmt: skip

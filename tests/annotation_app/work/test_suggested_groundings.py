@@ -11,10 +11,9 @@ import msgspec
 import pytest
 from flask import Flask
 
-from annotation_app.export.answer_tables import to_jsonl
 from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.serving.factory import create_app
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import transaction
 from annotation_app.store.models import Record
 from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConfig, stored
 from annotation_app.work.answer_flags import UNREAD
@@ -23,7 +22,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, engine_of, installation_of
+from tests.annotation_app.browser import COMMAND, Browser, engine_of, exported, installation_of
 from tests.annotation_app.rendered import VIDEOS
 
 NOTATION = "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
@@ -67,9 +66,7 @@ def put(app: Flask, study: StudyConfig, wanted: Suggestions, items: int = 1, **m
 
 
 def rows(app: Flask) -> list[Record]:
-    with reading(engine_of(app)) as session:
-        found = to_jsonl(session, find_study(session, "tests"))
-    return [json.loads(line) for line in found.splitlines()]
+    return [json.loads(line) for line in exported(app, "jsonl").splitlines()]
 
 
 def of(row: Record) -> tuple[str, bool | None, float | None]:

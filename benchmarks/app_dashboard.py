@@ -1,0 +1,213 @@
+"""Large studies: ``python -m benchmarks.app_dashboard``.
+
+Studies of more and more answers are filled: each item of a video was rated by several people. Then
+it shows how long the dashboard's pages and somebody's progress take, and how much memory exports
+take above that of the idle process. Each export is made in a process of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import and_, func, insert, or_, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.random_ids import new_id
+from annotation_app.dashboard.adjudication_queue import disputes
+from annotation_app.dashboard.consensus import agreement
+from annotation_app.dashboard.disagreements import disagreements
+from annotation_app.dashboard.study_statistics import (
+    collected,
+    durations,
+    histories,
+    progress_by_video,
+)
+from annotation_app.dashboard.workers import workers
+from annotation_app.export.answer_tables import FIELDS, TABLES, rows
+from annotation_app.items import assignment
+from annotation_app.items.assignment import ITEM, SLOT, still_open
+from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.models import Answer, Event, Handout, Item, Person, Slot, Study, queue_of
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
+from benchmarks.timing import best, heading
+
+PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
+"""Answers to an item, and by a person."""
+OPEN = 0.2
+"""The part of the items that wait for one more answer."""
+NOW = 1_700_000_000.0
+AT_ONCE = "csv at once"
+EXPORTS = ("csv", AT_ONCE, "jsonl", "parquet", "reports.csv")
+
+
+def fill(session: Session, answers: int) -> str:
+    """A study whose items have been rated by people, in bulk; its id."""
+    config = StudyConfig(name="load", title="Load", tasks={"rate": TaskConfig(answers=PER_ITEM)})
+    study = new_id()
+    about = {"id": study, "name": "load", "config": stored(config), "created_at": NOW}
+    session.execute(insert(Study), [about])
+    luck = np.random.default_rng(0)
+    people = [new_id() for _ in range(max(answers // PER_PERSON, PER_ITEM) + 1)]
+    common = {"role": "worker", "provider": "load", "profile": {}, "created_at": NOW}
+    session.execute(insert(Person), [{**common, "id": p, "external_hash": p} for p in people])
+    queue = queue_of(study, "rate")
+    items, slots, events, given, handouts = [], [], [], [], []
+    for i in range(answers // PER_ITEM):
+        item = new_id()
+        payload = {
+            "video": f"video-{i % VIDEOS}",
+            "own_video": f"video-{i % VIDEOS}",
+            "text": f"Take pallet {i} from the truck to the shelf on the left.",
+        }
+        items.append(
+            {"id": item, "study_id": study, "task": "rate", "subject": f"{i}", "payload": payload,
+             "rank": luck.random()}
+        )  # fmt: skip
+        usual = int(luck.integers(1, 6))
+        for j in range(PER_ITEM):
+            who = people[(i + j * 7) % len(people)] if len(people) > 40 else people[j]
+            number = i * PER_ITEM + j + 1
+            seconds = round(float(luck.lognormal(3, 0.5)), 3)
+            rating = int(np.clip(usual + luck.integers(-1, 2), 1, 5))
+            body = {"rating": rating, "watched_s": round(seconds / 2, 2), "speed": 1.0}
+            common = {"item_id": item, "person_id": who, "at": NOW + number}
+            events.append({**common, "id": number, "uuid": f"{number}", "name": "submit",
+                           "body": body})  # fmt: skip
+            given.append(
+                {**common, "id": number, "task": "rate", "subject": f"{i}", "event_id": number,
+                 "body": body, "surplus": False, "adopted": True, "seconds": seconds,
+                 "provenance": None}
+            )  # fmt: skip
+            slots.append({"item_id": item, "person_id": who, "expires_at": NOW, "answered": True,
+                          "queue": queue, "rank": items[-1]["rank"]})  # fmt: skip
+            handouts.append({**common, "skipped_at": None})
+        if luck.random() < OPEN:
+            slots.append({"item_id": item, "person_id": None, "expires_at": None, "answered": False,
+                          "queue": queue, "rank": items[-1]["rank"]})  # fmt: skip
+    tables = (Item, items), (Slot, slots), (Event, events), (Answer, given), (Handout, handouts)
+    for table, new in tables:
+        session.execute(insert(table), new)
+    return study
+
+
+_OPEN_FOR_THEM = or_(
+    assignment._OPEN.where(SLOT.c.person_id == assignment._WHO),
+    and_(assignment._OPEN, *assignment._is_new()),
+)
+EACH_ASKED = (
+    select(ITEM.c.task, func.count())
+    .where(ITEM.c.study_id == assignment._STUDY, ITEM.c.attention.is_(False), _OPEN_FOR_THEM)
+    .group_by(ITEM.c.task)
+)
+"""What is simpler than to count in an index."""
+
+
+def seconds_of(session: Session, study: str) -> Mapping[str, float]:
+    """How long each part of the pages takes."""
+    someone = session.scalars(select(Person.id).order_by(Person.id).limit(1)).one()
+    about = {"of_study": study, "who": someone}
+    parts: dict[str, Callable[[], object]] = {
+        "progress by video": lambda: progress_by_video(session, study, now=NOW),
+        "times": lambda: durations(session, study),
+        "history": lambda: histories(session, study, now=NOW),
+        "collected": lambda: collected(session, study),
+        "people": lambda: workers(session, study),
+        "agreement": lambda: agreement(session, study),
+        "disagreements": lambda: disagreements(session, study),
+        "disputes": lambda: disputes(session, study),
+        "progress, each item asked": lambda: session.execute(EACH_ASKED, about).all(),
+        "somebody's progress": lambda: still_open(session, study, someone, ["rate"]),
+    }
+    return {name: best(part, 2)[0] for name, part in parts.items()}
+
+
+def export_alone(database: str, form: str) -> None:
+    """Print how many seconds an export takes, and how many MiB more than there were before it.
+
+    ``csv at once`` is what is simpler: all rows are read before the first is written.
+    """
+    import pyarrow  # noqa: F401, PLC0415 - so that it doesn't count
+
+    with opened(database) as engine, reading(engine, one_state=True) as session:
+        study = session.scalars(select(Study)).one()
+        with tempfile.TemporaryFile() as file:
+            before, start = _most_mib(), time.perf_counter()
+            if form == AT_ONCE:
+                found = list(rows(session, study))
+                text = io.StringIO()
+                csv.DictWriter(text, FIELDS).writerows(found)
+                file.write(text.getvalue().encode())
+            else:
+                TABLES[form].write(session, study, file)
+            seconds = time.perf_counter() - start
+    print(json.dumps([seconds, _most_mib() - before]))
+
+
+def _most_mib() -> float:
+    """The most memory so far; what getrusage tells includes that of the parent."""
+    status = Path("/proc/self/status").read_text()
+    return int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) / 1024
+
+
+def measure(database: str, answers: int) -> dict[str, float]:
+    """Milliseconds of the pages' parts, and seconds and MiB of the exports."""
+    with opened(database) as engine:
+        migrate(engine)
+        with transaction(engine) as session:
+            study = fill(session, answers)
+        with reading(engine) as session:
+            found = {f"{name}, ms": 1000 * s for name, s in seconds_of(session, study).items()}
+    for form in EXPORTS:
+        command = [sys.executable, "-m", "benchmarks.app_dashboard", "--alone", database, form]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        found[f"{form}, s"], found[f"{form}, MiB"] = json.loads(done.stdout)
+    return found
+
+
+def show(name: str, found: Mapping[int, Mapping[str, float]]) -> None:
+    heading(f"{name}, load {os.getloadavg()[0]:.1f}")
+    print(f"  {'answers':<28}" + "".join(f"{n:>12,}" for n in found) + f"{'grows by':>12}")
+    for what in next(iter(found.values())):
+        values = [max(one[what], 1e-3) for one in found.values()]
+        print(f"  {what:<28}" + "".join(f"{value:>12.3g}" for value in values), end="")
+        print(
+            f"{np.polyfit(np.log(list(found)), np.log(values), 1)[0]:>12.2f}" if values[1:] else ""
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, prog="python -m benchmarks.app_dashboard")
+    parser.add_argument("--answers", type=int, nargs="+", default=[1_000, 10_000, 100_000])
+    parser.add_argument("--databases", nargs="+", default=["sqlite", "postgresql"])
+    parser.add_argument("--alone", nargs=2, metavar=("DATABASE", "FORM"), help="one export")
+    given = parser.parse_args()
+    if given.alone:
+        export_alone(*given.alone)
+        return
+    if "sqlite" in given.databases:
+        with tempfile.TemporaryDirectory() as folder:
+            files = {n: f"sqlite:///{Path(folder) / str(n)}.sqlite" for n in given.answers}
+            show("SQLite", {n: measure(file, n) for n, file in files.items()})
+    if "postgresql" in given.databases:
+        from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
+        from tests.annotation_app.postgres import cluster  # noqa: PLC0415
+
+        with cluster(durable=True) as url:
+            show("PostgreSQL", {n: measure(new_database(url), n) for n in given.answers})
+
+
+if __name__ == "__main__":
+    main()
