@@ -7,6 +7,7 @@ tried once more, and costs no other item; one whose function raises is not tried
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import time
 from collections import deque
@@ -208,12 +209,14 @@ def _done(item: Item, result: Callable[[], Result]) -> Done[Item, Result]:
 def _new_process() -> ProcessPoolExecutor:
     # Neither OpenGL nor BLAS survives a fork.
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(1, mp_context=context, initializer=_die_silently)
+    return ProcessPoolExecutor(1, mp_context=context, initializer=_begin)
 
 
-def _die_silently() -> None:
-    """Ctrl-C reaches the whole group of processes; only the first one shall speak of it."""
+def _begin() -> None:
+    # Ctrl-C reaches the whole group of processes; only the first one shall speak of it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # The cores are busy with other processes; NumPy and SciPy read this when they are loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _connect(address: str) -> Client:

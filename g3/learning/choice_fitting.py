@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy.special import expit
 
 from g3.groundings import FloatArray
+from g3.lbfgs import lbfgs
 from g3.short_repr import short_repr
 
 ROLES = ("first word", "each later word", "word after a preposition")
@@ -84,10 +85,7 @@ def fit(
         value, slope = rows.loss(parameters)
         return value + 0.5 * l2 * float(away @ away), slope + l2 * away
 
-    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
-
-    found: FloatArray = minimize(objective, CENTRE, jac=True, method="L-BFGS-B").x
-    return found
+    return lbfgs(objective, CENTRE)
 
 
 class _Rows:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import sparse
 
 from g3.groundings import FloatArray
 from g3.language.parsing.attachment import AttachmentModel, choice_features, leaf
 from g3.language.parsing.spacy_pipeline import Analysis
 from g3.language.parsing.tree_assembly import Clause, assemble
 from g3.language.parsing.word_roles import Reading
+from g3.lbfgs import lbfgs
 
 
 def annotated_choice(
@@ -78,7 +79,7 @@ def train_attachments(
         gradient = transposed @ (chance - gold) + l2 * weights
         return value + 0.5 * l2 * float(weights @ weights), gradient
 
-    result = optimize.minimize(objective, np.zeros(len(keys)), jac=True, method="L-BFGS-B")
+    found = lbfgs(objective, np.zeros(len(keys)))
     return AttachmentModel(
-        {key: float(w) for key, w in zip(keys, result.x, strict=True) if abs(w) > 1e-4}
+        {key: float(w) for key, w in zip(keys, found, strict=True) if abs(w) > 1e-4}
     )

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, sparse
-from threadpoolctl import threadpool_limits
+from scipy import sparse
 
 from g3.groundings import FloatArray
 from g3.language.parsing.role_model import (
@@ -21,6 +20,7 @@ from g3.language.parsing.role_model import (
 )
 from g3.language.parsing.word_features import Features, IdArray
 from g3.language.parsing.word_roles import ROLES, Role
+from g3.lbfgs import lbfgs
 
 VECTOR_SCALE = 0.45
 """Standard deviation of the prior of the vectors' weights, beside that of the others."""
@@ -101,14 +101,8 @@ def train_roles(
         value = log_total - reached + 0.5 * l2 * float(parameters @ parameters)
         return value, gradient + l2 * parameters
 
-    with threadpool_limits(limits=1, user_api="blas"):
-        found = optimize.minimize(
-            objective,
-            np.zeros(size + len(move_wanted)),
-            jac=True,
-            method="L-BFGS-B",
-            options={"maxiter": max_iterations, "maxcor": 8, "ftol": 1e-7},
-        ).x
+    start = np.zeros(size + len(move_wanted))
+    found = lbfgs(objective, start, maxiter=max_iterations, maxcor=8, ftol=1e-7)
     weights = found[:size].reshape(-1, r)[: own.shape[1]]
     return RoleModel(
         weigh(keys, scale[:, None] * weights[: len(keys)]),
