@@ -31,8 +31,9 @@ def lbfgs(
     """
     from scipy import optimize  # noqa: PLC0415 - a fifth of a second, which only training waits for
 
+    how: Any = options  # SciPy's stubs want every name written out
     # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
-        found = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=options)
+        found = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=how)
     least: FloatArray = found.x
     return least
