@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from annotation_app.study_setup.every_problem import together
+from annotation_app.study_setup.run_length_masks import Mask, outlines
 from g3.errors import FormatError
 
 MOST_THINGS = 200
@@ -55,7 +56,7 @@ class _Annotation(msgspec.Struct, frozen=True):
     image_id: int | str
     category_id: int | str
     bbox: tuple[float, float, float, float]
-    segmentation: Any = None
+    segmentation: list[list[float]] | Mask | None = None
 
 
 class _Coco(msgspec.Struct, frozen=True):
@@ -127,9 +128,10 @@ def _annotation_problems(coco: _Coco) -> Iterator[tuple[str, str, str]]:
             yield at, f"there is no image {one.image_id}", "correct its image_id"
         if one.category_id not in categories:
             yield at, f"there is no category {one.category_id}", "correct its category_id"
-        outlines = one.segmentation if isinstance(one.segmentation, list) else []
-        if not all(map(_is_outline, outlines)):
-            yield at, "its segmentation is no list of x, y, x, y …", "correct it, or leave it out"
+        try:
+            _polygons(one)
+        except ValueError as error:
+            yield at, str(error), "correct it, or leave it out"
 
 
 def _image_problems(
@@ -142,6 +144,7 @@ def _image_problems(
         if video in seen:
             yield at, f"two images are of the video {video!r}", "leave one out"
         seen.add(video)
+        size = image.height, image.width
         of_image = [one for one in coco.annotations if one.image_id == image.id]
         if not of_image:
             yield at, "nothing is marked in it", "mark things, or leave it out"
@@ -152,15 +155,9 @@ def _image_problems(
             if what := _outside(one, image):
                 fix = "correct its bbox: x, y, width and height in pixels"
                 yield f"annotation {one.id}", what, fix
-
-
-def _is_outline(outline: Any) -> bool:
-    return (
-        isinstance(outline, list)
-        and len(outline) >= 6
-        and len(outline) % 2 == 0
-        and all(isinstance(number, int | float) for number in outline)
-    )
+            if isinstance(one.segmentation, Mask) and one.segmentation.size != size:
+                what = f"its mask has not the picture's {size[0]} rows and {size[1]} columns"
+                yield f"annotation {one.id}", what, "correct its size, or leave it out"
 
 
 def _outside(one: _Annotation, image: _Image) -> str:
@@ -173,10 +170,21 @@ def _outside(one: _Annotation, image: _Image) -> str:
     return ""
 
 
+def _polygons(one: _Annotation) -> list[list[list[float]]]:
+    if isinstance(one.segmentation, Mask):
+        return outlines(one.segmentation)
+    for outline in one.segmentation or ():
+        if len(outline) < 6 or len(outline) % 2:
+            raise ValueError("its segmentation is no list of x, y, x, y …")
+    return [
+        [list(xy) for xy in zip(outline[::2], outline[1::2], strict=True)]
+        for outline in one.segmentation or ()
+    ]
+
+
 def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
-    """A thing as ``segmentation.json`` has it; a mask that is no outline is shown by its box."""
+    """A thing as ``segmentation.json`` has it; one without an outline is shown by its box."""
     x, y, width, height = one.bbox
     box = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
-    outlines = one.segmentation if isinstance(one.segmentation, list) else []
-    polygons = [[list(xy) for xy in zip(o[::2], o[1::2], strict=True)] for o in outlines] or [box]
+    polygons = _polygons(one) or [box]
     return {"id": str(one.id), "label": label, "box": list(one.bbox), "polygons": polygons}

@@ -23,6 +23,8 @@ from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH, clip
 from tests.annotation_app.study_setup.test_own_videos import TREE, set_up
 
+# Two columns, at x = 2 and 3, each of 4 pixels from y = 3 on.
+MASK = [2 * HEIGHT + 3, 4, HEIGHT - 4, 4, HEIGHT * (WIDTH - 3) - 7]
 COCO: dict[str, Any] = {
     "images": [
         {"id": 1, "file_name": "stills/push.png", "width": 200, "height": 100},
@@ -43,7 +45,7 @@ COCO: dict[str, Any] = {
             "image_id": 2,
             "category_id": 1,
             "bbox": [2, 3, 20, 30],
-            "segmentation": {"counts": [1, 2], "size": [HEIGHT, WIDTH]},
+            "segmentation": {"counts": MASK, "size": [HEIGHT, WIDTH]},
         },
     ],
     "categories": [{"id": 1, "name": "cup"}, {"id": 2, "name": "wall"}],
@@ -78,8 +80,8 @@ def test_an_image_is_of_the_video_with_its_name(lab: Path) -> None:
     assert (cup["id"], cup["label"], cup["box"]) == ("17", "cup", [20, 30, 40, 50])
     assert cup["polygons"] == [[[20, 30], [60, 30], [60, 80], [20, 80]]]
     assert wall["polygons"] == [[[90, 30], [130, 30], [130, 80], [90, 80]]]
-    # A mask that is no outline is shown by its box.
-    assert found["lift"].things[0]["polygons"] == [[[2, 3], [22, 3], [22, 33], [2, 33]]]
+    (around,) = found["lift"].things[0]["polygons"]
+    assert sorted(around) == [[2, 3], [2, 6.5], [3.5, 3], [3.5, 6.5]]
 
 
 def test_all_that_is_wrong_is_told_at_once(lab: Path) -> None:
