@@ -111,13 +111,12 @@ export function equip(box, moved = () => {}) {
     if (SPEEDS[at]) setSpeed(SPEEDS[at]);
     announce(`Speed ${speed.value}`);
   }
-  /** Where nobody has told the frames' rate, the first frames that are played do. */
+  /** Where nobody has told the frames' rate, the two nearest frames do: a busy browser leaves some out. */
   function measure(before) {
-    if (fps || !video.requestVideoFrameCallback) return;
     video.requestVideoFrameCallback((_, { mediaTime }) => {
-      const rate = Math.round(1 / (mediaTime - before));
-      if (video.playbackRate <= 1 && rate >= 1 && rate <= 120) fps = rate;
-      else measure(mediaTime);
+      const rate = Math.round(1 / Math.abs(mediaTime - before));
+      if (rate <= 120) fps = Math.max(fps, rate);
+      measure(mediaTime);
     });
   }
 
@@ -135,7 +134,7 @@ export function equip(box, moved = () => {}) {
     event.preventDefault();
     toggle();
   });
-  video.addEventListener("play", () => measure(video.currentTime));
+  if (!fps && video.requestVideoFrameCallback) measure(NaN);
   for (const what of ["play", "pause", "ended"]) {
     video.addEventListener(what, () => {
       name.textContent = video.paused ? "Play" : "Pause";
