@@ -105,7 +105,7 @@ def follow(
     place = own if where is None else where
     if place is None:
         raise CorpusError(
-            "it isn't said where to follow the command", fix="give a context or a scenario"
+            "there is no world to follow the command in", fix="give a context or a scenario"
         )
     grounder = model if isinstance(model, Grounder) else _grounder(model)
     return grounder.follow(

@@ -1,7 +1,8 @@
 """How plain the prose is: long sentences and idioms of pages, docstrings and help texts.
 
 ``python docs/prose_report.py [FILE|FOLDER ...]`` prints a row for each page and module. Code,
-tables and addresses don't count. It only reports: its exit status is always 0.
+tables and addresses don't count, but cells of tables that hold a paragraph do. It only reports: its
+exit status is always 0.
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ ROOT = Path(__file__).resolve().parents[1]
 CODE = ("g3", "corpus_tools", "annotation_app", "eval", "benchmarks")
 LONGEST = 25
 """Words of a sentence that is still easy to read."""
+FULLEST = 45
+"""Words of a table's cell that is still easy to read."""
 IDIOMS = (
     r"tells?", r"told", r"what it costs", r"for who", r"comes? along", r"whatever", r"as it were",
-    r"of whose", r"hold(?:s|ing)? \w+ against",
+    r"of whose", r"hold(?:s|ing)? \w+ against", r"whoever", r"besides", r"anew", r"all else",
+    r"(?-i:Who) [^?]*[.,]",
 )  # fmt: skip
-_IDIOM = re.compile(rf"\b(?:{'|'.join(IDIOMS)})\b", re.IGNORECASE)
+_IDIOM = re.compile(rf"\b(?:{'|'.join(IDIOMS)})(?!\w)", re.IGNORECASE)
 _END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*(\[-])|\n\s*\n|\n\s*(?:[-*]|\d+\.)\s")
 
 
@@ -32,6 +36,7 @@ class Prose(NamedTuple):
     name: str
     sentences: list[str]
     idioms: Counter[str]
+    full_cells: int
 
     @property
     def lengths(self) -> list[int]:
@@ -39,14 +44,21 @@ class Prose(NamedTuple):
         return [len(sentence.split()) for sentence in self.sentences]
 
 
-def prose_of(name: str, texts: Iterator[str]) -> Prose:
+def prose_of(name: str, texts: Iterator[str], full_cells: int = 0) -> Prose:
     """Count sentences and idioms."""
     sentences: list[str] = []
     idioms: Counter[str] = Counter()
     for text in texts:
         sentences += [s for part in _END.split(text) if len((s := part.strip()).split()) > 2]
-        idioms.update(found.lower() for found in _IDIOM.findall(re.sub("`[^`]*`", "", text)))
-    return Prose(name, sentences, idioms)
+        found = _IDIOM.findall(re.sub("`[^`]*`", "", text))
+        idioms.update("Who …" if each.startswith("Who ") else each.lower() for each in found)
+    return Prose(name, sentences, idioms, full_cells)
+
+
+def full_cells(text: str) -> int:
+    """How many cells of a page's tables hold a paragraph."""
+    rows = re.findall(r"^\|.*\|$", text, flags=re.MULTILINE)
+    return sum(len(cell.split()) > FULLEST for row in rows for cell in row.split("|"))
 
 
 def page_text(text: str) -> str:
@@ -75,8 +87,10 @@ def _is_text(node: ast.AST) -> TypeGuard[ast.Constant]:
 def read(path: Path) -> Prose:
     """A file's prose."""
     text = path.read_text(encoding="utf-8")
-    texts = code_texts(text) if path.suffix == ".py" else iter([page_text(text)])
-    return prose_of(str(path.resolve().relative_to(ROOT)), texts)
+    name = str(path.resolve().relative_to(ROOT))
+    if path.suffix == ".py":
+        return prose_of(name, code_texts(text))
+    return prose_of(name, iter([page_text(text)]), full_cells(text))
 
 
 def line(name: str, pages: list[Prose]) -> str:
@@ -86,7 +100,9 @@ def line(name: str, pages: list[Prose]) -> str:
     often = ", ".join(f"{word} {count}" for word, count in idioms.most_common(4))
     mean = sum(lengths) / max(1, len(lengths))
     long = sum(n > LONGEST for n in lengths)
-    return f"{mean:6.1f} {long:6} {len(lengths):7} {idioms.total():7}  {name:50} {often}"
+    cells = sum(page.full_cells for page in pages)
+    counts = f"{mean:6.1f} {long:6} {len(lengths):7} {sum(lengths):7} {cells:7} {idioms.total():7}"
+    return f"{counts}  {name:50} {often}"
 
 
 def main() -> None:
@@ -97,7 +113,7 @@ def main() -> None:
     parser.add_argument("--folders", action="store_true", help="print sums only")
     given = parser.parse_args()
     paths = given.paths or [ROOT / name for name in ("README.md", "docs", *CODE)]
-    print("  mean   long    sent.  idioms")
+    print("  mean   long    sent.   words   cells  idioms")
     for path in paths:
         files = [path] if path.is_file() else sorted([*path.rglob("*.md"), *path.rglob("*.py")])
         pages = [page for file in files if (page := read(file)).sentences]

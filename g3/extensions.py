@@ -78,5 +78,5 @@ def blaming(member: str, where: str) -> Iterator[None]:
         raise CorpusError(
             f"{member} fails: {type(error).__name__}: {error}",
             where=where,
-            fix="mend it, or leave it out",
+            fix="correct it, or uninstall it",
         ) from error

@@ -26,9 +26,9 @@ NOTHING = "nothing like this was noted"
 @INSTALLATION
 @FORMAT
 def audit(*, person: str, action: str, most: int, place: Place, form: str) -> None:
-    """List who did what that matters, and when, newest first.
+    """List what people with a login did, and when, newest first.
 
-    Signing in, exporting, paying, blocking and erasing are among it.
+    Signing in, exporting, paying, blocking and erasing are listed, for example.
 
     \b
     Examples:

@@ -19,7 +19,7 @@ def copy_media(*, target: str, place: Place, form: str) -> None:
 
     TARGET may be s3://bucket/prefix; a web server or a CDN can then give them out.
 
-    Their names say nothing. Doing it again copies what is new. Then `ct annotate serve
+    File names say nothing about people. Run it again to copy what is new. Then `ct annotate serve
     --media-url` sends browsers there.
 
     \b

@@ -103,7 +103,7 @@ def collect() -> None:
 @INSTALLATION
 @FORMAT
 def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any) -> None:
-    """Hold what was received here against what a crowd platform has. Nothing is paid.
+    """Compare what was received here with what a crowd platform has. Nothing is paid.
 
     It also shows what was approved and paid in all, and which calls are in doubt: they were sent
     and no answer came. --json lists every call.
@@ -130,10 +130,10 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
 
 
 def _publish_command(provider: Provider) -> click.Command:
-    again = "Doing it again offers nothing twice: --people is how many there are to be in all."
+    again = "Run it again to add people: --people is how many there are to be in all."
     help_text = f"""{provider.summary}
 
-    {provider.description} {again if provider.pays else "Doing it again makes other invitations."}
+    {provider.description} {again if provider.pays else "Run it again for more invitations."}
 
     \b
     Example:
@@ -150,7 +150,7 @@ def _publish_command(provider: Provider) -> click.Command:
         show_default=True,
         help="How many people are to take part in all.",
     )
-    @click.option("--task", metavar="NAME", help="Which of its tasks [default: the study's first].")
+    @click.option("--task", metavar="NAME", help="Which of the study's tasks [default: its first].")
     @click.option(
         "--items",
         type=click.IntRange(1, 1000),
@@ -183,7 +183,7 @@ def _collect_command(provider: Provider) -> click.Command:
     help_text = f"""Approve, reject and pay what workers sent in at {provider.title}.
 
     What was received here and sent in there is approved. Everything else is listed, and
-    waits for you. Doing it again does nothing twice.
+    waits for you. You can run it again: nothing is done twice.
 
     A payment that was sent and not answered is in doubt: it may have been made. It is shown with
     its ID and never repeated by itself. Look at {provider.title}, then confirm it or pay it again.

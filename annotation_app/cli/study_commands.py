@@ -72,11 +72,11 @@ def check(
 ) -> None:
     """Say what would stop people in a study.
 
-    Such as tasks that nobody may do, missing videos, or no admin.
+    For example, tasks that nobody may do, missing videos, or no admin.
 
-    With STUDY.yaml it checks these files, for the people with a login in the instance; without,
-    what the instance serves. It changes nothing. The exit status is 2 if something would stop
-    people.
+    With STUDY.yaml it checks these files, otherwise all studies of the instance. It counts on the
+    people who have a login there. It changes nothing. The exit status is 2 if something would
+    stop people.
 
     \b
     Examples:

@@ -98,7 +98,7 @@ def list_(*, place: Place, form: str) -> None:
 @INSTALLATION
 @FORMAT
 def revoke(*, name: str, place: Place, form: str) -> None:
-    """Let a token read nothing any more.
+    """Stop a token from working.
 
     \b
     Example:

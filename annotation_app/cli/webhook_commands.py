@@ -11,7 +11,7 @@ from corpus_tools.options.format_option import FORMAT, tell
 
 @click.group()
 def webhooks() -> None:
-    """Tell other programs of finished items.
+    """Inform other programs of finished items.
 
     Nothing is sent unless you add a webhook.
 
@@ -50,9 +50,9 @@ def add(
     place: Place,
     form: str,
 ) -> None:
-    """Tell a URL of a study's items that are finished from now on.
+    """Send a message to a URL for each item that is finished from now on.
 
-    You get the secret by which whoever gets the messages can check them. Messages have the
+    You get a secret, with which the receiver can check the messages. Messages have the
     study, the item, its task, what became of it, and a link.
 
     \b
@@ -114,7 +114,7 @@ def list_(*, place: Place, form: str) -> None:
 @INSTALLATION
 @FORMAT
 def remove(*, webhook: str, place: Place, form: str) -> None:
-    """Send nothing to a webhook any more, also not what waits.
+    """Remove a webhook, and drop the messages that wait for it.
 
     \b
     Example:
@@ -133,9 +133,9 @@ def remove(*, webhook: str, place: Place, form: str) -> None:
 @INSTALLATION
 @FORMAT
 def send(*, again: bool, place: Place, form: str) -> None:
-    """Send now what waits. `ct annotate` does so in the background.
+    """Send the messages that wait. `ct annotate` does so in the background.
 
-    Use it with another server, or when whoever gets the messages is back.
+    Use it with another server, or when the receiver is reachable again.
 
     \b
     Examples:

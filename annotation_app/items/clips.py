@@ -259,5 +259,5 @@ def _why(error: Exception) -> str:
 
 def _unreadable(file: Path, why: str) -> FormatError:
     return FormatError(
-        f"the video can't be read: {why}", where=str(file), fix=f"make it anew: {to_mp4(file)}"
+        f"the video can't be read: {why}", where=str(file), fix=f"make it again: {to_mp4(file)}"
     )

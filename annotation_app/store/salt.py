@@ -110,7 +110,7 @@ def _foreign(config: Config) -> FormatError:
 
 def _missing(config: Config) -> FormatError:
     return FormatError(
-        "the key file has no salt, and the database has it no more",
+        "the key file has no salt, and the database no longer has it",
         where=str(config.instance / KEY_FILE),
         fix=f"copy the file {KEY_FILE} of the machine that has brought the database up to date",
     )

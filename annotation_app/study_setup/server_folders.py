@@ -167,7 +167,7 @@ def _check_room(folder: Path, name: str, size: int) -> None:
         most = f"{MOST_FILES} files of {LARGEST_FOLDER // 2**30} GiB together"
         raise FormatError(f"a study's folder may have {most}", where=name, fix="use fewer videos")
     if shutil.disk_usage(folder).free < size + SPARE:
-        raise FormatError("the server's disk is full", where=name, fix="tell who runs the server")
+        raise FormatError("the server's disk is full", where=name, fix="ask for room there")
 
 
 def _folders(root: Path) -> Iterator[tuple[Path, list[str]]]:

@@ -151,9 +151,9 @@ def lerobot(
 ) -> None:
     """The episodes of a LeRobot dataset, for people to describe, cut and rate.
 
-    PATH is a dataset's folder, of version 2.1 or 3. This writes tables for studies: episodes.csv,
-    tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied: the tables name
-    them. docs/how-to/robot-episodes.md goes through it.
+    PATH is a dataset's folder, of version 2.0, 2.1 or 3. This writes tables for studies:
+    episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied:
+    the tables name them. docs/how-to/robot-episodes.md shows the whole way.
 
     \b
     Examples:

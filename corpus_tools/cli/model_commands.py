@@ -253,7 +253,7 @@ def train() -> None:
     type=click.Choice(["newton", "lbfgs"]),
     default="newton",
     show_default=True,
-    help="How the optimum is found, which is one. The paper's way is lbfgs; newton is faster.",
+    help="How the optimum is found: the paper's way is lbfgs; newton finds the same faster.",
 )
 @WORKERS
 @FORMAT

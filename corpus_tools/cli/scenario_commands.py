@@ -164,8 +164,8 @@ def generate(
 ) -> None:
     """Write random scenarios, of all kinds in turn.
 
-    Nothing is in anything else, and the robot has room to get to whatever it enters. The
-    same seed gives the same files; how many there are changes none of them.
+    Things don't overlap, and the robot has room to get where it must go. The same seed gives the
+    same files; how many there are changes none of them.
 
     \b
     Examples:

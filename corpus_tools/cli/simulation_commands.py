@@ -24,7 +24,7 @@ COUNT = click.IntRange(min=1)
 def simulate_workers() -> None:
     """Simulate workers who type commands and rate videos.
 
-    For studies of load, scale and power alone. All that is made is labelled simulated. A figure
+    Use it only to study load, scale and power. All that is made is labelled simulated. A figure
     that was measured on it says nothing about people. docs/simulation.md has the models.
 
     \b
@@ -35,9 +35,9 @@ def simulate_workers() -> None:
 
 @simulate_workers.command()
 @click.option("--scenarios", default=20, show_default=True, type=COUNT, help="How many, at random.")
-@click.option("--commands", default=10, show_default=True, type=COUNT, help="For each scenario.")
+@click.option("--commands", default=10, show_default=True, type=COUNT, help="How many a scenario.")
 @click.option(
-    "--workers", "typists", default=45, show_default=True, type=COUNT, help="Who type them."
+    "--workers", "typists", default=45, show_default=True, type=COUNT, help="How many type them."
 )
 @SEED
 @click.option(
@@ -112,7 +112,7 @@ def describe(
 @simulate_workers.command()
 @click.option("--corpus", required=True, help="Whose commands and videos are rated.")
 @click.option("--raters", default=45, show_default=True, type=COUNT, help="How many there are.")
-@click.option("--judgments", default=5, show_default=True, type=COUNT, help="Of each pair.")
+@click.option("--judgments", default=5, show_default=True, type=COUNT, help="How many a pair.")
 @SEED
 @click.option(
     "--out",

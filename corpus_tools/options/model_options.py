@@ -27,7 +27,7 @@ NEGATIVES_SEED = click.option(
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="What hard negatives are drawn with.",
+    help="Random seed of hard negatives.",
 )
 NEGATIVES = click.option(
     "--negatives",

@@ -134,7 +134,7 @@ def _executed(scenario: Scenario) -> Recording:
     )
     if execution.problems:
         raise CorpusError(
-            f"the script doesn't work out: {'; '.join(execution.problems)}",
+            f"the script can't be carried out: {'; '.join(execution.problems)}",
             fix="change the scenario",
         )
     return execution.recording

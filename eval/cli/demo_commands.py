@@ -25,7 +25,7 @@ def demo(*, out: Path) -> None:
     """Show everything once on the bundled corpus, in minutes.
 
     Videos, Table 1, a command followed in physics, Table 3 on a few commands by the automatic
-    judge, and a report. Every step is another command of ct, which is told. What is there already
+    judge, and a report. It prints each step, which is another command of ct. What is there already
     isn't made again, so that a demo that was stopped goes on; delete the folder to start anew.
     """
     from time import monotonic

@@ -30,7 +30,7 @@ evaluate = Modes(
     ],
     help="""Measure models and plans: the paper's tables, and more.
 
-    Say what to make by one of the modes; each has options of its own, which its --help lists.
+    Choose one mode. Each has its own options: see `ct eval --table 1 --help`.
     """,
     options_metavar="",
     subcommand_metavar="MODE [OPTIONS]...",

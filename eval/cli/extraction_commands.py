@@ -80,9 +80,9 @@ def sdc(
 ) -> None:
     """Measure how well SDC trees are extracted from text (section 3.1).
 
-    Give --corpus with --cv scenario (and --train for a corpus to learn from besides), --test with
-    --train, --model or --parser, or --test alone for the bundled extractor. --perturb tests the
-    same commands besides as other people may type them.
+    Say what to test in one of three ways: --corpus with --cv scenario (and --train for another
+    corpus to learn from); --test with --train, --model or --parser; or --test alone for the
+    bundled extractor. --perturb adds the same commands as other people may type them.
     """
     from eval.parsing.sdc_report import render
     from eval.parsing.tested_commands import SDCChoices, run

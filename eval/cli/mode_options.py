@@ -23,7 +23,7 @@ SEED = click.option(
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="What splits, hard negatives, resamples, orders and perturbations are drawn with.",
+    help="Random seed of splits, hard negatives, resamples, orders and perturbations.",
 )
 THRESHOLD = click.option(
     "--threshold",
@@ -55,7 +55,7 @@ PERTURB = click.option(
     type=click.Choice(["articles", "typos", "capitals", "run-on"]),
     multiple=True,
     callback=_each_once,
-    help="Test the commands besides without articles, with a misspelt word each, in capitals, or "
+    help="Also test the commands without articles, with a misspelt word each, in capitals, or "
     "without punctuation; give several for a row each.",
 )
 

@@ -129,7 +129,7 @@ def _text(
     tables |= {f"Accuracy compared, {c.type}": comparison_table(c.comparisons) for c in compared}
     notes = [
         "95%: percentile interval of a bootstrap over clusters of examples",
-        f"-: none, for fewer than {FEWEST_CLUSTERS} clusters tell, or all say the same",
+        f"-: no interval, for there are fewer than {FEWEST_CLUSTERS} clusters, or all are alike",
         f"paper: {PAPER_SOURCE}, on its own corpus",
         *([COMPARED] if compared else []),
     ]

@@ -90,7 +90,7 @@ def test_a_corpus_that_nobody_annotated():
     (entry,) = corpus
     assert (entry.sdcs, entry.annotation, entry.context) == ((), None, None)
     assert "Take &lt;b&gt;it&lt;/b&gt;" in entry._repr_html_()
-    with pytest.raises(CorpusError, match="where to follow"):
+    with pytest.raises(CorpusError, match="no world to follow"):
         ct.follow(entry)
 
 

@@ -107,6 +107,14 @@ def test_the_readmes_python_runs(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert load_corpus(tmp_path / "copy").hash == open_corpus("warehouse").hash
 
 
+def test_clauses_in_penn_brackets(capsys: pytest.CaptureFixture[str]) -> None:
+    (code,) = PYTHON.findall((DOCS / "coming-from.md").read_text())
+    exec(compile(code, "coming-from.md", "exec"), {})
+    (clause,) = ast.literal_eval(capsys.readouterr().out)
+    assert clause.count("(") == clause.count(")")
+    assert "(landmark (PATH to (landmark (OBJECT on (figure (OBJECT the pallet))" in clause
+
+
 def test_a_new_feature_can_be_registered_as_shown() -> None:
     (code,) = PYTHON.findall((DOCS / "how-to/new-feature.md").read_text())
 

@@ -76,7 +76,7 @@ def read_dataset(folder: Path, journal: Journal) -> Dataset:
         raise FormatError(
             f"this is not an authored corpus: it has no {DATASET}",
             where=str(folder),
-            fix="docs/authored-corpora.md tells what the folder holds",
+            fix="docs/authored-corpora.md says what the folder holds",
         )
     document = read_document(path)
     note_file(DATASET, document.content, 0, journal)

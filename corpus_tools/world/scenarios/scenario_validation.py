@@ -165,7 +165,7 @@ def _has_deck(thing: Thing) -> bool:
 def _room_problems(
     new: Mapping[str, object], boxes: Mapping[str, Box], carried: str | None
 ) -> Iterator[Problem]:
-    """Things that are in each other; each pair once, at the one that is written later."""
+    """Things that overlap; each pair once, at the one that is written later."""
     order = {name: i for i, name in enumerate(boxes)}
     for name in new:
         earlier = [
@@ -176,13 +176,13 @@ def _room_problems(
             and {name, other} != {carried, ROBOT}
         ]
         for other in overlapping(boxes[name], earlier):
-            yield Problem(_at(name), f"{name} and {other} are in each other", "move one away")
+            yield Problem(_at(name), f"{name} and {other} overlap", "move one away")
 
 
 def _forks_problems(robot: Robot, boxes: Mapping[str, Box]) -> Iterator[Problem]:
     others = [item for item in boxes.items() if item[0] not in (ROBOT, robot.carries)]
     for other in overlapping(forks_box(robot), others):
-        yield Problem(_at(ROBOT), f"the forks and {other} are in each other", "move one away")
+        yield Problem(_at(ROBOT), f"the forks and {other} overlap", "move one away")
 
 
 def _edge_problems(
