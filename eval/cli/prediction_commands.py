@@ -203,8 +203,8 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
 
 
 def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path | None:
-    if out.suffix.lower() not in (".png", ".svg"):
-        raise click.UsageError("--learning-curve needs --out FILE.png or FILE.svg.")
+    if out.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise click.UsageError("--learning-curve needs --out FILE.png, FILE.svg or FILE.pdf.")
     return in_a_folder(ctx, option, out)
 
 
@@ -229,7 +229,7 @@ def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path |
     type=click.Path(path_type=Path),
     required=True,
     callback=_plot_file,
-    metavar="FILE.png|svg",
+    metavar="FILE.png|svg|pdf",
     help="Where the plot goes; a CSV with its numbers is written beside it.",
 )
 def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> None:
