@@ -115,7 +115,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         paper_1=PAPER_TABLE_1,
         paper_2=PAPER_TABLE_2,
         paper_3=paper_figure,
-        name_of=_name,
+        name_of=name_of,
         titles=TITLES,
         measures=MEASURES,
         wrong_plans=WRONG_PLANS,
@@ -200,7 +200,7 @@ def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
         if any(one.theme is not None for one in rows):
             figures[MEASURES["theme"]] = _estimate(row.theme, row.theme_low, row.theme_high)
         is_baseline = row.configuration in ALONE
-        lines.append(Line(_name(row), figures, paper_figure(row, plans), is_baseline))
+        lines.append(Line(name_of(row), figures, paper_figure(row, plans), is_baseline))
     return lines
 
 
@@ -210,7 +210,8 @@ def paper_figure(row: PlanRow, plans: Plans) -> float | None:
     return PAPER_TABLE_3.get(row.configuration) if is_alike else None
 
 
-def _name(row: PlanRow) -> str:
+def name_of(row: PlanRow) -> str:
+    """What a row is called for people."""
     return NAMES.get(row.configuration, row.configuration)
 
 
@@ -250,7 +251,7 @@ def _said(value: object) -> str:
 
 
 def _fixed(value: float | None, digits: int = 2) -> str:
-    return "–" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+    return "–" if value is None or math.isnan(value) else f"{value:.{digits}f}".replace("-", "−")
 
 
 def _count(value: float | None) -> str:

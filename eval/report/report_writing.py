@@ -14,14 +14,22 @@ from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from eval.judging import judge_report
 from eval.report.plan_results import Compared, PlanRow, Plans
 from eval.report.report_contents import Contents
-from eval.report.report_page import MEASURES, check_installed, page, paper_figure, plots_of
+from eval.report.report_page import (
+    MEASURES,
+    check_installed,
+    name_of,
+    page,
+    paper_figure,
+    plots_of,
+)
 from eval.table_1.correspondence_table import render
 from eval.table_2 import rating_table as rated
 from eval.table_3.plan_report import TITLES
+from eval.table_3.plan_rows import ALONE
 from eval.tables.comparison_report import COLUMNS as COMPARISON_COLUMNS
 from eval.tables.comparison_report import shown_p
 from eval.tables.formats import delimited, document
-from eval.tables.latex import estimate, tabular, text
+from eval.tables.latex import RULE, estimate, tabular, text
 from eval.tables.plot_style import Plot
 
 MARKER = "report.json"
@@ -116,7 +124,8 @@ def _latex(plans: Plans) -> str:
     tables = []
     for part, rows in plans.parts().items():
         title = f"Table 3, {plans.name}: {TITLES[part]}. Judged by a program"
-        tables.append(_rows_latex(f"{title}; the paper's figures are people's.", rows, plans))
+        papers = "; the paper's figures are people's" if plans.has_paper else ""
+        tables.append(_rows_latex(f"{title}{papers}.", rows, plans))
         if compared := plans.compared_on(part):
             tables.append(_compared_latex(f"{title}: configurations compared.", compared))
     if plans.people:
@@ -130,14 +139,16 @@ def _latex(plans: Plans) -> str:
 
 
 def _rows_latex(title: str, rows: Sequence[PlanRow], plans: Plans) -> str:
-    cells = []
-    for row in rows:
-        paper = paper_figure(row, plans)
-        shown = "--" if paper is None else f"{paper:.2f}"
+    cells: list[Sequence[str]] = []
+    has_paper = any(paper_figure(row, plans) is not None for row in rows)
+    for i, row in enumerate(rows):
+        if i and row.configuration not in ALONE and rows[i - 1].configuration in ALONE:
+            cells.append(RULE)
         right = estimate(_figure(row.precision), row.low, row.high)
         load = estimate(_figure(row.theme), row.theme_low, row.theme_high)
-        cells.append((text(row.configuration), right, load, shown, str(row.n)))
-    headings = ("Configuration", "Right", "Right load", "Paper", "$n$")
+        paper = [estimate(_figure(paper_figure(row, plans)), None, None)] if has_paper else []
+        cells.append((text(name_of(row)), right, load, *paper, str(row.n)))
+    headings = ("Configuration", "Right", "Right load", *(["Paper"] if has_paper else []), "$n$")
     return tabular(headings, cells, comments=[title])
 
 

@@ -50,11 +50,16 @@ class Plot:
 def _style(salt: str) -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - slow to import, and only plots need it
 
-    # Text stays text: in SVG for the page's own type, in PDF as a font that may be embedded.
-    fonts = {"font.size": 8, "svg.fonttype": "none", "pdf.fonttype": 42}
-    colours = {
+    style: dict[Any, Any] = {
+        "svg.hashsalt": salt,
+        # Text stays text: in SVG for the page's own type, in PDF as a font that may be embedded.
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,
+        "text.parse_math": False,
+        "font.size": 8,
+        "axes.linewidth": 0.6,
         **dict.fromkeys(("text.color", "axes.labelcolor"), INK),
         **dict.fromkeys(("xtick.color", "ytick.color", "axes.edgecolor"), GREY),
     }
-    with mpl.rc_context({"svg.hashsalt": salt, "axes.linewidth": 0.6, **fonts, **colours}):
+    with mpl.rc_context(style):
         yield
