@@ -10,7 +10,7 @@ import click
 from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
-from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
+from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
 
 
 @click.command(
@@ -49,13 +49,7 @@ from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
 @THRESHOLD
 @SEED
 @draws_option()
-@click.option(
-    "--top",
-    type=click.IntRange(min=1),
-    default=10,
-    show_default=True,
-    help="How many phrases to list of each kind.",
-)
+@TOP
 @click.option(
     "--repeats",
     type=click.IntRange(min=0),
