@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eval.table_1.correspondence import ROW_TYPES, Row, RowType
+from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import delimited, metadata_text
 from eval.tables.plot_style import (
     BLUE,
@@ -76,20 +76,6 @@ class CurvePoint:
     error: float
     low: float
     high: float
-
-
-def points_of_rows(sdcs: int, rows: Sequence[Row]) -> tuple[CurvePoint, ...]:
-    """Points of one model's Table 1: the error is what is missing from the accuracy."""
-    return tuple(
-        CurvePoint(
-            type=row.type,
-            sdcs=sdcs,
-            error=1 - row.accuracy.value,
-            low=1 - row.accuracy.high,
-            high=1 - row.accuracy.low,
-        )
-        for row in rows
-    )
 
 
 def write_csv(

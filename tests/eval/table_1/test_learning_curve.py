@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eval.statistics.estimates import Estimate
-from eval.table_1.correspondence import ROW_TYPES, Row
-from eval.table_1.learning_curve import CurvePoint, points_of_rows, spread, write_csv, write_plot
+from eval.table_1.correspondence import ROW_TYPES
+from eval.table_1.learning_curve import CurvePoint, spread, write_csv, write_plot
 from g3.errors import FormatError
 
 POINTS = tuple(
@@ -22,12 +21,6 @@ POINTS = tuple(
     for sdcs, error in ((2000, 0.1 + level / 50), (500, 0.3 + level / 50))
 )
 NAN_POINT = CurvePoint("PATH", 100, math.nan, math.nan, math.nan)
-
-
-def test_points_are_what_is_missing_from_the_accuracy():
-    none = Estimate(math.nan, math.nan, math.nan)
-    row = Row("PLACE", none, none, none, Estimate(0.75, 0.5, 0.875), 8, 4, 2, 1)
-    assert points_of_rows(250, [row]) == (CurvePoint("PLACE", 250, 0.25, 0.125, 0.5),)
 
 
 def test_csv_is_ordered_and_records_metadata(tmp_path):
