@@ -150,11 +150,14 @@ def _of_plans(plans: Plans) -> dict[str, Plot]:
     found = {}
     for part, rows in plans.parts().items():
         found[part] = intervals(_of_table_3(rows, plans), f"Table 3: {TITLES[part]}")
-        compared = plans.compared_on(part)
-        found[f"{part}-compared"] = differences(_of_comparisons(compared), f"Compared: {part}")
+        if compared := plans.compared_on(part):
+            title = f"Differences: {TITLES[part]}"
+            found[f"{part}-compared"] = differences(_of_comparisons(compared), title)
     if plans.people:
         found["people"] = intervals(_of_table_3(plans.people, plans), "Table 3 by people")
-        found["people-compared"] = differences(_of_comparisons(plans.people_compared), "People")
+    if plans.people_compared:
+        lines = _of_comparisons(plans.people_compared)
+        found["people-compared"] = differences(lines, "Differences by people")
     if plans.reliability:
         found["reliability"] = reliability(plans.reliability, "Reliability of plans")
     return found
