@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from g3.errors import CorpusError
 
 Member = TypeVar("Member")
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def load_extensions(group: str) -> None:
@@ -34,6 +35,47 @@ def load_extensions(group: str) -> None:
                 type(error).__name__,
                 error,
             )
+
+
+def add_member(known: dict[str, Member], name: str, member: Member, *, kind: str) -> None:
+    """Add a member to a registry.
+
+    Parameters
+    ----------
+    kind
+        What the members are, such as "grounder".
+
+    Raises
+    ------
+    ValueError
+        If another member has the name.
+    """
+    if name in known:
+        raise ValueError(f"the {kind} {name!r} is registered already")
+    known[name] = member
+
+
+def registering(
+    known: dict[str, Member], name: str, make: Callable[[str, Function], Member], *, kind: str
+) -> Callable[[Function], Function]:
+    """A decorator that adds to a registry what is made of a function and its first line of docs.
+
+    Raises
+    ------
+    ValueError
+        When it decorates, if another member has the name.
+    """
+
+    def register(function: Function) -> Function:
+        add_member(known, name, make(summary_of(function), function), kind=kind)
+        return function
+
+    return register
+
+
+def summary_of(function: Callable[..., Any]) -> str:
+    """The first line of a function's docstring."""
+    return (function.__doc__ or "").strip().split("\n")[0]
 
 
 def member_named(name: str, known: Mapping[str, Member], *, kind: str, group: str) -> Member:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,24 +11,12 @@ from annotation_app.cli.audit_commands import audit
 from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.crowd_commands import old_reconcile
+from annotation_app.cli.export_commands import export, import_corpus
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init
 from annotation_app.cli.token_commands import tokens
 from annotation_app.cli.webhook_commands import webhooks
-from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note, say
-
-if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
-
-    from annotation_app.store.models import Study
-
-LEROBOT = "lerobot"
-"""Written into a copy of a dataset, where `ct corpus export` makes a new one."""
-
-STUDY_NAME = click.option(
-    "--study", "study_name", metavar="NAME", help="Which study, if there are several."
-)
 
 
 class _Annotate(click.Group):
@@ -217,184 +205,13 @@ def serve(
         serving.serve(config, bound, threads=threads, listening=tell_addresses)
 
 
-@annotate.command()
-@click.argument("out", type=click.Path(path_type=Path))
-@STUDY_NAME
-@INSTALLATION
-@click.option(
-    "--format",
-    "form",
-    metavar="FORMAT",
-    default="corpus",
-    show_default=True,
-    help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of "
-    "the episodes' dataset with what people said.",
-)
-@click.option(
-    "--episodes",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Where the LeRobot dataset is, if it has moved: lerobot.",
-)
-@click.option("--licence", default="", help="On what terms the corpus may be used.")
-@click.option(
-    "--with-excluded",
-    is_flag=True,
-    help="Also the answers that were left out, and why: csv, jsonl, parquet.",
-)
-@click.option("--force", is_flag=True, help="Replace what is there.")
-@JSON
-def export(
-    *,
-    out: Path,
-    study_name: str | None,
-    place: Place,
-    form: str,
-    episodes: Path | None,
-    licence: str,
-    with_excluded: bool,
-    force: bool,
-    as_json: bool,
-) -> None:
-    """Write what people have answered.
-
-    \b
-    Examples:
-      ct annotate export my-corpus
-      ct eval --table 1 --corpus my-corpus
-      ct annotate export answers.csv --format csv
-      ct annotate export for-slu-core --format slu-core
-      ct annotate export my-dataset-with-language --format lerobot
-    """
-    from annotation_app.core.config import open_instance
-    from annotation_app.export import answer_tables
-    from annotation_app.export import corpus_export as exports
-    from annotation_app.serving import server as serving
-    from annotation_app.store.database import opened, reading
-    from annotation_app.store.schema import check_current
-    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
-    from corpus_tools.exporters.export_registry import export_corpus_to, exporters
-    from g3.errors import FormatError
-    from g3.storage.atomic_file import replacing
-
-    told = "json" if as_json else PLAIN
-    # Answers as a table, where a corpus's table has the same name.
-    folders = {exporter.name for exporter in exporters()} - {*answer_tables.TABLES, LEROBOT}
-    known = ("corpus", LEROBOT, *sorted(folders), *answer_tables.TABLES)
-    if form not in known:
-        fix = f"use one of {', '.join(known)}"
-        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
-    if with_excluded and form not in answer_tables.WITH_EXCLUDED:
-        raise FormatError(
-            "this format has no place for answers that were left out",
-            where=f"--format {form}",
-            fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
-        )
-    if episodes is not None and form != LEROBOT:
-        raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
-    if form == "corpus":
-        check_writable(out, force=force)
-    config = open_instance(*place)
-    with (
-        opened(config.database) as engine,
-        reading(engine, one_state=True) as session,
-    ):
-        check_current(engine)
-        study = exports.find_only_study(session, study_name)
-        if form in answer_tables.TABLES:
-            write = answer_tables.TABLES[form].write
-            write = answer_tables.WITH_EXCLUDED[form] if with_excluded else write
-            with replacing(out) as file:
-                write(session, study, file)
-            serving.note_on_this_machine(config, "exported", study.name, format=form)
-            tell(told, {"files": [out]}, f"wrote {out}")
-            return
-        if form == LEROBOT:
-            counts = _write_lerobot(session, study, out, episodes, force=force)
-        else:
-            corpus = exports.export_corpus(session, study, licence=licence)
-            counts = {
-                "commands": len(corpus.commands),
-                "annotations": len(corpus.annotations),
-                "judgments": len(corpus.judgments),
-            }
-    if form == "corpus":
-        write_corpus(corpus, out, force=force)
-    elif form in folders:
-        export_corpus_to(corpus, form, out, force=force)
-    serving.note_on_this_machine(config, "exported", study.name, format=form)
-    summary = ", ".join(f"{count} {what}" for what, count in counts.items())
-    tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
-
-
-def _write_lerobot(
-    session: Session, study: Study, out: Path, dataset: Path | None, *, force: bool
-) -> dict[str, int]:
-    """Write a copy of the episodes' dataset with what people said; how much of what there is."""
-    from annotation_app.export.lerobot_export import peoples_language
-    from corpus_tools.lerobot.episode_reading import open_dataset
-    from corpus_tools.lerobot.language_writing import write_language
-
-    said = peoples_language(session, study)
-    source = open_dataset(dataset or said.dataset)
-    write_language(source, out, said.language, attachments=said.files, force=force)
-    return dict(said.counts)
-
-
-@annotate.command("import")
-@click.argument("corpus", metavar="CORPUS")
-@click.option(
-    "--videos",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
-)
-@STUDY_NAME
-@INSTALLATION
-@FORMAT
-def import_(
-    *,
-    corpus: str,
-    videos: Path,
-    study_name: str | None,
-    place: Place,
-    form: str,
-) -> None:
-    """Make a study of a corpus, to look at it and go on with it.
-
-    \b
-    Examples:
-      ct render-videos --corpus aaai11 --out replays
-      ct annotate import aaai11 --videos replays
-      ct annotate
-    """
-    from annotation_app.core.config import open_instance
-    from annotation_app.serving import server as serving
-    from annotation_app.store.database import opened, transaction
-    from annotation_app.store.salt import installation_salt
-    from annotation_app.studies.study_file import slug
-    from annotation_app.study_setup.corpus_study import import_corpus
-    from annotation_app.study_setup.rendered_study import rendered_videos
-    from corpus_tools.importers.authored.bundled import open_corpus, resolve
-
-    config = open_instance(*place)
-    serving.prepare(config)
-    found = open_corpus(corpus)
-    name = study_name or slug(found.name)
-    folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
-    with opened(config.database) as engine:
-        salt = installation_salt(engine, config)
-        with transaction(engine) as session:
-            counts = import_corpus(session, found, folder, rendered, name=name, salt=salt)
-    summary = ", ".join(f"{n} {what}" for what, n in counts.items())
-    tell(form, {"study": name, **counts}, f"study {name}: {summary}")
-
-
 for _command in (
     audit,
     backup,
     check,
     copy_media,
+    export,
+    import_corpus,
     init,
     people,
     old_reconcile,

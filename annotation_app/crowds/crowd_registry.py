@@ -11,7 +11,7 @@ import importlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from g3.extensions import load_extensions
+from g3.extensions import add_member, load_extensions
 
 if TYPE_CHECKING:
     from annotation_app.crowds.platform import Gateway
@@ -55,9 +55,7 @@ _providers: dict[str, Provider] = {}
 
 def register(provider: Provider) -> None:
     """Add a provider; its name must be new."""
-    if provider.name in _providers:
-        raise ValueError(f"there is a provider {provider.name!r} already")
-    _providers[provider.name] = provider
+    add_member(_providers, provider.name, provider, kind="provider")
 
 
 def providers() -> tuple[Provider, ...]:

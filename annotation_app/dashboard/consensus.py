@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Event, Item, Record, TaskName
+from annotation_app.dashboard.compared_answers import compared_answers
+from annotation_app.store.models import Answer, Record, TaskName
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import is_untouched
@@ -21,17 +21,7 @@ suggestion, and those of people who saw none."""
 def agreement(session: Session, study_id: str) -> list[Measured]:
     """What can be measured so far, of all tasks that are answered by several people."""
     rows = session.execute(
-        select(Answer.task, Answer.item_id, Answer.body, Answer.provenance)
-        .join(Item, Item.id == Answer.item_id)
-        .join(Event, Event.id == Answer.event_id)
-        # Adjudicators have seen what the others answered.
-        .where(
-            Item.study_id == study_id,
-            Item.attention.is_(False),
-            Answer.excluded.is_(False),
-            Event.name != "adjudicate",
-        )
-        .order_by(Answer.id)
+        compared_answers(study_id, Answer.task, Answer.item_id, Answer.body, Answer.provenance)
     )
     bodies: dict[tuple[TaskName, str], dict[str, list[Record]]] = {}
     for task_name, item_id, body, provenance in rows:

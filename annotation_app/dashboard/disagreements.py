@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Event, Item, Record, TaskName
+from annotation_app.dashboard.compared_answers import compared_answers
+from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, PLACE, THING, WORDS, Part
 from annotation_app.tasks.task_registry import find_task, tasks
 
@@ -85,19 +85,10 @@ def _count(
 
 
 def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Record]]]:
-    """Items with the answers of several people; adjudicators have seen what others answered."""
+    """Items with the answers of several people."""
+    disputed = [task.name for task in tasks() if task.has_disputes]
     rows = session.execute(
-        select(Item, Answer.body)
-        .join(Answer, Answer.item_id == Item.id)
-        .join(Event, Event.id == Answer.event_id)
-        .where(
-            Item.study_id == study_id,
-            Item.task.in_([task.name for task in tasks() if task.has_disputes]),
-            Item.attention.is_(False),
-            Answer.excluded.is_(False),
-            Event.name != "adjudicate",
-        )
-        .order_by(Answer.id)
+        compared_answers(study_id, Item, Answer.body).where(Item.task.in_(disputed))
     )
     bodies: dict[str, tuple[Item, list[Record]]] = {}
     for item, body in rows:

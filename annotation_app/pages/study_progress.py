@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from annotation_app.items.assignment import still_open
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Answer, Draft, Item, Person, Study, TaskName
-from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_record import TaskWords
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.tasks.task_texts import task_words
@@ -66,11 +66,6 @@ def progress(session: Session, study: Study, person: Person) -> list[TaskProgres
         for task in tasks()
         if task.name in config.tasks
     ]
-
-
-def wants_consent(config: StudyConfig) -> bool:
-    """Whether there is anything to read, answer or confirm before a study begins."""
-    return bool(config.consent.strip() or config.questions or config.qualification)
 
 
 def _answered(session: Session, study: Study, person: Person) -> Mapping[TaskName, int]:

@@ -23,7 +23,6 @@ from annotation_app.store.models import AccountLink, Person, Role
 DAY_S = 86_400.0
 FIRST_ADMIN_S = DAY_S
 INVITATION_DAYS = 7
-LONGEST_DAYS = 60
 
 
 def path_of(token: str) -> str:

@@ -17,12 +17,11 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import watched
-from annotation_app.items.new_items import NewItem
-from annotation_app.store.models import Item, Record
+from annotation_app.store.models import Record
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.corpus_parts import CorpusParts, add_commands
 from annotation_app.tasks.task_record import COMMAND, VIDEO_KEYS, Counts, Task, TaskWords
+from annotation_app.tasks.watched_videos import NOT_WATCHED, item_of_video, video_payload
 
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200
@@ -67,23 +66,14 @@ def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
         yield f"typed the same command {same} times"
 
 
-def _payload(session: Session, item: Item, _salt: bytes) -> Record:
-    return watched(session, item)
-
-
 def _check(
     _session: Session, _item: AnyItem, answer: Described, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
     text = clean_text(answer.text)
     problems = [*text_problems(text)]
     if not answer.played_to_end:
-        problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
+        problems.insert(0, NOT_WATCHED)
     return with_watching({"text": text}, answer.watched_s, answer.speed), problems
-
-
-def _of_video(video: str, sha256: str) -> NewItem:
-    # A video is the same for a person in any study, if its file is.
-    return NewItem("describe", f"video {sha256}", {"video": video})
 
 
 def _export(parts: CorpusParts) -> None:
@@ -114,13 +104,13 @@ DESCRIBE = Task(
     ),
     template="tasks/describe.html",
     answer=Described,
-    payload=_payload,
+    payload=video_payload,
     check=_check,
     example=lambda scene: scene.watched,
     hides_title=True,
     practises=("video",),
     gives=COMMAND,
-    of_video=_of_video,
+    of_video=item_of_video("describe"),
     export=_export,
     counts=Counts(
         CommandCounts,

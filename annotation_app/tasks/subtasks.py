@@ -21,11 +21,11 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.items.new_items import NewItem
-from annotation_app.store.models import Item, Record
+from annotation_app.store.models import Record
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
+from annotation_app.tasks.watched_videos import NOT_WATCHED, item_of_video, video_payload
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
@@ -89,17 +89,13 @@ def most_agreed(bodies: Sequence[Record]) -> int:
     return int(np.argmax(scores))
 
 
-def _payload(session: Session, item: Item, _salt: bytes) -> Record:
-    return watched(session, item)
-
-
 def _check(
     session: Session, item: AnyItem, answer: CutUp, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
     subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
     problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
     if not answer.played_to_end:
-        problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
+        problems.insert(0, NOT_WATCHED)
     return with_watching({"subtasks": subtasks}, answer.watched_s, answer.speed), problems
 
 
@@ -121,11 +117,6 @@ def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldPr
         if following["start_s"] <= one["start_s"]:
             message = f"Step {number} must begin after the one before it."
             yield FieldProblem(f"subtasks[{number - 1}]", message)
-
-
-def _of_video(video: str, sha256: str) -> NewItem:
-    # A video is the same for a person in any study, if its file is.
-    return NewItem("subtasks", f"video {sha256}", {"video": video})
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -157,11 +148,11 @@ SUBTASKS = Task(
     ),
     template="tasks/subtasks.html",
     answer=CutUp,
-    payload=_payload,
+    payload=video_payload,
     check=_check,
     example=lambda scene: scene.watched,
     hides_title=True,
-    of_video=_of_video,
+    of_video=item_of_video("subtasks"),
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     agreement=_measured,
 )

@@ -17,7 +17,7 @@ from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
 from annotation_app.tasks.subtasks import SUBTASKS
 from annotation_app.tasks.task_record import COMMAND, LONGEST_NAME, Task
-from g3.extensions import load_extensions
+from g3.extensions import add_member, load_extensions
 
 _tasks: dict[TaskName, Task] = {}
 
@@ -30,9 +30,7 @@ def register(task: Task) -> None:
         )
     if task.gives == COMMAND and task.adjudication is not None:
         raise ValueError(f"{task.name}: answers that are commands are adopted at once")
-    if task.name in _tasks:
-        raise ValueError(f"there is a task {task.name!r} already")
-    _tasks[task.name] = task
+    add_member(_tasks, task.name, task, kind="task")
 
 
 def tasks() -> tuple[Task, ...]:

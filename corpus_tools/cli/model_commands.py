@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
-from corpus_tools.options.model_options import NEGATIVES_SEED, training_options
+from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import say
 from g3.errors import FormatError, SDCError
@@ -353,9 +353,7 @@ def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> 
     callback=in_a_folder,
     help="The model, a file.",
 )
-@click.option(
-    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
-)
+@L2
 @FORMAT
 def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> None:
     """Train the extractor of SDC trees on annotated trees (section 3.1).

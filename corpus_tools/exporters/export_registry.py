@@ -16,7 +16,7 @@ from typing import TypeAlias, cast
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from g3.errors import FormatError
-from g3.extensions import load_extensions
+from g3.extensions import add_member, load_extensions
 
 Files: TypeAlias = Mapping[str, bytes | Path]
 """Contents by the files' names in the folder, or the files that hold them."""
@@ -57,9 +57,7 @@ _exporters: dict[str, Exporter] = {}
 
 def register(exporter: Exporter) -> None:
     """Add an exporter; its name must be new."""
-    if exporter.name in _exporters:
-        raise ValueError(f"there is an exporter {exporter.name!r} already")
-    _exporters[exporter.name] = exporter
+    add_member(_exporters, exporter.name, exporter, kind="exporter")
 
 
 def exporters() -> tuple[Exporter, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
-from g3.extensions import load_extensions
+from g3.extensions import add_member, load_extensions
 from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -120,9 +120,7 @@ _importers: dict[str, Importer] = {}
 
 def register(importer: Importer) -> None:
     """Add an importer; its name must be new."""
-    if importer.name in _importers:
-        raise ValueError(f"there is an importer {importer.name!r} already")
-    _importers[importer.name] = importer
+    add_member(_importers, importer.name, importer, kind="importer")
 
 
 def importers() -> tuple[Importer, ...]:

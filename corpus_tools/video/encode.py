@@ -16,7 +16,6 @@ from g3.errors import CorpusError
 
 Quality: TypeAlias = Literal["draft", "standard", "high"]
 
-QUALITIES: tuple[Quality, ...] = ("draft", "standard", "high")
 ENCODER = "libx264"
 
 OPTIONS = MappingProxyType(

@@ -78,6 +78,39 @@ def train_and_test(command: Command) -> Command:
     return command
 
 
+def form_options(given: str, made: str, form: str) -> Callable[[Command], Command]:
+    """Add ``--write-tasks``, and the option that takes what other programs make of its form.
+
+    Parameters
+    ----------
+    given
+        Name of that option.
+    made, form
+        What it does, and what the form has.
+    """
+    taken = click.option(
+        given,
+        type=click.Path(path_type=Path, dir_okay=False, exists=True),
+        multiple=True,
+        help=f"{made}, called like the file (repeatable).",
+    )
+    written = click.option(
+        "--write-tasks",
+        "tasks",
+        type=click.Path(path_type=Path, dir_okay=False),
+        callback=in_a_folder,
+        help=f"Only write the form for {given}: {form}.",
+    )
+    return lambda command: taken(written(command))
+
+
+TOP = click.option(
+    "--top",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="How many phrases to list of each kind.",
+)
 OUT = click.option(
     "--out",
     type=click.Path(path_type=Path),

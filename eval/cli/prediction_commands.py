@@ -19,7 +19,9 @@ from eval.cli.mode_options import (
     OUT,
     SEED,
     THRESHOLD,
+    TOP,
     draws_option,
+    form_options,
     is_terminal,
     write,
 )
@@ -105,18 +107,10 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
     "  ct eval --table 1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
 )
 @_trained_and_tested(*DIVIDED, APART, TRAINED)
-@click.option(
+@form_options(
     "--predictions",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    multiple=True,
-    help="Show predictions of another program beside, called like the file (repeatable).",
-)
-@click.option(
-    "--write-tasks",
-    "tasks",
-    type=click.Path(path_type=Path, dir_okay=False),
-    callback=in_a_folder,
-    help="Only write the form for --predictions: each tested clause with its groundings.",
+    "Show predictions of another program beside",
+    "each tested clause with its groundings",
 )
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, or for a paper.")
@@ -178,13 +172,7 @@ def table_1(
     "  ct eval --errors --model g3.npz --test warehouse --json",
 )
 @_trained_and_tested(*DIVIDED, APART, TRAINED)
-@click.option(
-    "--top",
-    type=click.IntRange(min=1),
-    default=10,
-    show_default=True,
-    help="How many phrases to list of each kind.",
-)
+@TOP
 @FORMAT
 @OUT
 def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Path | None) -> None:
@@ -203,8 +191,8 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
 
 
 def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path | None:
-    if out.suffix.lower() not in (".png", ".svg"):
-        raise click.UsageError("--learning-curve needs --out FILE.png or FILE.svg.")
+    if out.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise click.UsageError("--learning-curve needs --out FILE.png, FILE.svg or FILE.pdf.")
     return in_a_folder(ctx, option, out)
 
 
@@ -229,7 +217,7 @@ def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path |
     type=click.Path(path_type=Path),
     required=True,
     callback=_plot_file,
-    metavar="FILE.png|svg",
+    metavar="FILE.png|svg|pdf",
     help="Where the plot goes; a CSV with its numbers is written beside it.",
 )
 def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> None:

@@ -10,7 +10,7 @@ import click
 from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
-from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
+from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
 
 
 @click.command(
@@ -18,7 +18,8 @@ from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
     short_help="Write all results of a corpus on one page.",
     epilog="\b\nExamples:\n"
     "  ct eval --report report --corpus aaai11\n"
-    "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos",
+    "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos\n"
+    "  ct eval --report report --corpus aaai11 --plans new-worlds.json --plans table-3.json",
 )
 @click.option(
     "--report",
@@ -26,14 +27,16 @@ from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
     required=True,
-    help="Where the page goes, and the same as JSON, CSV and LaTeX.",
+    help="Where the page goes, its plots as SVG and PDF, and its figures as JSON, CSV and LaTeX.",
 )
 @click.option("--corpus", metavar="CORPUS", required=True, help="The corpus to measure.")
 @HELD_OUT
 @click.option(
     "--plans",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="The JSON of --table 3, or of --end-to-end without --plans, to show in the report.",
+    multiple=True,
+    help="The JSON of --table 3, or of --end-to-end without --plans, to show in the report "
+    "(repeatable; corpora that weren't learned from come first).",
 )
 @click.option(
     "--videos",
@@ -46,13 +49,7 @@ from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, draws_option
 @THRESHOLD
 @SEED
 @draws_option()
-@click.option(
-    "--top",
-    type=click.IntRange(min=1),
-    default=10,
-    show_default=True,
-    help="How many phrases to list of each kind.",
-)
+@TOP
 @click.option(
     "--repeats",
     type=click.IntRange(min=0),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import format_option, in_a_folder, tell
+from corpus_tools.options.format_option import format_option, tell
 from corpus_tools.options.model_options import ABLATE, L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
@@ -24,6 +24,7 @@ from eval.cli.mode_options import (
     PERTURB,
     SEED,
     draws_option,
+    form_options,
     train_and_test,
     write,
 )
@@ -76,18 +77,10 @@ if TYPE_CHECKING:
     multiple=True,
     help="Add a row of the model with another parser, of an installed package (repeatable).",
 )
-@click.option(
+@form_options(
     "--plans",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    multiple=True,
-    help="Add a row of plans that another program has made, called like the file (repeatable).",
-)
-@click.option(
-    "--write-tasks",
-    "tasks",
-    type=click.Path(path_type=Path, dir_okay=False),
-    callback=in_a_folder,
-    help="Only write the form for --plans: each command with its world, to be filled in.",
+    "Add a row of plans that another program has made",
+    "each command with its world, to be filled in",
 )
 @language_model_options
 @HELD_OUT

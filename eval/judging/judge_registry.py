@@ -18,7 +18,7 @@ from eval.judging.outcome_judge import Expected, judge_outcome
 from eval.judging.picked_up import picked_up
 from g3.actions.action_kinds import Action
 from g3.annotation import Annotation
-from g3.extensions import blaming, load_extensions, member_named
+from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.groundings import Context
 from g3.short_repr import short_repr
 
@@ -119,15 +119,10 @@ def plan_judge(name: str) -> Callable[[JudgeFunction], JudgeFunction]:
         If another judge has the name.
     """
 
-    def register(function: JudgeFunction) -> JudgeFunction:
-        if name in _JUDGES:
-            raise ValueError(f"there is a judge {name!r} already")
-        description = (function.__doc__ or "").strip().split("\n")[0]
-        about = {"module": function.__module__}
-        _JUDGES[name] = RegisteredJudge(name, description, function, about=about)
-        return function
+    def make(description: str, function: JudgeFunction) -> RegisteredJudge:
+        return RegisteredJudge(name, description, function, about={"module": function.__module__})
 
-    return register
+    return registering(_JUDGES, name, make, kind="judge")
 
 
 def judge_named(name: str) -> RegisteredJudge:

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
-from g3.extensions import blaming, load_extensions, member_named
+from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.language.parsing.extractor import Parse, Tree
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
@@ -56,15 +57,7 @@ def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
     ValueError
         If another parser has the name.
     """
-
-    def register(function: ParseFunction) -> ParseFunction:
-        if name in _PARSERS:
-            raise ValueError(f"there is a parser {name!r} already")
-        description = (function.__doc__ or "").strip().split("\n")[0]
-        _PARSERS[name] = RegisteredParser(name, description, function)
-        return function
-
-    return register
+    return registering(_PARSERS, name, partial(RegisteredParser, name), kind="parser")
 
 
 def parser_named(name: str) -> RegisteredParser:

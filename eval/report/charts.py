@@ -1,154 +1,250 @@
-"""Intervals and reliability diagrams as inline SVG, without scripts."""
+"""The plots of a report: intervals, differences, reliability diagrams."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
-from typing import NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from eval.report.reliability import Bin
+from eval.statistics.estimates import Estimate
+from eval.tables.plot_style import BLUE, FAINT, GREEN, GREY, GROUND, INK, NARROW, ORANGE, Plot
 
-INK, GREY, FAINT, BLUE, ORANGE = "#1f2430", "#6b7280", "#e3e6ea", "#0072b2", "#d55e00"
-WIDTH, EDGE, LINE = 440, 8, 42
-"""Of a chart of intervals, of its margins, and of a bar with its label above; pixels. Narrow, so
-that it can be read on a telephone."""
-SIDE, MARGIN = 340, 58
-"""Of a reliability diagram, pixels."""
-TICKS = (0.0, 0.25, 0.5, 0.75, 1.0)
-SIGNED_TICKS = (-1.0, -0.5, 0.0, 0.5, 1.0)
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+UNIT = 0.185
+"""Height of a line of text, inches."""
+LETTER, COLUMN = 0.058, 1.05
+"""Widths of a letter of a label and of a column of figures, inches."""
+SERIES = ((BLUE, "o"), (GREEN, "s"))
+"""Colours and marks of what is shown of each line."""
 
 
 @dataclass(frozen=True, slots=True)
-class Bar:
-    """A figure with its interval.
+class Line:
+    """A line of a plot: figures with their intervals.
 
     Parameters
     ----------
     label
         What it is of.
-    value, low, high
-        NaN bounds draw no interval.
+    figures
+        By what they measure; NaN bounds draw no interval, a NaN value nothing.
     paper
         The paper's figure; None if it has none.
+    is_baseline
+        Whether it is what others have to beat.
     """
 
     label: str
-    value: float
-    low: float
-    high: float
+    figures: Mapping[str, Estimate]
     paper: float | None = None
+    is_baseline: bool = False
+
+    @property
+    def colour(self) -> str:
+        """Of the label."""
+        return GREY if self.is_baseline else INK
 
 
-def intervals(bars: Sequence[Bar], title: str) -> str:
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """Where figures lie, and how they are written."""
+
+    ticks: Sequence[float]
+    form: str
+    between: str
+
+    def text(self, figure: Estimate) -> str:
+        if math.isnan(figure.value):
+            return "–"
+        bounds = "–"
+        if not math.isnan(figure.low):
+            bounds = self.between.join(map(self.form.format, (figure.low, figure.high)))
+        return f"{self.form.format(figure.value)} ({bounds})".replace("-", "−")
+
+
+SHARES = _Scale((0.0, 0.25, 0.5, 0.75, 1.0), "{:.2f}", "–")
+DIFFERENCES = _Scale((-1.0, -0.5, 0.0, 0.5, 1.0), "{:+.2f}", " to ")
+
+
+def intervals(lines: Sequence[Line], title: str) -> Plot:
     """Figures between 0 and 1 as points with whiskers, the paper's as hollow diamonds."""
-    return _intervals(bars, title, TICKS, "{:.2f}")
+    return Plot(title, partial(_drawn, lines, SHARES))
 
 
-def differences(bars: Sequence[Bar], title: str) -> str:
+def differences(lines: Sequence[Line], title: str) -> Plot:
     """Figures between -1 and 1 as points with whiskers, and a line where there is none."""
-    return _intervals(bars, title, SIGNED_TICKS, "{:+.2f}")
+    return Plot(title, partial(_drawn, lines, DIFFERENCES))
 
 
-def _intervals(bars: Sequence[Bar], title: str, ticks: Sequence[float], form: str) -> str:
-    height = LINE * len(bars) + 30
-    axis = _Axis(EDGE, WIDTH - EDGE, ticks[0], ticks[-1])
-    parts = [_open(WIDTH, height, title)]
-    anchors = ("start", *["middle"] * (len(ticks) - 2), "end")
-    for tick, anchor in zip(ticks, anchors, strict=True):
-        x = axis.at(tick)
-        parts.append(_line(x, 4, x, height - 24, FAINT if tick or not ticks[0] else GREY))
-        parts.append(_text(x, height - 8, f"{tick:g}", GREY, anchor))
-    for i, bar in enumerate(bars):
-        parts += _bar(bar, LINE * (i + 0.75), axis, form)
-    return "".join([*parts, "</svg>"])
-
-
-def reliability(bins: Sequence[Bin], title: str) -> str:
+def reliability(bins: Sequence[Bin], title: str) -> Plot:
     """What was stated against what was true; the diagonal is perfect, area is the number."""
-    inner = SIDE - 2 * MARGIN
-    parts = [_open(SIDE, SIDE, title)]
-    for tick in TICKS:
-        along = MARGIN + tick * inner
-        parts.append(_line(along, MARGIN, along, SIDE - MARGIN, FAINT))
-        parts.append(_line(MARGIN, along, SIDE - MARGIN, along, FAINT))
-        parts.append(_text(along, SIDE - MARGIN + 16, f"{tick:g}", GREY, "middle"))
-        parts.append(_text(MARGIN - 6, SIDE - along + 4, f"{tick:g}", GREY, "end"))
-    parts.append(_line(MARGIN, SIDE - MARGIN, SIDE - MARGIN, MARGIN, GREY, dash="4 4"))
+    return Plot(title, partial(_reliability, bins))
+
+
+def _drawn(lines: Sequence[Line], scale: _Scale, width: float) -> Figure:
+    names = list(dict.fromkeys(name for line in lines for name in line.figures))
+    return (_narrow if width <= NARROW else _wide)(lines, names, scale, width)
+
+
+def _wide(lines: Sequence[Line], names: Sequence[str], scale: _Scale, width: float) -> Figure:
+    """Labels at the left, figures in columns at the right."""
+    step = 1 + 0.45 * (len(names) - 1)
+    column = COLUMN + 0.45 * (scale is DIFFERENCES)
+    has_paper = any(line.paper is not None for line in lines)
+    left = 0.15 + LETTER * max((len(line.label) for line in lines), default=0)
+    right = column * len(names) + 0.5 * has_paper
+    has_heads = has_paper or len(names) > 1
+    axes = _axes(width, left, right, (-0.6 - 0.9 * has_heads, step * len(lines) - 0.5), scale)
+    for i, line in enumerate(lines):
+        y = i * step + (step - 1) / 2
+        _write(axes, 0, y, line.label, offset=-left, colour=line.colour)
+        for j, (name, figure) in enumerate(line.figures.items()):
+            place = names.index(name)
+            _mark(axes, y + 0.38 * (j - (len(line.figures) - 1) / 2), figure, SERIES[place])
+            at = column * (place + 1)
+            _write(axes, 1, y, scale.text(figure), offset=at, ha="right", colour=SERIES[place][0])
+        if line.paper is not None:
+            _diamond(axes, y, line.paper)
+            _write(axes, 1, y, f"{line.paper:.2f}", offset=right, ha="right", colour=ORANGE)
+    for i, name in enumerate(names if has_heads else ()):
+        _write(axes, 1, -1, name, offset=column * (i + 1), ha="right", colour=SERIES[i][0])
+    if has_paper:
+        _write(axes, 1, -1, "paper", offset=right, ha="right", colour=ORANGE)
+    return _figure_of(axes)
+
+
+def _narrow(lines: Sequence[Line], names: Sequence[str], scale: _Scale, width: float) -> Figure:
+    """Labels and figures above each bar."""
+    several = len(names) > 1
+    rows = sum(1.7 * len(line.figures) + several for line in lines)
+    axes = _axes(width, 0.06, 0.06, (-0.6, rows - 0.2), scale)
+    y = 0.0
+    for line in lines:
+        if several:
+            _write(axes, 0, y, line.label, colour=line.colour)
+            y += 1
+        for name, figure in line.figures.items():
+            style = SERIES[names.index(name)]
+            label, colour = (name, style[0]) if several else (line.label, line.colour)
+            _write(axes, 0, y, label, colour=colour)
+            _write(axes, 1, y, scale.text(figure), ha="right", colour=style[0])
+            _mark(axes, y + 0.75, figure, style)
+            if line.paper is not None and name == names[0]:
+                _diamond(axes, y + 0.75, line.paper)
+            y += 1.7
+    return _figure_of(axes)
+
+
+def _axes(
+    width: float, left: float, right: float, span: tuple[float, float], scale: _Scale
+) -> Axes:
+    """Empty axes with margins in inches, and room for a span of lines."""
+    # Not pyplot: it keeps global state and picks a window system.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    foot, edge = 0.24, 0.03
+    height = UNIT * (span[1] - span[0]) + foot
+    figure = Figure(figsize=(width, height))
+    inner = (width - left - right - 2 * edge) / width
+    axes = figure.add_axes(((left + edge) / width, foot / height, inner, 1 - foot / height))
+    axes.set_xlim(scale.ticks[0], scale.ticks[-1])
+    axes.set_ylim(span[1], span[0])
+    axes.set_xticks(scale.ticks, [f"{t:g}".replace("-", "−") for t in scale.ticks])
+    axes.set_yticks([])
+    axes.tick_params(length=0)
+    axes.grid(axis="x", color=FAINT, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[:].set_visible(False)
+    if scale.ticks[0] < 0:
+        axes.axvline(0, color=GREY, linewidth=0.8)
+    return axes
+
+
+def _figure_of(axes: Axes) -> Figure:
+    figure: Any = axes.figure
+    return figure  # type: ignore[no-any-return]
+
+
+def _write(
+    axes: Axes, x: float, y: float, text: str, *, colour: str, offset: float = 0, ha: str = "left"
+) -> None:
+    """Write beside the axes' left or right end, an offset in inches away."""
+    axes.annotate(
+        text,
+        xy=(x, y),
+        xycoords=("axes fraction", "data"),
+        xytext=(72 * offset, 0),
+        textcoords="offset points",
+        ha=ha,
+        va="center_baseline",
+        color=colour,
+        annotation_clip=False,
+    )
+
+
+def _mark(axes: Axes, y: float, figure: Estimate, style: tuple[str, str]) -> None:
+    """A point with its interval; a hollow one where there is none."""
+    colour, marker = style
+    known = not math.isnan(figure.low)
+    if known:
+        axes.plot([figure.low, figure.high], [y, y], color=colour, linewidth=1.6, clip_on=False)
+    face = colour if known else GROUND
+    axes.plot(
+        [figure.value],
+        [y],
+        marker,
+        color=colour,
+        markerfacecolor=face,
+        markersize=4.5,
+        clip_on=False,
+    )
+
+
+def _diamond(axes: Axes, y: float, value: float) -> None:
+    axes.plot([value], [y], "D", color=ORANGE, markerfacecolor="none", markersize=4.5)
+
+
+def _reliability(bins: Sequence[Bin], width: float) -> Figure:
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(width, min(width, 3.2)), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
     most = max((b.n for b in bins), default=1)
     for b in bins:
-        x, y = MARGIN + b.stated * inner, SIDE - MARGIN - b.true * inner
-        if not math.isnan(b.low):
-            ends = (SIDE - MARGIN - bound * inner for bound in (b.low, b.high))
-            parts.append(_line(x, next(ends), x, next(ends), BLUE, width=1.5))
-        radius = 2.5 + 5.5 * math.sqrt(b.n / most)
-        parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{BLUE}" fill-opacity="0.75">'
-            f"<title>{b.n}: stated {b.stated:.2f}, true {b.true:.2f}</title></circle>"
+        known = not math.isnan(b.low)
+        if known:
+            axes.plot([b.stated] * 2, [b.low, b.high], color=BLUE, linewidth=1.2)
+        axes.plot(
+            [b.stated],
+            [b.true],
+            "o",
+            color=BLUE,
+            markerfacecolor=BLUE if known else GROUND,
+            markersize=3 + 6 * math.sqrt(b.n / most),
+            clip_on=False,
         )
-    parts.append(_text(SIDE / 2, SIDE - 8, "stated probability", INK, "middle"))
-    parts.append(
-        f'<text transform="translate(14 {SIDE / 2}) rotate(-90)" text-anchor="middle" '
-        f'fill="{INK}">part that is right</text>'
-    )
-    return "".join([*parts, "</svg>"])
-
-
-class _Axis(NamedTuple):
-    """Where figures lie, pixels."""
-
-    left: float
-    right: float
-    least: float
-    most: float
-
-    def at(self, value: float) -> float:
-        return self.left + (value - self.least) / (self.most - self.least) * (
-            self.right - self.left
+        axes.annotate(
+            f"{b.n:,}",
+            xy=(b.stated, -0.075),
+            ha="center",
+            fontsize=6.5,
+            color=GREY,
         )
-
-
-def _bar(bar: Bar, y: float, axis: _Axis, form: str) -> list[str]:
-    above = y - 13
-    parts = [_text(axis.left, above, bar.label, INK)]
-    if math.isnan(bar.value):
-        return [*parts, _text(axis.right, above, "undefined", GREY, "end")]
-    shown = form.format(bar.value)
-    if not math.isnan(bar.low):
-        between = "–" if axis.least == 0 else " to "
-        shown += f" ({form.format(bar.low)}{between}{form.format(bar.high)})"
-        parts.append(_line(axis.at(bar.low), y, axis.at(bar.high), y, BLUE, width=2.5))
-    parts.append(f'<circle cx="{axis.at(bar.value):.1f}" cy="{y}" r="4.5" fill="{BLUE}"/>')
-    if bar.paper is not None:
-        x = axis.at(bar.paper)
-        parts.append(
-            f'<path d="M{x - 5:.1f} {y}L{x:.1f} {y - 5}L{x + 5:.1f} {y}L{x:.1f} {y + 5}Z" '
-            f'fill="none" stroke="{ORANGE}" stroke-width="1.6">'
-            f"<title>the paper: {bar.paper:.2f}</title></path>"
-        )
-    return [*parts, _text(axis.right, above, shown.replace("-", "−"), INK, "end")]
-
-
-def _open(width: float, height: float, title: str) -> str:
-    return (
-        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" '
-        f'xmlns="http://www.w3.org/2000/svg"><title>{escape(title)}</title>'
-    )
-
-
-def _line(
-    x: float, y: float, to_x: float, to_y: float, colour: str, *, width: float = 1, dash: str = ""
-) -> str:
-    dashed = f' stroke-dasharray="{dash}"' if dash else ""
-    return (
-        f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}" stroke="{colour}" '
-        f'stroke-width="{width}"{dashed}/>'
-    )
-
-
-def _text(x: float, y: float, text: str, colour: str, anchor: str = "start") -> str:
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" fill="{colour}" text-anchor="{anchor}">'
-        f"{escape(text)}</text>"
-    )
+    axes.set_xlim(0, 1)
+    axes.set_ylim(-0.1, 1)
+    axes.set_xticks(SHARES.ticks, [f"{t:g}" for t in SHARES.ticks])
+    axes.set_yticks(SHARES.ticks, [f"{t:g}" for t in SHARES.ticks])
+    axes.set_xlabel("stated probability (small numbers: how many)")
+    axes.set_ylabel("part that is right")
+    axes.grid(color=FAINT, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    return figure

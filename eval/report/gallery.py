@@ -14,7 +14,7 @@ from eval.report.plan_results import JudgedPlan, Plans
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.groundings import PhysicalObject
-from g3.sdc.clauses import all_words, breadth_first
+from g3.sdc.clauses import Span, all_words, breadth_first
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Okabe and Ito (2008): distinct for colour-blind readers."""
@@ -30,6 +30,14 @@ class Phrase:
 
 
 @dataclass(frozen=True, slots=True)
+class Words:
+    """A piece of a command, and its innermost clause's colour; empty if it has none."""
+
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
 class Shown:
     """A video with a command.
 
@@ -39,6 +47,8 @@ class Shown:
         Of the scenario.
     command
         What somebody has typed or written for it.
+    words
+        The same in pieces: those of a clause with what it is grounded in, and those between.
     phrases
         Its OBJECTs.
     video, poster
@@ -52,6 +62,7 @@ class Shown:
     name: str
     title: str
     command: str
+    words: tuple[Words, ...]
     phrases: tuple[Phrase, ...]
     video: str
     poster: str
@@ -118,11 +129,12 @@ def failures(plans: Plans, most: int) -> list[Failed]:
 
 def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Shown:
     seen = json.loads((folder / "segmentation.json").read_bytes())
-    phrases = _phrases(annotation)
+    clauses = _clauses(annotation)
+    phrases = [phrase for phrase, _ in clauses]
     polygons = {thing["id"]: thing["polygons"] for thing in seen["objects"]}
     outlines = [
         (phrase.colour, " ".join(f"{x},{y}" for x, y in polygon))
-        for phrase in phrases
+        for phrase in {phrase.objects: phrase for phrase in phrases}.values()
         for thing in phrase.objects
         for polygon in polygons.get(thing, ())
     ]
@@ -130,6 +142,7 @@ def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Sh
         manifest["id"],
         manifest.get("title", ""),
         annotation.command.text,
+        tuple(_words(annotation.command.text, clauses)),
         tuple(phrases),
         _uri(folder / "video.mp4", "video/mp4"),
         _uri(folder / "poster.png", "image/png"),
@@ -138,15 +151,35 @@ def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Sh
     )
 
 
-def _phrases(annotation: Annotation) -> Sequence[Phrase]:
-    found: list[Phrase] = []
+def _clauses(annotation: Annotation) -> list[tuple[Phrase, tuple[Span, ...]]]:
+    """The OBJECTs but the robot, outer ones first; those of the same things have one colour."""
+    found: list[tuple[Phrase, tuple[Span, ...]]] = []
+    colours: dict[tuple[str, ...], str] = {}
     nodes = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
     for sdc, groundings in nodes:
         objects = tuple(g.id for g in groundings if isinstance(g, PhysicalObject))
         if sdc.type == "OBJECT" and objects and annotation.context.agent_id not in objects:
-            text = " ".join(span.text for span in all_words(sdc))
-            found.append(Phrase(text, objects, COLOURS[len(found) % len(COLOURS)]))
+            spans = all_words(sdc)
+            colour = colours.setdefault(objects, COLOURS[len(colours) % len(COLOURS)])
+            found.append((Phrase(" ".join(span.text for span in spans), objects, colour), spans))
     return found
+
+
+def _words(command: str, clauses: Sequence[tuple[Phrase, tuple[Span, ...]]]) -> list[Words]:
+    # Inner clauses come last, so that a word has the colour of its innermost one.
+    colours = {span: phrase.colour for phrase, spans in clauses for span in spans}
+    pieces: list[Words] = []
+    end = 0
+    for span in sorted(colours):
+        between, colour = command[end : span.start], colours[span]
+        if pieces and pieces[-1].colour == colour and not between.strip():
+            between = pieces.pop().text + between
+        elif between:
+            pieces.append(Words(between, ""))
+            between = ""
+        pieces.append(Words(f"{between}{span.text}", colour))
+        end = span.end
+    return [*pieces, Words(command[end:], "")]
 
 
 def _uri(path: Path, kind: str) -> str:

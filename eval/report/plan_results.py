@@ -12,6 +12,8 @@ import msgspec
 
 from eval.judging.judge_registry import AUTOMATIC
 from eval.report.reliability import Bin
+from eval.statistics.estimates import FEWEST_CLUSTERS
+from eval.statistics.intervals import wilson
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from g3.errors import FormatError
@@ -91,6 +93,9 @@ class PlanFile(msgspec.Struct, frozen=True):
     What else it has is provenance.
     """
 
+    train: list[str] = []
+    test: str = ""
+    test_scenarios: list[str] = []
     rows: list[PlanRow] = []
     automatic: AutomaticRows | None = None
     people: list[PlanRow] | None = None
@@ -104,12 +109,24 @@ class PlanFile(msgspec.Struct, frozen=True):
     object_grounding_top1: float | None = None
 
 
+SHOWN = {*PlanFile.__struct_fields__} - {"train", "test", "test_scenarios"}
+"""What a report shows of the file; the rest says how it was made."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plans:
     """Table 3, its plans, and how they were made.
 
     Parameters
     ----------
+    name
+        Of the file, without its folder and suffix.
+    worlds
+        How many worlds or scenarios were tested, each held out in turn.
+    test
+        The hash of the tested corpus.
+    is_new
+        Whether the tested corpus is none of those that were learned from.
     rows
         A row for each configuration and part of the commands, by the automatic judge.
     people
@@ -121,13 +138,17 @@ class Plans:
     commands
         By configuration, the verdict on each command's plan.
     reliability
-        Of the plans' probabilities.
+        Of the plans' probabilities; the intervals take plans to be independent.
     validity
         How well the automatic judge agrees with people, as the file has it; None if unknown.
     provenance
         What else the file says.
     """
 
+    name: str
+    worlds: int
+    test: str
+    is_new: bool
     rows: Sequence[PlanRow]
     people: Sequence[PlanRow]
     compared: Sequence[Compared]
@@ -141,18 +162,27 @@ class Plans:
     provenance: Mapping[str, Any]
     document: Mapping[str, Any]
 
+    @property
+    def has_paper(self) -> bool:
+        """Whether the tested corpus is one like the paper's, with annotated clauses."""
+        return any(row.configuration.startswith("gold") for row in (*self.rows, *self.people))
+
     def part(self, subset: str) -> list[PlanRow]:
         """The judge's rows of a part of the commands."""
         return [row for row in self.rows if row.subset == subset]
 
     def parts(self) -> dict[str, list[PlanRow]]:
-        """The judge's rows by the title of their part; what is the same as all is shown once."""
+        """The judge's rows by the name of their part; what is the same as all is shown once."""
         sizes = {subset: max((r.n for r in self.part(subset)), default=0) for subset in TITLES}
         return {
-            title: self.part(subset)
-            for subset, title in TITLES.items()
+            subset: self.part(subset)
+            for subset in TITLES
             if subset == WHOLE or 0 < sizes[subset] < sizes[WHOLE]
         }
+
+    def compared_on(self, subset: str) -> list[Compared]:
+        """The judge's comparisons on a part of the commands."""
+        return [c for c in self.compared if c.subset == subset]
 
     def wrong(self) -> list[JudgedPlan]:
         """Wrong plans, those that were thought most probable first.
@@ -162,6 +192,22 @@ class Plans:
         plans = self.commands.get("gold") or self.commands.get("auto", ())
         found = [plan for plan in plans if not plan.correct]
         return sorted(found, key=lambda plan: (-plan.probability, plan.command))
+
+
+def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
+    """Read Table 3 of several corpora; those that nothing was learned from come first.
+
+    Raises
+    ------
+    FormatError
+        As :func:`read_plans`, or if two files have the same name.
+    """
+    names = [path.stem for path in paths]
+    if len({*names}) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise FormatError(f"two files of plans are called {twice}", fix="give one another name")
+    found = [read_plans(path) for path in paths]
+    return sorted(found, key=lambda plans: (not plans.is_new, plans.test == corpus_hash))
 
 
 def read_plans(path: Path) -> Plans:
@@ -202,18 +248,29 @@ def read_plans(path: Path) -> Plans:
             where=str(path),
             fix=f"run it again: {MADE_BY}",
         )
-    nan = float("nan")
     return Plans(
+        path.stem,
+        len(found.test_scenarios),
+        found.test,
+        bool(found.train) and found.test not in found.train,
         automatic.rows,
         found.people or (),
         automatic.comparisons,
         found.people_compared,
         found.study,
         found.commands,
-        [Bin(b.stated, b.correct, nan, nan, b.n) for b in found.reliability],
+        [_with_interval(b) for b in found.reliability],
         found.expected_calibration_error,
         found.object_grounding_top1,
         automatic.judge_validity,
-        {k: v for k, v in document.items() if k not in PlanFile.__struct_fields__},
+        {k: v for k, v in document.items() if k not in SHOWN},
         document,
     )
+
+
+def _with_interval(plans: PlanBin) -> Bin:
+    """A bin with Wilson's interval; without, where there are too few plans."""
+    share = wilson(round(plans.correct * plans.n), plans.n)
+    nan = float("nan")
+    bounds = (share.low, share.high) if plans.n >= FEWEST_CLUSTERS else (nan, nan)
+    return Bin(plans.stated, plans.correct, *bounds, plans.n)

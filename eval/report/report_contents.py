@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -15,12 +14,12 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_validity import Validity, known_validity
 from eval.report.gallery import Failed, Shown, examples, failures
-from eval.report.plan_results import Plans, read_plans
+from eval.report.plan_results import Plans, read_all_plans
 from eval.report.reliability import Bin, bins
 from eval.table_1 import experiment
 from eval.table_1.correspondence import Row, table_rows
 from eval.table_1.error_lists import ErrorList, error_lists
-from eval.table_1.learning_curve import CurvePoint, write_plot
+from eval.table_1.learning_curve import CurvePoint
 from eval.table_1.protocol import Choices
 from eval.table_2.rating_table import Results, table_2
 from g3.features.feature_registry import CATALOGUE_VERSION
@@ -39,7 +38,7 @@ class ReportChoices:
     corpus
         Measured with each scenario held out in turn.
     plans
-        Table 3 as ``ct eval --table 3 --format json`` has written it; None to leave it out.
+        Table 3 as ``ct eval --table 3 --format json`` has written it, of each tested corpus.
     videos
         What ``ct render-videos`` has made of the corpus; None to show none.
     study
@@ -51,7 +50,7 @@ class ReportChoices:
     """
 
     corpus: str
-    plans: Path | None = None
+    plans: Sequence[Path] = ()
     videos: Path | None = None
     study: str = ""
     negatives: str = "random"
@@ -73,12 +72,13 @@ class Contents:
         Its rows, and how they were made.
     reliability
         Of the predicted correspondences.
-    curve, curve_svg
-        The learning curve's points, and its plot.
+    curve, repeats
+        The learning curve's points, and of how many random orders.
     errors
         The lists of section 4.2.
     table_2, validity, plans, shown, failures
-        Ratings by people, the judge against them, Table 3, example videos, and wrong plans'.
+        Ratings by people, the judge against them, Table 3 of each tested corpus with new worlds
+        first, example videos, and wrong plans'.
     provenance
         What it was made of and with.
     commands
@@ -89,11 +89,11 @@ class Contents:
     metadata: dict[str, object]
     reliability: Sequence[Bin]
     curve: Sequence[CurvePoint]
-    curve_svg: str
+    repeats: int
     errors: Sequence[ErrorList]
     table_2: Results | None
     validity: Validity | None
-    plans: Plans | None
+    plans: Sequence[Plans]
     shown: Sequence[Shown]
     failures: Sequence[Failed]
     provenance: dict[str, object]
@@ -109,7 +109,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         If the corpus, the plans or the videos can't be used.
     """
     corpus = open_corpus(choices.corpus)
-    plans = read_plans(choices.plans) if choices.plans else None
+    plans = read_all_plans(choices.plans, corpus.hash)
     shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []
     asked = Choices(
         corpus=choices.corpus,
@@ -134,13 +134,13 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         {"table": 1, **result.metadata, "draws": choices.draws},
         bins(result.predictions, **draws),
         curve,
-        _plotted(curve, choices.repeats),
+        repeats,
         error_lists(result.predictions, result.shown, k=choices.top, threshold=choices.threshold),
         table_2(corpus.judgments, **ratings) if corpus.judgments else None,
         known_validity([corpus], **draws),
         plans,
         shown,
-        failures(plans, EXAMPLES) if plans else (),
+        [one for own in plans for one in failures(own, EXAMPLES)][:EXAMPLES],
         {
             "corpus": corpus.name,
             "corpus_hash": corpus.hash,
@@ -153,20 +153,10 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
             "libraries": {name: version(name) for name in LIBRARIES},
             "seed": choices.seed,
             "draws": choices.draws,
-            **({} if plans is None else {"table_3": plans.provenance}),
+            **{f"table_3, {own.name}": own.provenance for own in plans},
         },
         _commands(choices, has_ratings=bool(corpus.judgments)),
     )
-
-
-def _plotted(curve: Sequence[CurvePoint], repeats: int) -> str:
-    if not curve:
-        return ""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "curve.svg"
-        write_plot(curve, path, bounds=f"range of {repeats} random orders")
-        text = path.read_text(encoding="utf-8")
-    return text[text.index("<svg") :]
 
 
 def _commands(choices: ReportChoices, *, has_ratings: bool) -> list[str]:
@@ -182,12 +172,12 @@ def _commands(choices: ReportChoices, *, has_ratings: bool) -> list[str]:
     if has_ratings:
         found += [f"ct eval --table 2 {common}", f"ct eval --judge-validity {common}"]
     whole = [f"ct eval --report report --corpus {name} --seed {seed}"]
-    if choices.plans:
+    for file in choices.plans:
         found.append(
             "ct eval --table 3 --judge automatic --train CORPUS --test CORPUS "
-            f"--format json --out {choices.plans.name}"
+            f"--format json --out {file.name}"
         )
-        whole.append(f"--plans {choices.plans.name}")
+        whole.append(f"--plans {file.name}")
     if choices.videos:
         found.append(f"ct render-videos --corpus {name} --out {choices.videos.name}")
         whole.append(f"--videos {choices.videos.name}")

@@ -5,25 +5,43 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
+from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
 
 from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_report import GROUPS, notes
 from eval.judging.judge_validity import VERDICTS, Validity
-from eval.report.charts import Bar, differences, intervals, reliability
+from eval.report.charts import Line, differences, intervals, reliability
 from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
 from eval.report.reliability import calibration_error
 from eval.report.report_contents import Contents
+from eval.statistics.estimates import FEWEST_CLUSTERS, Estimate
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
+from eval.table_1.learning_curve import curve_plot
 from eval.table_2.rating_table import PAPER as PAPER_TABLE_2
 from eval.table_2.rating_table import Results
 from eval.table_2.rating_table import notes as table_2_notes
-from eval.table_3.plan_report import HEADINGS, TITLES
 from eval.table_3.plan_report import PAPER as PAPER_TABLE_3
+from eval.table_3.plan_report import TITLES
+from eval.table_3.plan_rows import ALONE
 from eval.tables.comparison_report import shown_p
 from eval.tables.formats import interval
+from eval.tables.plot_style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    GREY,
+    GROUND,
+    INK,
+    NARROW,
+    ORANGE,
+    PURPLE,
+    WIDE,
+    Plot,
+)
 from g3.errors import CorpusError
 
 NAMES = {
@@ -38,7 +56,22 @@ NAMES = {
     "right": "known right pairs",
     "wrong": "known wrong pairs",
 }
+MEASURES = {"precision": "right", "theme": "right load"}
+"""What verdicts are called."""
 WRONG_PLANS = 25
+LISTED = 6
+"""How many values of a setting the page lists."""
+THEMED = {
+    INK: "ink",
+    GREY: "grey",
+    FAINT: "faint",
+    GROUND: "ground",
+    BLUE: "blue",
+    ORANGE: "orange",
+    GREEN: "green",
+    PURPLE: "purple",
+}
+"""The page's names of the plots' colours, which are others where it is dark."""
 
 
 def check_installed() -> None:
@@ -47,14 +80,15 @@ def check_installed() -> None:
     Raises
     ------
     CorpusError
-        If the package that fills templates isn't installed.
+        If the packages that fill templates and draw plots aren't installed.
     """
-    if find_spec("jinja2") is None:
-        raise CorpusError("reports need jinja2", fix="pip install 'corpus-tools-g3[study]'")
+    for package in ("jinja2", "matplotlib"):
+        if find_spec(package) is None:
+            raise CorpusError(f"reports need {package}", fix="pip install 'corpus-tools-g3[study]'")
 
 
-def page(contents: Contents) -> str:
-    """The page."""
+def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
+    """The page; `plots` are those of :func:`plots_of`."""
     from jinja2 import Environment, StrictUndefined  # noqa: PLC0415 - an extra
     from markupsafe import Markup  # noqa: PLC0415 - comes with it
 
@@ -62,8 +96,9 @@ def page(contents: Contents) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {
-        "f2": _two,
-        "f3": _three,
+        "f2": _fixed,
+        "f3": partial(_fixed, digits=3),
+        "fixed": _fixed,
         "signed": _signed,
         "count": _count,
         "to": _to,
@@ -73,88 +108,126 @@ def page(contents: Contents) -> str:
     template = environment.from_string(
         files("eval.report").joinpath("page.html").read_text(encoding="utf-8")
     )
-    charts = {name: Markup(svg) for name, svg in _charts(contents).items()}  # noqa: S704 - ours
+    charts = {name: Markup(_inline(plot)) for name, plot in plots.items()}  # noqa: S704 - ours
     return template.render(
         contents=contents,
         charts=charts,
         paper_1=PAPER_TABLE_1,
         paper_2=PAPER_TABLE_2,
-        paper_3=PAPER_TABLE_3,
-        names=NAMES,
+        paper_3=paper_figure,
+        name_of=name_of,
+        titles=TITLES,
+        measures=MEASURES,
+        wrong_plans=WRONG_PLANS,
         calibration=calibration_error(contents.reliability),
         table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
         validity_notes=notes(contents.validity) if contents.validity else [],
         agreements=_agreements(contents.validity),
         verdicts=VERDICTS,
-        plan_parts=contents.plans.parts() if contents.plans else {},
-        plan_comparisons=_comparisons(contents.plans),
-        wrong=contents.plans.wrong()[:WRONG_PLANS] if contents.plans else [],
+        baselines=ALONE,
+        fewest=FEWEST_CLUSTERS,
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
 
 
-def _charts(contents: Contents) -> dict[str, str]:
+def plots_of(contents: Contents) -> dict[str, Plot]:
+    """All plots of a report by the names of their files."""
     found = {
-        "table_1": intervals(_of_table_1(contents.table_1), "F-scores of Table 1 with intervals"),
+        "table-1": intervals(_of_table_1(contents.table_1), "F-scores of Table 1"),
         "reliability": reliability(contents.reliability, "Reliability of correspondences"),
-        "curve": re.sub("<metadata>.*?</metadata>", "", contents.curve_svg, flags=re.DOTALL),
     }
+    if contents.curve:
+        bounds = f"range of {contents.repeats} random orders"
+        found["learning-curve"] = curve_plot(contents.curve, bounds)
     if contents.table_2:
-        found["table_2"] = intervals(_of_table_2(contents.table_2), "Table 2 with intervals")
-    if contents.plans:
-        rows = contents.plans.part(WHOLE)
-        found["table_3"] = intervals(_of_table_3(rows), "Table 3 with intervals")
-        found["people"] = intervals(_of_table_3(contents.plans.people), "Table 3 by people")
-        shown = {f"compared: {what}": c for what, c in _comparisons(contents.plans).items()}
-        for name, compared in {**shown, "people_compared": contents.plans.people_compared}.items():
-            found[name] = differences(_of_comparisons(compared), "Differences with intervals")
-        found["plans"] = reliability(contents.plans.reliability, "Reliability of plans")
+        found["table-2"] = intervals(_of_table_2(contents.table_2), "Table 2")
+    for plans in contents.plans:
+        found |= {f"{plans.name}-{name}": plot for name, plot in _of_plans(plans).items()}
     return found
 
 
-def _of_table_1(rows: Sequence[Row]) -> list[Bar]:
-    return [
-        Bar(row.type, row.f.value, row.f.low, row.f.high, PAPER_TABLE_1[row.type].f) for row in rows
-    ]
-
-
-def _of_table_2(results: Results) -> list[Bar]:
-    return [
-        Bar(f"{row.configuration} video{what}", *bounds, PAPER_TABLE_2[row.configuration])
-        for row in results.rows
-        for what, bounds in (("", row.share), (", other raters", row.two_way))
-    ]
-
-
-def _comparisons(plans: Plans | None) -> dict[str, list[Compared]]:
-    """The judge's comparisons by what is compared."""
-    found: dict[str, list[Compared]] = {}
-    for c in plans.compared if plans else ():
-        what = f"{HEADINGS.get(c.verdict, c.verdict)} compared on {TITLES.get(c.subset, c.subset)}"
-        found.setdefault(what.capitalize(), []).append(c)
+def _of_plans(plans: Plans) -> dict[str, Plot]:
+    found = {}
+    for part, rows in plans.parts().items():
+        found[part] = intervals(_of_table_3(rows, plans), f"Table 3: {TITLES[part]}")
+        if compared := plans.compared_on(part):
+            title = f"Differences: {TITLES[part]}"
+            found[f"{part}-compared"] = differences(_of_comparisons(compared), title)
+    if plans.people:
+        found["people"] = intervals(_of_table_3(plans.people, plans), "Table 3 by people")
+    if plans.people_compared:
+        lines = _of_comparisons(plans.people_compared)
+        found["people-compared"] = differences(lines, "Differences by people")
+    if plans.reliability:
+        found["reliability"] = reliability(plans.reliability, "Reliability of plans")
     return found
 
 
-def _of_table_3(rows: Sequence[PlanRow]) -> list[Bar]:
+def _inline(plot: Plot) -> str:
+    """A plot in two widths, of which the page shows the one that fits."""
+    return "".join(
+        f'<div class="{name}">{_themed(plot, width)}</div>'
+        for name, width in (("on-wide", WIDE), ("on-narrow", NARROW))
+    )
+
+
+def _themed(plot: Plot, width: float) -> str:
+    """A plot as an element of the page, in the page's colours and type."""
+    svg = plot.saved("svg", width).decode()
+    svg = re.sub("<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    svg = re.sub(r' id="[a-z0-9]+_\d+"', "", svg)  # which other plots have too
+    for colour, name in THEMED.items():
+        svg = svg.replace(colour, f"var(--{name})")
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{escape(plot.title)}" ', 1)
+
+
+def _of_table_1(rows: Sequence[Row]) -> list[Line]:
+    return [Line(row.type, {"F-score": row.f}, PAPER_TABLE_1[row.type].f) for row in rows]
+
+
+def _of_table_2(results: Results) -> list[Line]:
     return [
-        Bar(
-            NAMES.get(row.configuration, row.configuration),
-            math.nan if row.precision is None else row.precision,
-            *_bounds(row),
-            PAPER_TABLE_3.get(row.configuration),
+        Line(
+            f"{row.configuration} video",
+            {"other videos": row.share, "and other raters": row.two_way},
+            PAPER_TABLE_2[row.configuration],
         )
-        for row in rows
+        for row in results.rows
     ]
 
 
-def _of_comparisons(compared: Sequence[Compared]) -> list[Bar]:
-    return [Bar(f"{c.one} − {c.other}", c.difference, *_bounds(c)) for c in compared]
+def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
+    lines = []
+    for row in rows:
+        figures = {MEASURES["precision"]: _estimate(row.precision, row.low, row.high)}
+        if any(one.theme is not None for one in rows):
+            figures[MEASURES["theme"]] = _estimate(row.theme, row.theme_low, row.theme_high)
+        is_baseline = row.configuration in ALONE
+        lines.append(Line(name_of(row), figures, paper_figure(row, plans), is_baseline))
+    return lines
 
 
-def _bounds(found: PlanRow | Compared) -> tuple[float, float]:
-    if found.low is None or found.high is None:
-        return math.nan, math.nan
-    return found.low, found.high
+def paper_figure(row: PlanRow, plans: Plans) -> float | None:
+    """The paper's figure beside a row, where its corpus is one like the tested one."""
+    is_alike = row.subset == WHOLE and plans.has_paper
+    return PAPER_TABLE_3.get(row.configuration) if is_alike else None
+
+
+def name_of(row: PlanRow) -> str:
+    """What a row is called for people."""
+    return NAMES.get(row.configuration, row.configuration)
+
+
+def _of_comparisons(compared: Sequence[Compared]) -> list[Line]:
+    pairs: dict[str, dict[str, Estimate]] = {}
+    for c in compared:
+        found = pairs.setdefault(f"{c.one} − {c.other}", {})
+        found[MEASURES[c.verdict]] = _estimate(c.difference, c.low, c.high)
+    return [Line(name, figures) for name, figures in pairs.items()]
+
+
+def _estimate(value: float | None, low: float | None, high: float | None) -> Estimate:
+    return Estimate(*(math.nan if one is None else one for one in (value, low, high)))
 
 
 def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
@@ -171,11 +244,17 @@ def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
 
 
 def _said(value: object) -> str:
+    """What is told of a setting; long lists are in the JSON beside the page."""
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key.replace('_', ' ')}: {_said(one)}" for key, one in value.items())
+    if isinstance(value, list):
+        few = len(value) <= LISTED
+        return ", ".join(map(_said, value)) or "none" if few else f"{len(value)} (report.json)"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def _two(value: float | None) -> str:
-    return "–" if value is None or math.isnan(value) else f"{value:.2f}"
+def _fixed(value: float | None, digits: int = 2) -> str:
+    return "–" if value is None or math.isnan(value) else f"{value:.{digits}f}".replace("-", "−")
 
 
 def _count(value: float | None) -> str:
@@ -187,12 +266,9 @@ def _signed(value: float) -> str:
 
 
 def _to(low: float | None, high: float | None, digits: int = 2) -> str:
-    return interval(low, high, f"{{:.{digits}f}}–{{:.{digits}f}}")
+    shown = interval(low, high, f"{{:.{digits}f}}–{{:.{digits}f}}")
+    return "–" if shown == "-" else shown.replace("-", "−")
 
 
 def _signed_to(low: float | None, high: float | None) -> str:
     return "–" if low is None or high is None else f"{_signed(low)} to {_signed(high)}"
-
-
-def _three(value: float | None) -> str:
-    return "–" if value is None or math.isnan(value) else f"{value:.3f}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,17 +14,26 @@ from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from eval.judging import judge_report
 from eval.report.plan_results import Compared, PlanRow, Plans
 from eval.report.report_contents import Contents
-from eval.report.report_page import check_installed, page
+from eval.report.report_page import (
+    MEASURES,
+    check_installed,
+    name_of,
+    page,
+    paper_figure,
+    plots_of,
+)
 from eval.table_1.correspondence_table import render
 from eval.table_2 import rating_table as rated
-from eval.table_3.plan_report import PAPER
+from eval.table_3.plan_report import TITLES
+from eval.table_3.plan_rows import ALONE
 from eval.tables.comparison_report import COLUMNS as COMPARISON_COLUMNS
 from eval.tables.comparison_report import shown_p
 from eval.tables.formats import delimited, document
-from eval.tables.latex import estimate, tabular, text
+from eval.tables.latex import RULE, estimate, tabular, text
+from eval.tables.plot_style import Plot
 
 MARKER = "report.json"
-PLAN_COLUMNS = (*PlanRow.__struct_fields__, "paper")
+PLAN_COLUMNS = ("table", *PlanRow.__struct_fields__, "paper")
 
 
 def check_writable(folder: Path) -> None:
@@ -41,15 +50,18 @@ def check_writable(folder: Path) -> None:
 
 def write_report(contents: Contents, folder: Path) -> list[str]:
     """Write all files, or none, and return their names."""
-    made = {name: f"{text}\n".encode() for name, text in _files(contents).items()}
+    plots = plots_of(contents)
+    made = {name: f"{text}\n".encode() for name, text in _files(contents, plots).items()}
+    for name, plot in plots.items():
+        made |= {f"{name}.svg": plot.saved("svg"), f"{name}.pdf": plot.saved("pdf")}
     write_folder(folder, made, force=True, marker=MARKER)
     return sorted(made)
 
 
-def _files(contents: Contents) -> dict[str, str]:
+def _files(contents: Contents, plots: Mapping[str, Plot]) -> dict[str, str]:
     about = contents.metadata
     found = {
-        "report.html": page(contents),
+        "report.html": page(contents, plots),
         MARKER: _document(contents),
         "table-1.csv": render(contents.table_1, "csv", about),
         "table-1.tex": render(contents.table_1, "latex", about),
@@ -58,26 +70,25 @@ def _files(contents: Contents) -> dict[str, str]:
         points = [asdict(p) for p in contents.curve]
         columns = ("type", "sdcs", "error", "low", "high")
         found["learning-curve.csv"] = delimited(points, {}, columns=columns)
-        found["learning-curve.svg"] = contents.curve_svg
     if contents.table_2:
         ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
         found["table-2.csv"] = rated.render(contents.table_2, "csv", ratings)
         found["table-2.tex"] = rated.render(contents.table_2, "latex", ratings)
     if contents.plans:
-        found["table-3.csv"] = delimited(
-            _rows([*contents.plans.rows, *contents.plans.people]), {}, columns=PLAN_COLUMNS
-        )
-        found["table-3.tex"] = _latex(contents.plans)
+        rows = [row for plans in contents.plans for row in _rows(plans)]
+        found["table-3.csv"] = delimited(rows, {}, columns=PLAN_COLUMNS)
+        found["table-3.tex"] = "\n\n".join(map(_latex, contents.plans))
         compared = [
-            {"judge": judge, **msgspec.to_builtins(c)}
+            {"table": plans.name, "judge": judge, **msgspec.to_builtins(c)}
+            for plans in contents.plans
             for judge, several in (
-                ("automatic", contents.plans.compared),
-                ("people", contents.plans.people_compared),
+                ("automatic", plans.compared),
+                ("people", plans.people_compared),
             )
             for c in several
         ]
         found["table-3-comparisons.csv"] = delimited(
-            compared, {}, columns=("judge", "subset", "verdict", *COMPARISON_COLUMNS)
+            compared, {}, columns=("table", "judge", "subset", "verdict", *COMPARISON_COLUMNS)
         )
     return found
 
@@ -92,7 +103,7 @@ def _document(contents: Contents) -> str:
         "errors": [asdict(one) for one in contents.errors],
         "table_2": None,
         "judge_validity": None,
-        "table_3": contents.plans.document if contents.plans else None,
+        "table_3": [plans.document for plans in contents.plans],
         "examples": [{"video": e.name, "command": e.command} for e in contents.shown],
     }
     if contents.table_2:
@@ -102,32 +113,42 @@ def _document(contents: Contents) -> str:
     return document(made, {})
 
 
-def _rows(rows: Sequence[PlanRow]) -> list[dict[str, object]]:
-    return [{**msgspec.to_builtins(row), "paper": PAPER.get(row.configuration)} for row in rows]
+def _rows(plans: Plans) -> list[dict[str, object]]:
+    return [
+        {"table": plans.name, **msgspec.to_builtins(row), "paper": paper_figure(row, plans)}
+        for row in (*plans.rows, *plans.people)
+    ]
 
 
 def _latex(plans: Plans) -> str:
-    parts = [
-        _rows_latex(f"Judged by a program: {title}. The paper's figures are people's.", own)
-        for title, own in plans.parts().items()
-    ]
+    tables = []
+    for part, rows in plans.parts().items():
+        title = f"Table 3, {plans.name}: {TITLES[part]}. Judged by a program"
+        papers = "; the paper's figures are people's" if plans.has_paper else ""
+        tables.append(_rows_latex(f"{title}{papers}.", rows, plans))
+        if compared := plans.compared_on(part):
+            tables.append(_compared_latex(f"{title}: configurations compared.", compared))
     if plans.people:
-        parts.append(_rows_latex("Judged by people.", plans.people))
-    for who, several in (("a program", plans.compared), ("people", plans.people_compared)):
-        if several:
-            parts.append(_compared_latex(f"Configurations compared, judged by {who}.", several))
-    return "\n\n".join(parts)
+        title = f"Table 3, {plans.name}. Judged by people"
+        tables.append(_rows_latex(f"{title}.", plans.people, plans))
+        if plans.people_compared:
+            tables.append(
+                _compared_latex(f"{title}: configurations compared.", plans.people_compared)
+            )
+    return "\n\n".join(tables)
 
 
-def _rows_latex(title: str, rows: Sequence[PlanRow]) -> str:
-    cells = []
-    for row in rows:
-        paper = PAPER.get(row.configuration)
-        shown = "--" if paper is None else f"{paper:.2f}"
+def _rows_latex(title: str, rows: Sequence[PlanRow], plans: Plans) -> str:
+    cells: list[Sequence[str]] = []
+    has_paper = any(paper_figure(row, plans) is not None for row in rows)
+    for i, row in enumerate(rows):
+        if i and row.configuration not in ALONE and rows[i - 1].configuration in ALONE:
+            cells.append(RULE)
         right = estimate(_figure(row.precision), row.low, row.high)
         load = estimate(_figure(row.theme), row.theme_low, row.theme_high)
-        cells.append((text(row.configuration), right, load, shown, str(row.n)))
-    headings = ("Configuration", "Right", "Right load", "Paper", "$n$")
+        paper = [estimate(_figure(paper_figure(row, plans)), None, None)] if has_paper else []
+        cells.append((text(name_of(row)), right, load, *paper, str(row.n)))
+    headings = ("Configuration", "Right", "Right load", *(["Paper"] if has_paper else []), "$n$")
     return tabular(headings, cells, comments=[title])
 
 
@@ -139,6 +160,7 @@ def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
     cells = [
         (
             f"{text(c.one)} $-$ {text(c.other)}",
+            MEASURES[c.verdict],
             estimate(c.difference, c.low, c.high, "${:+.2f}$"),
             f"${shown_p(c.adjusted_p)}$",
             f"${c.effect:+.2f}$",
@@ -146,4 +168,6 @@ def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
         )
         for c in compared
     ]
-    return tabular(("", "Difference", "$p$, Holm", "$h$", "$n$"), cells, comments=[title])
+    return tabular(
+        ("", "Measure", "Difference", "$p$, Holm", "$h$", "$n$"), cells, comments=[title]
+    )

@@ -6,13 +6,26 @@ SDCs" (section 4.2); the plot marks that place.
 
 from __future__ import annotations
 
-import io
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import TYPE_CHECKING
 
-from eval.table_1.correspondence import ROW_TYPES, Row, RowType
+from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import delimited, metadata_text
+from eval.tables.plot_style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    GREY,
+    GROUND,
+    INK,
+    NARROW,
+    ORANGE,
+    PURPLE,
+    Plot,
+    PlotFormat,
+)
 from g3.errors import FormatError
 from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
@@ -27,18 +40,17 @@ if TYPE_CHECKING:
 PAPER_ASYMPTOTE_SDCS = 1000
 """Where the paper's test error stops falling (section 4.2)."""
 
-PLOT_SUFFIXES: Mapping[str, Literal["png", "svg"]] = {".png": "png", ".svg": "svg"}
+PLOT_SUFFIXES: Mapping[str, PlotFormat] = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 
-# Okabe and Ito (2008): told apart by colour-blind readers; markers do it in grey print.
 STYLES: Mapping[RowType, tuple[str, str]] = {
-    "OBJECT": ("#0072B2", "o"),
-    "PLACE": ("#D55E00", "s"),
-    "PATH": ("#009E73", "^"),
-    "EVENT": ("#CC79A7", "D"),
-    "overall": ("#000000", "o"),
+    "OBJECT": (BLUE, "o"),
+    "PLACE": (ORANGE, "s"),
+    "PATH": (GREEN, "^"),
+    "EVENT": (PURPLE, "D"),
+    "overall": (INK, "o"),
 }
-GREY = "#6b6b6b"
-TEXT_HEIGHT = 0.052
+"""Colours, and marks that tell curves apart in grey print."""
+TEXT_HEIGHT = 0.055
 """Height of a line of text beside the plot, as a fraction of the axes."""
 
 
@@ -64,20 +76,6 @@ class CurvePoint:
     error: float
     low: float
     high: float
-
-
-def points_of_rows(sdcs: int, rows: Sequence[Row]) -> tuple[CurvePoint, ...]:
-    """Points of one model's Table 1: the error is what is missing from the accuracy."""
-    return tuple(
-        CurvePoint(
-            type=row.type,
-            sdcs=sdcs,
-            error=1 - row.accuracy.value,
-            low=1 - row.accuracy.high,
-            high=1 - row.accuracy.low,
-        )
-        for row in rows
-    )
 
 
 def write_csv(
@@ -109,7 +107,7 @@ def write_plot(
     metadata: Mapping[str, object] | None = None,
     bounds: str = "95% intervals",
 ) -> None:
-    """Plot the curve as PNG or SVG, by the path's suffix; atomically.
+    """Plot the curve as PNG, SVG or PDF, by the path's suffix; atomically.
 
     The same points give the same bytes with the same version of matplotlib.
 
@@ -118,7 +116,7 @@ def write_plot(
     points
         The curve, in any order; types without a defined error are left out.
     path
-        File to write or replace; ends in ``.png`` or ``.svg``.
+        File to write or replace; ends in ``.png``, ``.svg`` or ``.pdf``.
     metadata
         What to record in the file's description.
     bounds
@@ -136,26 +134,25 @@ def write_plot(
             where=str(path),
             fix=f"end the name in {' or '.join(PLOT_SUFFIXES)}",
         )
-    import matplotlib as mpl  # noqa: PLC0415 - slow to import, and only plots need it
+    plot = curve_plot(points, bounds)
+    write_bytes(path, plot.saved(suffix, description=metadata_text(metadata or {})))
 
-    description = {"Description": metadata_text(metadata or {}), "Title": "Learning curve"}
-    undated = {"Date": None} if suffix == "svg" else {}
-    out = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "learning curve", "svg.fonttype": "none"}):
-        _plot(points, bounds).savefig(out, format=suffix, dpi=160, metadata=description | undated)
-    write_bytes(path, out.getvalue())
+
+def curve_plot(points: Sequence[CurvePoint], bounds: str) -> Plot:
+    """The plot of the curve; `bounds` says what lows and highs are."""
+    return Plot("Learning curve", partial(_plot, points, bounds))
 
 
 def _ordered(points: Sequence[CurvePoint]) -> list[CurvePoint]:
     return sorted(points, key=lambda p: (ROW_TYPES.index(p.type), p.sdcs))
 
 
-def _plot(points: Sequence[CurvePoint], bounds: str) -> Figure:
+def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
     # Not pyplot: it keeps global state and picks a window system.
     from matplotlib.figure import Figure  # noqa: PLC0415
     from matplotlib.ticker import PercentFormatter, StrMethodFormatter  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(width, 3.4 if width > NARROW else 3), layout="constrained")
     axes = figure.add_subplot()
     known = [p for p in _ordered(points) if not math.isnan(p.error)]
     curves = {kind: [p for p in known if p.type == kind] for kind in ROW_TYPES}
@@ -167,10 +164,10 @@ def _plot(points: Sequence[CurvePoint], bounds: str) -> Figure:
     axes.set_xlim(0, max(right, PAPER_ASYMPTOTE_SDCS * 1.1))
     axes.set_ylim(0, _ceiling(known))
     axes.set_xlabel("Annotated SDCs trained on")
-    axes.set_ylabel(f"Test error (bands: {bounds})")
+    axes.set_ylabel(f"Test error\n(bands: {bounds})")
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     axes.yaxis.set_major_formatter(PercentFormatter(xmax=1, decimals=0))
-    axes.grid(axis="y", color="#e4e4e4", linewidth=0.8)
+    axes.grid(axis="y", color=FAINT, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     _mark_asymptote(axes)
@@ -215,9 +212,9 @@ def _mark_asymptote(axes: Axes) -> None:
         textcoords="offset points",
         ha="right" if crowded else "left",
         va="top",
-        fontsize=8,
+        fontsize=7,
         color=GREY,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+        bbox={"facecolor": GROUND, "edgecolor": "none", "pad": 1.5},
         zorder=2,
     )
 
@@ -235,7 +232,6 @@ def _name_curves(axes: Axes, curves: Mapping[RowType, Sequence[CurvePoint]]) -> 
             xytext=(9, 0),
             textcoords="offset points",
             va="center",
-            fontsize=9,
             fontweight="bold" if kind == "overall" else "normal",
             color=STYLES[kind][0],
             annotation_clip=False,

@@ -17,7 +17,7 @@ from corpus_tools.runtime.progress import OnProgress
 from g3.actions.action_kinds import Action
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
-from g3.extensions import blaming, load_extensions, member_named
+from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.groundings import PhysicalObject
 from g3.language.lexicon.field_words import bare
 from g3.short_repr import short_repr
@@ -202,16 +202,11 @@ def grounder(
         If another grounder has the name.
     """
 
-    def register(function: Propose) -> Propose:
-        if name in _GROUNDERS:
-            raise ValueError(f"there is a grounder {name!r} already")
-        description = (function.__doc__ or "").strip().split("\n")[0]
-        module = getattr(function, "__module__", "")
-        about = {"module": module}
-        _GROUNDERS[name] = RegisteredGrounder(name, description, function, fit, missing, about)
-        return function
+    def make(description: str, function: Propose) -> RegisteredGrounder:
+        about = {"module": getattr(function, "__module__", "")}
+        return RegisteredGrounder(name, description, function, fit, missing, about)
 
-    return register
+    return registering(_GROUNDERS, name, make, kind="grounder")
 
 
 def grounder_named(name: str) -> RegisteredGrounder:

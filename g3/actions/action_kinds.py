@@ -19,6 +19,7 @@ from g3.actions.courses import Course, join_courses
 from g3.actions.logged_actions import NOTHING, Handling, Outcome
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State, moved_to, with_moved
+from g3.extensions import add_member, summary_of
 from g3.groundings import Grounding, PhysicalObject, Place, Trajectory
 from g3.short_repr import short_repr
 
@@ -190,14 +191,12 @@ def action_kind(
     """
 
     def register(propose: Propose) -> ActionKind:
-        if name in KINDS:
-            raise ValueError(f"there is a kind of action {name!r} already")
-        described = (propose.__doc__ or "").strip().split("\n")[0]
-        handling = Handling(takes, leaves)
-        KINDS[name] = ActionKind(
+        described, handling = summary_of(propose), Handling(takes, leaves)
+        kind = ActionKind(
             name, propose, course, described, handling, aims, unit, on_request, moves_forks
         )
-        return KINDS[name]
+        add_member(KINDS, name, kind, kind="kind of action")
+        return kind
 
     return register
 

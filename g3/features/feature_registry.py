@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from g3.errors import ModelError
+from g3.extensions import registering
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, Role, WordField
 from g3.groundings import FloatArray
@@ -130,11 +131,8 @@ def feature_set(
 ) -> Callable[[Compute], Compute]:
     """Register a function as a feature set; the parameters are those of `FeatureSet`."""
 
-    def register(compute: Compute) -> Compute:
-        if name in _CATALOGUE:
-            raise ValueError(f"feature set {name!r} is registered twice")
-        description = (compute.__doc__ or "").strip().split("\n")[0]
-        _CATALOGUE[name] = FeatureSet(
+    def make(description: str, compute: Compute) -> FeatureSet:
+        return FeatureSet(
             name,
             description,
             tuple(types),
@@ -149,9 +147,8 @@ def feature_set(
             data,
             tuple(optional),
         )
-        return compute
 
-    return register
+    return registering(_CATALOGUE, name, make, kind="feature set")
 
 
 def catalogue() -> tuple[FeatureSet, ...]:

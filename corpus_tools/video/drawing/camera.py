@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -67,9 +66,6 @@ class Camera:
         xy = local[:, :2] / np.maximum(depth, 1e-6)[:, None] * focal
         return xy + np.array(size) / 2, depth
 
-
-Cameras = Callable[[Recording, tuple[int, int]], list[Camera]]
-"""The cameras of a recording's moments and a picture's size; a single one if it is fixed."""
 
 ELEVATION = math.radians(33)
 MARGIN = 0.04

@@ -19,6 +19,7 @@ from typing import Any, Literal, Protocol, get_args
 import numpy as np
 
 from g3.errors import ModelError
+from g3.extensions import summary_of
 from g3.features.factor_batch import Role
 from g3.features.feature_registry import catalogue
 from g3.geometry.plane import BoolArray
@@ -132,8 +133,8 @@ def potential(
     def register(measure: Measure) -> Measure:
         if name in _CATALOGUE or any(feature.name == name for feature in catalogue()):
             raise ValueError(f"there is a potential or a feature set {name!r} already")
-        problem = (measure.__doc__ or "").strip().split("\n")[0]
-        added = Potential(name, problem, kind, tuple(types), tuple(roles), weight, measure)
+        about = summary_of(measure)
+        added = Potential(name, about, kind, tuple(types), tuple(roles), weight, measure)
         _CATALOGUE[name] = added
         _BY_KIND[kind] = sorted([*_BY_KIND[kind], added], key=lambda p: p.name)
         return measure

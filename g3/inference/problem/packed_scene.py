@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -177,15 +178,23 @@ def _points(pose: FloatArray, yaw: FloatArray, like: Bodies) -> Bodies:
         labels=labels,
         shared_labels=labels,
         label_names=like.label_names,
-        t=np.zeros((n, SAMPLES)),
-        xyz=np.repeat(pose[:, None], SAMPLES, axis=1),
-        yaw=np.repeat(yaw[:, None], SAMPLES, axis=1),
-        moves=np.zeros(n, dtype=bool),
-        raw_t=np.zeros(n),
-        raw_xyz=pose,
-        raw_yaw=yaw,
-        offsets=np.arange(n + 1, dtype=np.intp),
+        **_at_rest(pose, yaw),
     )
+
+
+def _at_rest(pose: FloatArray, yaw: FloatArray) -> dict[str, Any]:
+    """The fields of bodies that stay where they are: poses (n, 3) and headings (n,)."""
+    n = len(pose)
+    return {
+        "t": np.zeros((n, SAMPLES)),
+        "xyz": np.repeat(pose[:, None], SAMPLES, axis=1),
+        "yaw": np.repeat(yaw[:, None], SAMPLES, axis=1),
+        "moves": np.zeros(n, dtype=bool),
+        "raw_t": np.zeros(n),
+        "raw_xyz": pose,
+        "raw_yaw": yaw,
+        "offsets": np.arange(n + 1, dtype=np.intp),
+    }
 
 
 def _moving(rest: Bodies, xyz: FloatArray, yaw: FloatArray, t: FloatArray) -> Bodies:
@@ -216,21 +225,13 @@ _RAW = ("raw_t", "raw_xyz", "raw_yaw")
 
 def take(bodies: Bodies, index: IntArray) -> Bodies:
     """Some bodies, at rest at their first poses."""
-    n = len(index)
     first = bodies.offsets[index]
     pose, yaw = bodies.raw_xyz[first], bodies.raw_yaw[first]
     picked = {name: getattr(bodies, name)[index] for name in _PER_BODY}
     return Bodies(
         **picked,
         label_names=bodies.label_names,
-        t=np.zeros((n, SAMPLES)),
-        xyz=np.repeat(pose[:, None], SAMPLES, axis=1),
-        yaw=np.repeat(yaw[:, None], SAMPLES, axis=1),
-        moves=np.zeros(n, dtype=bool),
-        raw_t=np.zeros(n),
-        raw_xyz=pose,
-        raw_yaw=yaw,
-        offsets=np.arange(n + 1, dtype=np.intp),
+        **_at_rest(pose, yaw),
     )
 
 

@@ -34,7 +34,6 @@ REACH = 3
 VERB_TAGS = ("VB", "VBP", "VBZ", "VBD", "VBG", "VBN")
 NOUN_TAGS = ("NN", "NNS", "NNP", "NNPS", "PRP", "EX", "CD")
 PREPOSITION_TAGS = ("IN", "TO", "RP")
-END_WORDS = (".", ";", "!", "?")
 
 TEMPLATES: tuple[tuple[str, ...], ...] = tuple(
     tuple(line.split())

@@ -277,7 +277,7 @@ def test_slicing_gives_what_training_on_the_slice_gives():
         (["--errors", *CV, "--draws", "3"], "--draws doesn't go with --errors; it is for"),
         (["--errors", *CV, "--format", "csv"], "'csv' is not one of 'text', 'json'"),
         (["--learning-curve", *CV], "Missing option '--out'"),
-        (["--learning-curve", *CV, "--out", "c.pdf"], "--learning-curve needs --out"),
+        (["--learning-curve", *CV, "--out", "c.eps"], "--learning-curve needs --out"),
         (["--learning-curve", *CV, "--out", "c.png", "--format", "csv"], "'csv' is not"),
         (
             ["--learning-curve", "--model", "m", "--test", "two", "--out", "c.png"],

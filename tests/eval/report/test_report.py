@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,16 +18,18 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.video.encode import encode
 from eval.cli.eval_commands import evaluate
 from eval.judging.judge_report import with_validity
-from eval.report.charts import Bar, differences, intervals
-from eval.report.gallery import failures
-from eval.report.plan_results import read_plans
+from eval.report.charts import Line, differences, intervals
+from eval.report.gallery import examples, failures
+from eval.report.plan_results import read_all_plans, read_plans
 from eval.report.reliability import bins, calibration_error
+from eval.statistics.estimates import Estimate
 from eval.table_1.correspondence import Predictions
 from eval.table_3.end_to_end import EndToEnd
 from eval.table_3.judged_commands import Facts
 from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_report import render
 from eval.table_3.plan_rows import ALONE
+from eval.tables.plot_style import NARROW, WIDE
 from g3.annotation import Judgment
 from g3.errors import FormatError
 from tests.chromium import CHROMIUM
@@ -103,7 +106,7 @@ def report(corpus, plans, videos, tmp_path_factory):
 
 def test_the_page_has_all_parts_and_needs_nothing_else(report):
     page = (report / "report.html").read_text()
-    for part in ("table-1", "learning", "table-2", "table-3", "judge", "examples", "errors"):
+    for part in ("table-3-1", "table-1", "learning", "table-2", "judge", "examples", "errors"):
         assert f'<section id="{part}">' in page
     assert "<script" not in page
     assert "&lt;script&gt;" not in page or ODD not in page
@@ -119,7 +122,7 @@ def test_the_page_shows_what_a_model_has_to_beat(report):
     assert "Commands in worlds with two loads or more" in page
     # All outcomes are fully known, so that this part is told once.
     assert "Commands whose outcome is fully known" not in page
-    assert "Precision compared on all commands" in page
+    assert "Compared, table-3: all commands" in page
 
 
 def test_a_table_without_baselines_makes_no_report(plans, tmp_path):
@@ -147,7 +150,7 @@ def test_the_other_files_say_the_same(report, plans):
     for row in shown:
         f = rows[row["type"]]["f"]
         assert row["f"] == ("" if f is None else str(f))
-    assert found["table_3"]["rows"] == json.loads(plans.read_text())["rows"]
+    assert found["table_3"][0]["rows"] == json.loads(plans.read_text())["rows"]
     assert found["table_2"]["rows"][0]["precision"] == pytest.approx(2 / 3)
     assert found["judge_validity"]["n"] == 1
     assert found["provenance"]["corpus_hash"].startswith("sha256:")
@@ -234,20 +237,77 @@ def test_bins_by_hand():
     assert calibration_error((low, middle, high)) == pytest.approx((0.95 + 2 * 0.15 + 0.0) / 4)
 
 
-def test_differences_lie_on_both_sides_of_none():
-    drawn = differences([Bar("a − b", -0.5, -0.7, 0.1)], "differences")
-    assert "−0.50 (−0.70 to +0.10)" in drawn
-    # A quarter of the way from the left end, 8, to the right one, 432.
-    assert 'cx="114.0"' in drawn
+def _texts(plot, width):
+    root = ET.fromstring(plot.saved("svg", width))
+    return [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
-def test_charts_show_text_as_text():
+@pytest.mark.parametrize("width", [WIDE, NARROW])
+def test_differences_lie_on_both_sides_of_none(width):
+    plot = differences([Line("a − b", {"right": Estimate(-0.5, -0.7, 0.1)})], "differences")
+    assert {"a − b", "−0.50 (−0.70 to +0.10)", "−1", "0", "1"} <= {*_texts(plot, width)}
+    (axes,) = plot.draw(width).axes
+    assert axes.get_xlim() == (-1, 1)
+    zero, whisker, point = (list(line.get_xdata()) for line in axes.lines)
+    assert (zero, whisker, point) == ([0, 0], [-0.7, 0.1], [-0.5])
+
+
+@pytest.mark.parametrize("width", [WIDE, NARROW])
+def test_plots_show_text_as_text_and_what_is_unknown_as_a_dash(width):
     nan = float("nan")
-    drawn = intervals([Bar("<b>", 0.5, 0.4, 0.6, 0.9), Bar("none", nan, nan, nan)], "a & b")
-    assert "&lt;b&gt;" in drawn
-    assert "a &amp; b" in drawn
-    assert "undefined" in drawn
-    assert "nan" not in drawn
+    lines = [
+        Line("<b>", {"x & y": Estimate(0.5, 0.4, 0.6)}, 0.9),
+        Line("few", {"x & y": Estimate(0.5, nan, nan)}),
+        Line("none", {"x & y": Estimate(nan, nan, nan)}),
+    ]
+    drawn = _texts(intervals(lines, "a & b"), width)
+    assert {"<b>", "0.50 (0.40–0.60)", "0.50 (–)", "–"} <= {*drawn}
+    assert "nan" not in " ".join(drawn)
+
+
+def test_every_plot_is_a_file_for_papers(report):
+    page = (report / "report.html").read_text()
+    drawn = {path.stem for path in report.glob("*.svg")}
+    assert {"table-1", "table-2", "table-3-all", "table-3-all-compared", "reliability"} <= drawn
+    assert drawn == {path.stem for path in report.glob("*.pdf")}
+    assert page.count("<svg role") == 2 * len(drawn)
+    for pdf in report.glob("*.pdf"):
+        assert pdf.read_bytes().startswith(b"%PDF")
+        assert b"/Type3" not in pdf.read_bytes()  # which many venues refuse
+
+
+def test_latex_says_what_it_needs_and_holds_no_paths(report):
+    for path in report.glob("*.tex"):
+        text = path.read_text()
+        for table in text.split("\n\n"):
+            assert table.startswith(r"% Needs \usepackage{booktabs}.")
+            assert table.count(r"\begin{tabular}") == table.count(r"\end{tabular}") == 1
+        assert str(report.parent) not in text
+
+
+def test_new_worlds_come_first_and_names_are_told_apart(plans, tmp_path):
+    document = json.loads(plans.read_text())
+    for name, train, test in (("own", ["a"], "a"), ("other", ["a", "b"], "b"), ("new", ["a"], "c")):
+        made = {**document, "train": train, "test": test, "test_scenarios": ["s", "t"]}
+        (tmp_path / f"{name}.json").write_text(json.dumps(made))
+    files = [tmp_path / f"{name}.json" for name in ("own", "other", "new")]
+    found = read_all_plans(files, "a")
+    assert [(p.name, p.is_new, p.worlds) for p in found] == [
+        ("new", True, 2),
+        ("other", False, 2),
+        ("own", False, 2),
+    ]
+    with pytest.raises(FormatError, match="two files of plans are called own"):
+        read_all_plans([files[0], files[0]], "a")
+
+
+def test_words_have_the_colour_of_what_they_name(corpus, videos):
+    (shown,) = examples(corpus, videos, 3)
+    assert "".join(words.text for words in shown.words) == shown.command
+    coloured = {words.colour: words.text for words in shown.words if words.colour}
+    assert coloured.keys() == {phrase.colour for phrase in shown.phrases}
+    for phrase in shown.phrases:
+        assert coloured[phrase.colour] in phrase.text
 
 
 @pytest.mark.slow
@@ -270,11 +330,11 @@ def test_a_browser_shows_it_whole_narrow_and_wide(report, tmp_path: Path):
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             page.screenshot(path=tmp_path / f"report-{width}.png", full_page=True)
         # axe's own script is what the page's policy refuses, so it is looked at without.
-        context = browser.new_context(bypass_csp=True)
-        page = context.new_page()
-        page.goto(address)
-        found = axe.Axe().run(page).response["violations"]
-        assert [v["id"] for v in found if v["impact"] in ("serious", "critical")] == []
+        for scheme in ("light", "dark"):
+            page = browser.new_context(bypass_csp=True, color_scheme=scheme).new_page()
+            page.goto(address)
+            found = axe.Axe().run(page).response["violations"]
+            assert [v["id"] for v in found] == [], scheme
         assert problems == []
         assert all(url == address or url.startswith("data:") for url in asked)
         browser.close()

@@ -165,9 +165,9 @@ def test_a_parser_is_compared_with_annotated_trees(folders, registered):
 
 
 def test_names_are_given_once(registered):
-    with pytest.raises(ValueError, match="there is a grounder 'keywords' already"):
+    with pytest.raises(ValueError, match="the grounder 'keywords' is registered already"):
         grounder("keywords")(lambda task: [])
-    with pytest.raises(ValueError, match="there is a judge 'automatic' already"):
+    with pytest.raises(ValueError, match="the judge 'automatic' is registered already"):
         plan_judge("automatic")(lambda plan: None)
 
 

@@ -221,7 +221,7 @@ def test_others_add_kinds() -> None:
         (found,) = [a for a in possible_actions(state, Focus()) if a.kind is nod]
         assert found.kind.description == "Tilt the mast back and forth."
         assert result(state, found, move(state, [found]), 0).pose == pytest.approx(state.pose)
-        with pytest.raises(ValueError, match="'nod' already"):
+        with pytest.raises(ValueError, match="'nod' is registered already"):
             action_kind("nod", WAIT.course)(nod.propose)
     finally:
         del KINDS["nod"]

@@ -110,7 +110,7 @@ def test_a_name_is_registered_once() -> None:
     register = feature_set(
         "labels", types=("OBJECT",), roles=("figure",), words=(), columns=(Column("a", "bool"),)
     )
-    with pytest.raises(ValueError, match="'labels' is registered twice"):
+    with pytest.raises(ValueError, match="'labels' is registered already"):
         register(lambda batch: np.zeros((len(batch), 1)))
     assert catalogue() == before
 
