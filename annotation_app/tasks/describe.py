@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
@@ -51,12 +52,19 @@ class CommandCounts:
 def text_problems(text: str) -> Iterator[FieldProblem]:
     """What is wrong with a command that somebody has typed."""
     if not any(character.isalnum() for character in text):
-        yield FieldProblem("text", "Type what you would tell the operator to do.")
+        yield FieldProblem("text", gettext("Type what you would tell the operator to do."))
     elif len(text) > LONGEST_TEXT:
-        message = f"This is {len(text)} characters long. Use at most {LONGEST_TEXT}."
+        message = gettext(
+            "This is %(long)s characters long. Use at most %(most)s.",
+            long=len(text),
+            most=LONGEST_TEXT,
+        )
         yield FieldProblem("text", message)
     elif len(text.split()) > LONGEST_COMMAND_WORDS:
-        yield FieldProblem("text", f"Use at most {LONGEST_COMMAND_WORDS} words for the command.")
+        yield FieldProblem(
+            "text",
+            gettext("Use at most %(most)s words for the command.", most=LONGEST_COMMAND_WORDS),
+        )
 
 
 def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
@@ -77,7 +85,9 @@ def _check(
     text = clean_text(answer.text)
     problems = [*text_problems(text)]
     if not answer.played_to_end:
-        problems.insert(0, FieldProblem("played_to_end", "Watch the video to its end first."))
+        problems.insert(
+            0, FieldProblem("played_to_end", gettext("Watch the video to its end first."))
+        )
     return with_watching({"text": text}, answer.watched_s, answer.speed), problems
 
 
@@ -99,18 +109,22 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 DESCRIBE = Task(
     name="describe",
     words=TaskWords(
-        title="Describe",
-        summary="Watch a video and type the command that it fulfils.",
-        offer="Watch short videos and type a command for each.",
+        title=N_("Describe"),
+        summary=N_("Watch a video and type the command that it fulfils."),
+        offer=N_("Watch short videos and type a command for each."),
         instructions=(
-            "Watch the video to its end. You may watch it again as often as you like.",
-            "Imagine that you had told an expert operator to do exactly this. Type the command "
-            "that you would have given, in your own words, in English.",
-            "Say what is to be done, not what you see: the operator hears you before anything "
-            "has happened, and sees the same scene.",
-            "Write as you would speak. There is no single right answer.",
+            N_("Watch the video to its end. You may watch it again as often as you like."),
+            N_(
+                "Imagine that you had told an expert operator to do exactly this. Type the command "
+                "that you would have given, in your own words, in English."
+            ),
+            N_(
+                "Say what is to be done, not what you see: the operator hears you before anything "
+                "has happened, and sees the same scene."
+            ),
+            N_("Write as you would speak. There is no single right answer."),
         ),
-        keys=(*VIDEO_KEYS, ("Ctrl Enter", "send")),
+        keys=(*VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
     ),
     template="tasks/describe.html",
     answer=Described,
