@@ -33,6 +33,12 @@ def languages() -> tuple[str, ...]:
     return _languages_in(FOLDER)
 
 
+def language_name(language: str) -> str:
+    """A language's name in that language."""
+    locale = Locale.parse(language, sep="-")
+    return str(locale.display_name)
+
+
 def spoken() -> Locale:
     """The language that is spoken now."""
     return Locale.parse(_spoken.get(), sep="-")

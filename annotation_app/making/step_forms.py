@@ -93,7 +93,7 @@ def _people(value: Value, form: Form) -> None:
 def _texts(value: Value, form: Form) -> None:
     usual = defaults()
     value["title"] = text_of(form, "title")
-    for name in ("robot", "statement"):
+    for name in ("locale", "robot", "statement"):
         _put(value, name, text_of(form, name), usual[name])
     _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
     labels = {name: text_of(form, f"label-{name}") for name in usual["labels"]}

@@ -13,6 +13,7 @@ from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import language_name, languages
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_forms import AS_BEFORE, read_form, text_of
 from annotation_app.making.steps import (
@@ -255,7 +256,10 @@ def _about_people(session: Session, _draft: StudyDraft) -> dict[str, Any]:
 
 def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
-    return {"videos": [] if parts is None else [item.video for item in parts.videos]}
+    return {
+        "videos": [] if parts is None else [item.video for item in parts.videos],
+        "languages": [(language, language_name(language)) for language in languages()],
+    }
 
 
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {

@@ -56,7 +56,7 @@ STEPS = (
     Step(
         "texts",
         "Texts",
-        ("title", "robot", "statement", "scale", "labels"),
+        ("title", "locale", "robot", "statement", "scale", "labels"),
         ("title", "summary", "instructions", "practice_items"),
     ),
     Step("consent", "Consent", ("consent", "questions", "retention_days")),
@@ -202,6 +202,7 @@ def _sentence(text: str) -> str:
 
 LABELS = {
     "title": "Title",
+    "locale": "Language",
     "name": "Name",
     "videos": "Videos",
     "commands": "Commands",

@@ -57,7 +57,7 @@ def _written() -> PracticeExample:
 
 
 def _reworded(example: PracticeExample, command: str) -> PracticeExample:
-    """The example with another command, word for word; as it is if there are more words or fewer."""
+    """The example with another command, word for word; as it is if the numbers of words differ."""
     words = list(words_of(command))
     if len(words) != len(example.words):
         return example

@@ -52,7 +52,7 @@ export function equip(box, moved = () => {}) {
     : null;
   const bar = h(
     "div",
-    { class: "player-bar", role: "group", "aria-label": _("Controls of the video") },
+    { class: "player-bar", dir: "ltr", role: "group", "aria-label": _("Controls of the video") },
     play, toStart,
     button("back", _("One frame back (,)"), () => step(-1)),
     button("on", _("One frame on (.)"), () => step(1)),

@@ -11,6 +11,8 @@ import * as sdc from "./sdc.js";
 import { _, pieces } from "./speech.js";
 
 const { words, suggestion } = payload;
+// The command may be written the other way than the page's language.
+const isRightToLeft = /^\P{L}*[\p{Script=Arabic}\p{Script=Hebrew}\p{Script=Syriac}\p{Script=Thaana}]/u.test(payload.command);
 const right = payload.right && sdc.fromJson(payload.right, words);
 
 let chosen = new Set(); // words, not part of the draft
@@ -24,7 +26,7 @@ let shortcuts = []; // the places, by the digits that fill them
 
 const editor = $("editor");
 const prompt = h("p", { class: "prompt", id: "prompt" });
-const wordBar = h("div", { class: "words", role: "toolbar", "aria-label": _("The words of the command"), "aria-describedby": "prompt" });
+const wordBar = h("div", { class: "words", role: "toolbar", dir: isRightToLeft ? "rtl" : "ltr", "aria-label": _("The words of the command"), "aria-describedby": "prompt" });
 const notice = suggestion ? suggested() : "";
 const tools = h("div", { class: "actions" });
 const teacher = h("div", { class: "lesson", hidden: true });
@@ -104,7 +106,8 @@ function range(a, b) {
 }
 
 function walk(event) {
-  const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  const ahead = isRightToLeft ? -1 : 1;
+  const step = { ArrowRight: ahead, ArrowDown: 1, ArrowLeft: -ahead, ArrowUp: -1 }[event.key];
   const to = event.key === "Home" ? 0 : event.key === "End" ? words.length - 1 : focused + (step ?? NaN);
   if (Number.isNaN(to) || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
