@@ -205,12 +205,12 @@ def _check_corners(
 ) -> None:
     corners = np.array(xy, dtype=np.float64).reshape(-1, 2)
     if len(corners) < 3 or area(convex_hull(corners)[None])[0] < SMALLEST_PLACE_M2:
-        refuse("The place is too small. Mark an area, not a point or a line.")
+        refuse(gettext("The place is too small. Mark an area, not a point or a line."))
         return
     things = np.concatenate([o.trajectory.xyz[:, :2] for o in scene.context.objects])
     low, high = things.min(axis=0) - FAR_M, things.max(axis=0) + FAR_M
     if (corners < low).any() or (corners > high).any():
-        refuse("The place is far outside of the map. Mark it again.")
+        refuse(gettext("The place is far outside of the map. Mark it again."))
 
 
 def _items(

@@ -130,7 +130,9 @@ def _check(
         sdcs = from_json(answer.sdcs)
     except SDCError as error:
         message = f"{error.what[:1].upper()}{error.what[1:]}."
-        return {}, [FieldProblem(error.where, f"{message} {error.fix}".strip())]
+        why = f"{message} {error.fix}".strip()
+        problem = gettext("The clauses can't be read: %(why)s", why=why)
+        return {}, [FieldProblem(error.where, problem)]
     return {"sdcs": to_json(sdcs)}, segmentation_problems(sdcs, item.payload["text"])
 
 
