@@ -93,9 +93,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *MAKING, *of_tasks):
         app.register_blueprint(blueprint)
-    researchers = (*of_dashboard, trying)
-    makers = (b for b in MAKING if b.name != "making_previews")
-    install_language(app, {b.name for b in (*(m.blueprint for m in researchers), *makers)})
+    researchers = (*(module.blueprint for module in (*of_dashboard, trying)), *MAKING)
+    install_language(app, {blueprint.name for blueprint in researchers})
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)
     app.register_error_handler(Exception, _failed)

@@ -35,7 +35,7 @@ def install(app: Flask, in_english: Collection[str]) -> None:
     Parameters
     ----------
     in_english
-        The blueprints whose pages are English always: those of researchers.
+        The blueprints whose pages are English, whatever the browser asks for: researchers'.
     """
 
     @app.before_request

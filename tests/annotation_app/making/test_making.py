@@ -13,7 +13,7 @@ from sqlalchemy import select
 from annotation_app.store.audit import trail
 from annotation_app.store.database import reading
 from annotation_app.store.models import Role, Study
-from annotation_app.studies.study_file import CONSENT
+from annotation_app.studies.study_file import CONSENT, STATEMENT
 from annotation_app.study_setup.study_reading import read_study
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.signing_in import Member, signed_in
@@ -208,6 +208,25 @@ def test_previews_have_the_drafts_words(admin: Member) -> None:
     assert "/admin/studies/arm/video/0" in page
     with admin.client.get("/admin/studies/arm/video/0") as film:
         assert film.mimetype == "video/mp4"
+
+
+def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
+    usual = {"statement": STATEMENT, "label-thing": "Thing", "label-place": "Ecke"}
+    made(admin, {**TEXTS, **usual, "locale": "de"})
+    study = read_study(root / "arm.yaml")
+    assert (study.locale, study.statement) == ("de", STATEMENT)
+    page = admin.client.get("/admin/studies/arm/texts").text
+    assert '<option value="de" lang="de" selected>Deutsch</option>' in page
+    assert '<html lang="en"' in page
+    address = "/admin/studies/arm/preview"
+    told = admin.client.get(f"{address}/describe").text
+    assert '<html lang="de" dir="ltr">' in told
+    assert "Antwort prüfen" in told
+    assert '"place": "Ecke", "robot": "das Boot", "thing": "Ding"' in told
+    assert "Willkommen" in admin.client.get(f"{address}/welcome").text
+    assert "Ansehen" in admin.client.get(f"{address}/tasks").text
+    send(admin, "texts", **{**TEXTS, "locale": "fr"})
+    assert "pages don&#39;t speak fr" in admin.client.get("/admin/studies/arm/review").text
 
 
 def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
