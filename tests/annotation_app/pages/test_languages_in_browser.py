@@ -43,7 +43,7 @@ def test_somebody_works_in_german(site: Site, context: BrowserContext) -> None:
     expect(page.locator(".clock").first).to_have_text("0,0 / 1,0 s")
     page.get_by_role("button", name="Senden").click()
     expect(page.get_by_role("alert")).to_contain_text(
-        "Zeigen Sie, was „the red crate“ ist, oder wählen Sie „Weiß nicht“."
+        "Zeigen Sie, was mit „the red crate“ gemeint ist, oder wählen Sie „Weiß nicht“."
     )
     found = violations(page)
     page.get_by_role("button", name="Video abspielen").click()
