@@ -40,9 +40,13 @@ def install(app: Flask, in_english: Collection[str]) -> None:
 
     @app.before_request
     def begin() -> None:
-        # The thread may have served somebody else before.
         asked = flask.request.accept_languages.best_match(languages(), SOURCE)
         speak(SOURCE if flask.request.blueprint in in_english else asked)
+
+    @app.teardown_request
+    def end(_error: BaseException | None) -> None:
+        # The thread serves somebody else next.
+        speak(SOURCE)
 
     app.context_processor(_about_language)
     app.add_template_filter(_money, "money")

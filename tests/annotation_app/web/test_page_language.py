@@ -10,6 +10,7 @@ import pytest
 from flask import Flask
 
 from annotation_app.core import languages
+from annotation_app.core.languages import gettext
 from annotation_app.crowds.mturk import SITES
 from annotation_app.crowds.participation import Offer, sign_offer
 from annotation_app.people.account_links import first_admin_link
@@ -65,6 +66,7 @@ def test_other_pages_speak_what_the_browser_asks_for(app: Flask) -> None:
     # A request leaves nothing behind for the next one.
     set_language(app, "de")
     Browser(app).client.get("/s/tests")
+    assert gettext("Send") == "Send"
     assert '<html lang="en"' in client.get("/login").text
 
 
