@@ -184,6 +184,7 @@ def test_check_by_keys(site: Site, context: BrowserContext) -> None:
 
 def test_single_keys_can_be_switched_off(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "check")
+    page.get_by_text("Instructions", exact=True).click()
     page.get_by_text("Keys", exact=True).click()
     page.get_by_label("Use single keys as shortcuts").uncheck()
     page.reload()
