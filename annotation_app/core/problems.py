@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-TO_SIGN_IN = "You are not signed in, or were signed out. Sign in; nothing that you typed is lost."
-TO_OPEN_AGAIN = (
+from annotation_app.core.languages import N_
+
+TO_SIGN_IN = N_(
+    "You are not signed in, or were signed out. Sign in; nothing that you typed is lost."
+)
+TO_OPEN_AGAIN = N_(
     "Your browser isn't known here any more. Open the study's address again; "
     "what you typed is kept in this browser."
 )

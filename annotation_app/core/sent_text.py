@@ -6,6 +6,7 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Any
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem, Refusal
 
 DEEPEST_JSON = 40
@@ -20,12 +21,16 @@ def check_json(value: Any, depth: int = 0) -> None:
         With what to do about it.
     """
     if depth > DEEPEST_JSON:
-        raise Refusal(422, "This is nested too deeply.")
+        raise Refusal(422, gettext("This is nested too deeply."))
     if isinstance(value, str) and "\0" in value:
         raise Refusal(
             422,
-            "The text has a character that can't be kept (NUL).",
-            [FieldProblem("text", "Remove the invisible character NUL, or type the text again.")],
+            gettext("The text has a character that can't be kept (NUL)."),
+            [
+                FieldProblem(
+                    "text", gettext("Remove the invisible character NUL, or type the text again.")
+                )
+            ],
         )
     parts: Iterable[Any] = ()
     if isinstance(value, dict):

@@ -7,6 +7,7 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext, speak
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.crowd_registry import Provider, find_provider
 from annotation_app.crowds.participation import (
@@ -24,7 +25,7 @@ from annotation_app.people.participants import add_anonymous, find_or_add
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Participation, Person, Study
-from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.studies.study_file import StudyConfig, in_its_language, language_of, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.limits import arrivals, limited
@@ -43,15 +44,16 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
     """Somebody comes in."""
     provider = find_provider(provider_name)
     if provider is None:
-        raise Refusal(404, "There is no such page.")
+        raise Refusal(404, gettext("There is no such page."))
     offer = read_offer(installation().config.secret_key, token)
     arrival = provider.load().enter(flask.request.args, offer.study_id)
     with transaction(installation().engine) as session:
         study = session.get(Study, offer.study_id)
         if study is None:
-            raise Refusal(404, "There is no such study.")
+            raise Refusal(404, gettext("There is no such study."))
+        speak(language_of(study.config))
         if arrival.is_preview:
-            return _preview(provider, offer, restored(study.config))
+            return _preview(provider, offer, in_its_language(restored(study.config)))
         person = _person(session, arrival)
         participation = begin(
             session,
@@ -76,8 +78,9 @@ def finish() -> ResponseReturnValue:
     with transaction(installation().engine) as session:
         person, participation = _current(session)
         if person is None or participation is None:
-            raise Refusal(404, "There is no assignment that you work on. Open it again.")
+            raise Refusal(404, gettext("There is no assignment that you work on. Open it again."))
         study = session.get_one(Study, participation.study_id)
+        speak(language_of(study.config))
         done = done_of(session, participation)
         is_received = _receive(session, study, person, participation, done)
         provider = find_provider(participation.provider)

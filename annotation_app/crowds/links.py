@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway
 from annotation_app.people.participants import INVITED, OPEN, read_invitation
@@ -20,7 +21,7 @@ def enter(arguments: Mapping[str, str], study_id: str) -> Arrival:
         return Arrival(OPEN, None, None)
     invited_to, digest = read_invitation(token)
     if invited_to != study_id:
-        raise Refusal(404, "This link is for another study.")
+        raise Refusal(404, gettext("This link is for another study."))
     return Arrival(INVITED, f"{study_id} {digest}", digest)
 
 

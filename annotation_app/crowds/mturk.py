@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
 from annotation_app.store.models import Participation
@@ -24,9 +25,11 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
     worker = arguments.get("workerId", "")
     site = arguments.get("turkSubmitTo", SITES[0]).rstrip("/")
     if not (ID.fullmatch(worker) and ID.fullmatch(assignment)):
-        raise Refusal(400, "Mechanical Turk didn't say who you are. Open the HIT again.")
+        raise Refusal(400, gettext("Mechanical Turk didn't say who you are. Open the HIT again."))
     if site not in SITES:
-        raise Refusal(400, "This link is not one of Mechanical Turk's. Open the HIT again.")
+        raise Refusal(
+            400, gettext("This link is not one of Mechanical Turk's. Open the HIT again.")
+        )
     return Arrival(NAME, worker, assignment, submit_to=site)
 
 

@@ -13,6 +13,7 @@ from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.assignment import lock_person
 from annotation_app.store.models import Answer, Item, Participation, Person, Study, TaskName
@@ -46,10 +47,12 @@ def read_offer(secret_key: bytes, token: str) -> Offer:
     try:
         value: Any = _offers(secret_key).loads(token[:1000])
     except BadSignature:
-        raise Refusal(404, "This link is not complete. Open it from the platform again.") from None
+        raise Refusal(
+            404, gettext("This link is not complete. Open it from the platform again.")
+        ) from None
     study_id, task, items = value
     if find_task(task) is None:
-        raise Refusal(404, "The task of this link is not here any more.")
+        raise Refusal(404, gettext("The task of this link is not here any more."))
     return Offer(str(study_id), task, int(items))
 
 
@@ -89,7 +92,7 @@ def begin(
     ).first()
     if found is not None:
         if found.person_id != person.id:
-            raise Refusal(403, "This assignment is somebody else's. Open your own.")
+            raise Refusal(403, gettext("This assignment is somebody else's. Open your own."))
         return found
     found = Participation(
         study_id=offer.study_id,
@@ -106,7 +109,7 @@ def begin(
     try:
         session.flush()
     except IntegrityError:  # two people have come with it at the same time
-        raise Refusal(409, "This assignment is open elsewhere. Open it again.") from None
+        raise Refusal(409, gettext("This assignment is open elsewhere. Open it again.")) from None
     return found
 
 

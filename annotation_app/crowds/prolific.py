@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from urllib.parse import urlencode
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
 from annotation_app.store.models import Participation
@@ -22,7 +23,9 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
     """Read ``PROLIFIC_PID`` and ``SESSION_ID``, which is the submission's id."""
     person, _, submission = (arguments.get(name, "") for name in PARAMETERS)
     if not ID.fullmatch(person) or not ID.fullmatch(submission):
-        raise Refusal(400, "Prolific didn't say who you are. Open the study from Prolific again.")
+        raise Refusal(
+            400, gettext("Prolific didn't say who you are. Open the study from Prolific again.")
+        )
     return Arrival(NAME, person, submission)
 
 

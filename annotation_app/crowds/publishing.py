@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from urllib.parse import urlencode, urlsplit
 
+from annotation_app.core.languages import gettext, speaking
 from annotation_app.crowds.crowd_session import CrowdSession
 from annotation_app.crowds.links import INVITATION
 from annotation_app.crowds.offering import Offers, offer_again
@@ -53,10 +54,12 @@ def publish_posting(
         raise FormatError(
             "the study doesn't say what is paid", where=study.name, fix="give it a payment"
         )
+    with speaking(study.locale):
+        description = gettext(task_of(offer.task).words.offer)
     posting = Posting(
         study_id=session.study.id,
         title=study.title,
-        description=task_of(offer.task).words.offer,
+        description=description,
         task=offer.task,
         items=items,
         people=people,

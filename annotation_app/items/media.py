@@ -14,6 +14,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import clip_digest, ensure
 from annotation_app.people.browser_sessions import required_person
@@ -37,7 +38,7 @@ def media(media_id: str) -> BaseResponse:
         required_person(session)
         found = session.get(Media, media_id)
     if found is None or found.role not in TYPES:
-        raise Refusal(404, "There is no such file.")
+        raise Refusal(404, gettext("There is no such file."))
     copies = installation().config.media_url
     if copies:
         elsewhere = redirect(f"{copies.rstrip('/')}/{public_name(found)}")
@@ -46,7 +47,7 @@ def media(media_id: str) -> BaseResponse:
     with suppress(CorpusError):  # then it isn't there
         ensure(Path(found.path))
     if not Path(found.path).is_file():
-        raise Refusal(404, "There is no such file.")
+        raise Refusal(404, gettext("There is no such file."))
     response = send_file(
         found.path, mimetype=media_type(found), conditional=True, etag=found.sha256
     )

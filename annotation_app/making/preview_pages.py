@@ -10,6 +10,7 @@ import msgspec
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 
+from annotation_app.core.languages import speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items.media import TYPES, WEBM
 from annotation_app.making.step_pages import config_of, opened_draft
@@ -19,7 +20,7 @@ from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Record
-from annotation_app.studies.study_file import PracticeItem, StudyConfig
+from annotation_app.studies.study_file import PracticeItem, StudyConfig, in_its_language
 from annotation_app.study_setup.rendered_study import FILES
 from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.tasks.practice_example import practice_example
@@ -43,6 +44,8 @@ def preview(name: str, page: str) -> ResponseReturnValue:
     config = config_of(draft)
     if config is None:
         raise Refusal(422, "Something in this study is wrong. Put it right, then look again.")
+    speak(config.locale)
+    config = in_its_language(config)
     shown = {"config": config, "person": admin, "preview": draft.name}
     if page == WELCOME:
         study = SimpleNamespace(name=name)

@@ -72,6 +72,14 @@ def _tasks(value: Value, form: Form) -> None:
         if task.suggestion is not None:
             suggestions = form.get(f"suggestions-{task.name}", "")
             _put(of_task, "suggestions", suggestions, usual["suggestions"])
+    if "attention" in form:
+        _put(value, "attention_checks", number_of(form, "attention"), 0)
+        rows = (_known_command(form, f"known-{i}") for i in range(MOST_ROWS))
+        _put(value, "known_commands", [row for row in rows if any(row.values())], [])
+
+
+def _known_command(form: Form, prefix: str) -> Value:
+    return {name: text_of(form, f"{prefix}-{name}") for name in ("text", "video", "wrong_video")}
 
 
 def _people(value: Value, form: Form) -> None:
@@ -93,7 +101,7 @@ def _people(value: Value, form: Form) -> None:
 def _texts(value: Value, form: Form) -> None:
     usual = defaults()
     value["title"] = text_of(form, "title")
-    for name in ("robot", "statement"):
+    for name in ("locale", "robot", "statement"):
         _put(value, name, text_of(form, name), usual[name])
     _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
     labels = {name: text_of(form, f"label-{name}") for name in usual["labels"]}

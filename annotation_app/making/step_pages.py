@@ -13,6 +13,7 @@ from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import language_name, languages
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_forms import AS_BEFORE, read_form, text_of
 from annotation_app.making.steps import (
@@ -253,13 +254,23 @@ def _about_people(session: Session, _draft: StudyDraft) -> dict[str, Any]:
     return {"logins": people_by_role(session)}
 
 
+def _about_tasks(_session: Session, draft: StudyDraft) -> dict[str, Any]:
+    return {"videos": _videos_of(draft)}
+
+
 def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
+    named = [(language, language_name(language)) for language in languages()]
+    return {"videos": _videos_of(draft), "languages": named}
+
+
+def _videos_of(draft: StudyDraft) -> list[str]:
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
-    return {"videos": [] if parts is None else [item.video for item in parts.videos]}
+    return [] if parts is None else [item.video for item in parts.videos]
 
 
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
     "videos": _about_videos,
+    "tasks": _about_tasks,
     "people": _about_people,
     "texts": _about_texts,
 }

@@ -56,7 +56,7 @@ STEPS = (
     Step(
         "texts",
         "Texts",
-        ("title", "robot", "statement", "scale", "labels"),
+        ("title", "locale", "robot", "statement", "scale", "labels"),
         ("title", "summary", "instructions", "practice_items"),
     ),
     Step("consent", "Consent", ("consent", "questions", "retention_days")),
@@ -202,12 +202,16 @@ def _sentence(text: str) -> str:
 
 LABELS = {
     "title": "Title",
+    "locale": "Language",
     "name": "Name",
     "videos": "Videos",
     "commands": "Commands",
     "tasks": "Tasks",
     "answers": "Answers",
     "lease_minutes": "Minutes",
+    "attention_checks": "Attention checks",
+    "known_commands": "Command",
+    "wrong_video": "another video",
     "robot": "Robot",
     "statement": "Statement",
     "scale": "Scale",

@@ -9,6 +9,7 @@ from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext, ngettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people import accounts, failed_sign_ins
 from annotation_app.people.account_links import read_link, use_link
@@ -30,9 +31,9 @@ from annotation_app.web.needs_login import refused
 blueprint = Blueprint("account", __name__)
 blueprint.register_error_handler(Refusal, refused)
 
-WRONG = "There is no such login with this password. Check both."
-BLOCKED = "Your login has been blocked. Ask the people who run the study."
-DIFFER = "The two passwords differ. Type the same one twice."
+WRONG = N_("There is no such login with this password. Check both.")
+BLOCKED = N_("Your login has been blocked. Ask the people who run the study.")
+DIFFER = N_("The two passwords differ. Type the same one twice.")
 
 
 @blueprint.get("/login")
@@ -100,7 +101,7 @@ def use_link_(token: str) -> ResponseReturnValue:
         with reading(installation().engine) as session:
             return _setup_page(session, token, problem=refusal.message), 422
     if person.blocked_at is not None:
-        raise Refusal(403, BLOCKED)
+        raise Refusal(403, gettext(BLOCKED))
     sign_in(person)
     return flask.redirect("/", 303)
 
@@ -129,7 +130,11 @@ def change_password() -> ResponseReturnValue:
     except Refusal as refusal:
         if refusal.status not in (422, 429):
             raise
-        problem = "This isn't your password." if refusal.message == WRONG else refusal.message
+        problem = (
+            gettext("This isn't your password.")
+            if refusal.message == gettext(WRONG)
+            else refusal.message
+        )
         return _account_page(person, problem=problem), refusal.status, _headers(refusal)
     sign_in(person)
     return flask.redirect(flask.url_for("account.own_account", changed="yes"), 303)
@@ -141,8 +146,20 @@ class TooMany(Refusal):
     def __init__(self, wait_s: float) -> None:
         self.wait_s = max(1, math.ceil(wait_s))
         minutes = math.ceil(self.wait_s / 60)
-        when = f"{self.wait_s} seconds" if self.wait_s < 100 else f"{minutes} minutes"
-        super().__init__(429, f"There were too many wrong passwords. Try again in {when}.")
+        message = (
+            ngettext(
+                "There were too many wrong passwords. Try again in %(num)s second.",
+                "There were too many wrong passwords. Try again in %(num)s seconds.",
+                self.wait_s,
+            )
+            if self.wait_s < 100
+            else ngettext(
+                "There were too many wrong passwords. Try again in %(num)s minute.",
+                "There were too many wrong passwords. Try again in %(num)s minutes.",
+                minutes,
+            )
+        )
+        super().__init__(429, message)
 
 
 def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
@@ -166,15 +183,15 @@ def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
             if signs_in:
                 note(session, name_of(person), "signed in")
     if person is None:
-        raise Refusal(422, WRONG)
+        raise Refusal(422, gettext(WRONG))
     if person.blocked_at is not None:
-        raise Refusal(403, BLOCKED)
+        raise Refusal(403, gettext(BLOCKED))
     return person
 
 
 def _check_same(password: str, again: str) -> None:
     if password != again:
-        raise Refusal(422, DIFFER)
+        raise Refusal(422, gettext(DIFFER))
 
 
 def _headers(refusal: Refusal) -> dict[str, str]:

@@ -6,7 +6,9 @@ import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext, speak
 from annotation_app.core.problems import Refusal
 from annotation_app.pages.study_progress import progress
 from annotation_app.people.browser_sessions import current_person, had_login, is_signed_in, sign_in
@@ -22,10 +24,16 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Record, Study
 from annotation_app.studies.safe_markdown import to_html
-from annotation_app.studies.study_file import StudyConfig, restored, told
+from annotation_app.studies.study_file import (
+    StudyConfig,
+    in_its_language,
+    language_of,
+    restored,
+    told,
+)
 from annotation_app.web.limits import arrivals, limited
 from annotation_app.web.needs_login import sign_in_page
-from annotation_app.work.handing_out import EXPLANATIONS, find_study
+from annotation_app.work.handing_out import EXPLANATIONS, Reason, find_study
 
 LONGEST_ANSWER = 500
 
@@ -52,7 +60,7 @@ def home() -> str:
 def study_page(study_name: str) -> ResponseReturnValue:
     """What there is to do in a study, and how far somebody is."""
     with reading(installation().engine) as session:
-        study = find_study(session, study_name)
+        study = _spoken_study(session, study_name)
         person = current_person(session)
         if person is None and had_login():
             return sign_in_page()
@@ -70,10 +78,10 @@ def study_page(study_name: str) -> ResponseReturnValue:
 def invited(study_name: str, token: str) -> ResponseReturnValue:
     """Somebody comes by a link of their own."""
     with transaction(installation().engine) as session:
-        study = find_study(session, study_name)
+        study = _spoken_study(session, study_name)
         study_id, person = accept_invitation(session, token)
         if study_id != study.id:
-            raise Refusal(404, "This link is for another study.")
+            raise Refusal(404, gettext("This link is for another study."))
     sign_in(person)
     return flask.redirect(f"/s/{study.name}")
 
@@ -82,12 +90,12 @@ def invited(study_name: str, token: str) -> ResponseReturnValue:
 def welcome(study_name: str) -> ResponseReturnValue:
     """What a study is about, and what people agree to."""
     with reading(installation().engine) as session:
-        study = find_study(session, study_name)
+        study = _spoken_study(session, study_name)
         person = current_person(session)
     if study.closed_at is not None:
-        return _stop(study, EXPLANATIONS["closed"])
+        return _stop(study, "closed")
     if not _may_enter(study, person):
-        return _stop(study, EXPLANATIONS["not invited"])
+        return _stop(study, "not invited")
     return _welcome(study, {}, {})
 
 
@@ -97,10 +105,10 @@ def agree(study_name: str) -> ResponseReturnValue:
     """Keep that somebody agrees; whoever is new here becomes a person now."""
     form = flask.request.form
     with transaction(installation().engine) as session:
-        study = find_study(session, study_name)
+        study = _spoken_study(session, study_name)
         person = current_person(session)
         if not _may_enter(study, person):
-            return _stop(study, EXPLANATIONS["not invited"])
+            return _stop(study, "not invited")
         config = restored(study.config)
         answers = {
             q.id: form.get(f"q-{q.id}", "").replace("\0", "").strip()[:LONGEST_ANSWER]
@@ -128,11 +136,18 @@ def may_try(person: Person | None) -> bool:
     return person is not None and RANKS[person.role] > RANKS["worker"] and not person.blocked_at
 
 
+def _spoken_study(session: Session, name: str) -> Study:
+    """A study, whose language is spoken from here on."""
+    study = find_study(session, name)
+    speak(language_of(study.config))
+    return study
+
+
 def _welcome(study: Study, answers: Record, problems: Record) -> str:
     return flask.render_template(
         "welcome.html",
         study=study,
-        config=restored(study.config),
+        config=in_its_language(restored(study.config)),
         answers=answers,
         problems=problems,
         ticked=flask.request.form,
@@ -152,14 +167,16 @@ def _problems(config: StudyConfig, answers: Record) -> Record:
     for question in config.questions:
         given = answers[question.id]
         if question.required and not given:
-            problems[f"q-{question.id}"] = "Please answer this question."
+            problems[f"q-{question.id}"] = gettext("Please answer this question.")
         elif given and question.choices and given not in question.choices:
-            problems[f"q-{question.id}"] = "Please choose one of these."
+            problems[f"q-{question.id}"] = gettext("Please choose one of these.")
     for i, _ in enumerate(config.qualification):
         if f"confirm-{i}" not in form:
-            problems[f"confirm-{i}"] = "You can take part only if this is true of you."
+            problems[f"confirm-{i}"] = gettext("You can take part only if this is true of you.")
     if "agree" not in form:
-        problems["agree"] = "Tick the box if you agree. If you don't, just close this page."
+        problems["agree"] = gettext(
+            "Tick the box if you agree. If you don't, just close this page."
+        )
     return problems
 
 
@@ -169,7 +186,8 @@ def _may_enter(study: Study, person: Person | None) -> bool:
     return person is not None and (person.provider != OPEN or RANKS[person.role] > RANKS["worker"])
 
 
-def _stop(study: Study, message: str) -> str:
+def _stop(study: Study, reason: Reason) -> str:
+    message = gettext(EXPLANATIONS[reason])
     return flask.render_template(
         "stopped.html", study=study, config=restored(study.config), message=message, tasks=()
     )

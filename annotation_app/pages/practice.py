@@ -7,13 +7,14 @@ import msgspec
 from flask import Blueprint
 from sqlalchemy import select
 
+from annotation_app.core.languages import gettext, speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items.item_scenes import watched_video
 from annotation_app.people.browser_sessions import current_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
-from annotation_app.studies.study_file import restored
+from annotation_app.studies.study_file import in_its_language, language_of, restored
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
@@ -28,18 +29,20 @@ def practice_page(task_name: str) -> str:
     task = read_task(task_name)
     of_task = task_of(task)
     if of_task.example is None:
-        raise Refusal(404, "There is no practice example for this task.")
+        raise Refusal(404, gettext("There is no practice example for this task."))
     name = flask.request.args.get("study", "")
     number = flask.request.args.get("item", 0, type=int)
     with reading(installation().engine) as session:
         study = session.scalars(select(Study).where(Study.name == name)).first()
         person = current_person(session)
-        config = restored(study.config) if study is not None else None
+        if study is not None:
+            speak(language_of(study.config))
+        config = in_its_language(restored(study.config)) if study is not None else None
         own = config.tasks[task].practice_items if config and task in config.tasks else ()
         if study is None or person is None or not own:
             own, payload = (), of_task.example(practice_example())
         elif not 0 <= number < len(own):
-            raise Refusal(404, "There is no such practice item.")
+            raise Refusal(404, gettext("There is no such practice item."))
         else:
             payload = {
                 "command": own[number].command,

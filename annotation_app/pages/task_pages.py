@@ -6,6 +6,7 @@ import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
 
+from annotation_app.core.languages import gettext
 from annotation_app.items.assignment import Lease
 from annotation_app.pages.entrance import wants_welcome
 from annotation_app.pages.study_progress import TaskProgress, progress
@@ -13,7 +14,7 @@ from annotation_app.people.browser_sessions import had_login
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study, TaskName
-from annotation_app.studies.study_file import restored
+from annotation_app.studies.study_file import in_its_language, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import read_task
@@ -49,7 +50,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     data["who"] = person.id[:WHO_CHARACTERS]
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)
-    config = restored(study.config)
+    config = in_its_language(restored(study.config))
     texts = page_texts(config, of_task)
     data["labels"] = labels_of(texts)
     return flask.render_template(
@@ -83,7 +84,7 @@ def _why(
         task=task,
         words=task_words(config, task_of(task)),
         reason=reason,
-        message=EXPLANATIONS[reason],
+        message=gettext(EXPLANATIONS[reason]),
         tasks=others,
         person=person,
     )

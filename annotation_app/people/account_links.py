@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people.accounts import add_login, has_admin, set_password
 from annotation_app.store.audit import COMMAND_LINE, note
@@ -143,11 +144,14 @@ def _made(session: Session, link: AccountLink, holds_s: float) -> str:
 
 def _gone(session: Session) -> Refusal:
     new = (
-        "Ask for a new one."
+        gettext("Ask for a new one.")
         if has_admin(session)
-        else "A new one is made on the server with: ct annotate people invite --role admin."
+        else gettext(
+            "A new one is made on the server with: ct annotate people invite --role admin."
+        )
     )
-    return Refusal(404, f"This link has been used, has run out, or isn't complete. {new}")
+    gone = gettext("This link has been used, has run out, or isn't complete.")
+    return Refusal(404, f"{gone} {new}")
 
 
 def _digest(token: str) -> str:

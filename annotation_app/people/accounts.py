@@ -12,6 +12,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 from werkzeug.security import check_password_hash, generate_password_hash
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people import failed_sign_ins
 from annotation_app.people.browser_sessions import end_sessions
@@ -71,10 +72,15 @@ def add_login(
     """
     name = clean_login(login)
     if not 1 <= len(name) <= LONGEST_LOGIN or not name.isprintable():
-        raise Refusal(422, f"A login has 1 to {LONGEST_LOGIN} characters. Choose another one.")
+        raise Refusal(
+            422,
+            gettext(
+                "A login has 1 to %(most)s characters. Choose another one.", most=LONGEST_LOGIN
+            ),
+        )
     if password is not None:
         check_password(password, name)
-    taken = Refusal(422, "This login is taken. Choose another one.")
+    taken = Refusal(422, gettext("This login is taken. Choose another one."))
     if find(session, name) is not None:
         raise taken
     kept = None if password is None else _hashed(password)
@@ -101,11 +107,14 @@ def check_password(password: str, login: str) -> None:
     if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
         raise Refusal(
             422,
-            f"A password has {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters. "
-            "Choose another one.",
+            gettext(
+                "A password has %(least)s to %(most)s characters. Choose another one.",
+                least=SHORTEST_PASSWORD,
+                most=LONGEST_PASSWORD,
+            ),
         )
     if clean_login(password) == clean_login(login):
-        raise Refusal(422, "The password is the login. Choose another password.")
+        raise Refusal(422, gettext("The password is the login. Choose another password."))
 
 
 def find(session: Session, login: str) -> Person | None:

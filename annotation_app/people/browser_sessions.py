@@ -10,8 +10,9 @@ import flask
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import TO_OPEN_AGAIN, TO_SIGN_IN, Refusal
-from annotation_app.people.participants import RANKS
+from annotation_app.people.participants import RANKS, ROLE_NAMES
 from annotation_app.store.models import Person, Role
 
 PERSON, NUMBER, LOGIN = "person", "number", "login"
@@ -93,13 +94,18 @@ def required_person(session: Session, role: Role = "worker") -> Person:
     if person is None:
         raise unknown(role)
     if RANKS[person.role] < RANKS[role]:
-        raise Refusal(403, f"This is for people with the role {role}.")
+        raise Refusal(
+            403,
+            gettext("This is for people with the role %(role)s.", role=gettext(ROLE_NAMES[role])),
+        )
     if role != "worker" and person.blocked_at is not None:
-        raise Refusal(403, "Your login has been blocked. Ask the people who run the study.")
+        raise Refusal(
+            403, gettext("Your login has been blocked. Ask the people who run the study.")
+        )
     return person
 
 
 def unknown(role: Role = "worker") -> Refusal:
     """What strangers get: only what needs a login is a reason to sign in."""
     needs_login = role != "worker" or had_login()
-    return Refusal(401, TO_SIGN_IN if needs_login else TO_OPEN_AGAIN)
+    return Refusal(401, gettext(TO_SIGN_IN if needs_login else TO_OPEN_AGAIN))

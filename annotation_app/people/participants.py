@@ -12,6 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.person_codes import new_code
 from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
@@ -24,6 +25,12 @@ INVITED = "invited"
 LOGIN = "login"
 
 RANKS: dict[Role, int] = {"worker": 0, "annotator": 1, "adjudicator": 2, "admin": 3}
+ROLE_NAMES: dict[Role, str] = {
+    "worker": N_("worker"),
+    "annotator": N_("annotator"),
+    "adjudicator": N_("adjudicator"),
+    "admin": N_("admin"),
+}
 """Who may do what others may: each what those before may."""
 
 
@@ -103,7 +110,7 @@ def read_invitation(token: str) -> tuple[str, str]:
     try:
         value: Any = _invitations(installation().config.secret_key).loads(token[:1000])
     except BadSignature:
-        raise Refusal(404, "This link is not complete. Copy all of it.") from None
+        raise Refusal(404, gettext("This link is not complete. Copy all of it.")) from None
     return str(value[0]), str(value[1])
 
 

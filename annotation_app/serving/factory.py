@@ -13,6 +13,7 @@ from werkzeug.exceptions import HTTPException
 from werkzeug.middleware.proxy_fix import ProxyFix
 
 from annotation_app.core.config import Config
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds import crowd_pages as crowds
 from annotation_app.dashboard import (
@@ -41,6 +42,7 @@ from annotation_app.trying import try_pages as trying
 from annotation_app.trying.attempt_queue import Attempts
 from annotation_app.web import api
 from annotation_app.web.limits import limiter
+from annotation_app.web.page_language import install as install_language
 
 log = logging.getLogger(__name__)
 
@@ -91,6 +93,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     of_tasks = (task.blueprint for task in tasks() if task.blueprint is not None)
     for blueprint in (*(module.blueprint for module in modules), *BLUEPRINTS, *MAKING, *of_tasks):
         app.register_blueprint(blueprint)
+    researchers = (*(module.blueprint for module in (*of_dashboard, trying)), *MAKING)
+    install_language(app, {blueprint.name for blueprint in researchers})
     app.register_error_handler(Refusal, _refused)
     app.register_error_handler(HTTPException, _http_error)
     app.register_error_handler(Exception, _failed)
@@ -159,7 +163,7 @@ def _http_error(error: HTTPException) -> Response:
     status = error.code or 500
     if error.response is not None:
         return flask.make_response(error.response)
-    message = _MESSAGES.get(status, error.description or error.name)
+    message = gettext(_MESSAGES.get(status, error.description or error.name))
     if wants_json():
         response = flask.jsonify({"error": message})
         response.status_code = status
@@ -179,12 +183,12 @@ def _failed(error: Exception) -> Response:
         return _unavailable(outage)
     # What people sent is in no message: the traceback has lines of the program only.
     log.exception("a request to %s failed", flask.request.url_rule, exc_info=error)
-    return _failure(500, "Something went wrong here.", _TYPED)
+    return _failure(500, gettext("Something went wrong here."), gettext(_TYPED))
 
 
 def _unavailable(outage: Outage) -> Response:
     installation().outages.failed(outage)
-    response = _failure(503, TITLE, ADVICE)
+    response = _failure(503, gettext(TITLE), gettext(ADVICE))
     response.headers["Retry-After"] = str(AGAIN_S)
     return response
 
@@ -202,13 +206,13 @@ def _page(status: int, message: str, advice: str = "") -> Response:
     return flask.make_response(page, status)
 
 
-_TYPED = "Nothing that you typed is lost: try again in a minute."
+_TYPED = N_("Nothing that you typed is lost: try again in a minute.")
 
 
 _MESSAGES = {
-    400: "The request can't be read. Load the page again; what you typed is kept.",
-    404: "There is no such page.",
-    405: "This can't be done here.",
-    413: "This is too large to be sent.",
-    429: "That was a bit fast. Wait a minute and try again; what you typed is kept.",
+    400: N_("The request can't be read. Load the page again; what you typed is kept."),
+    404: N_("There is no such page."),
+    405: N_("This can't be done here."),
+    413: N_("This is too large to be sent."),
+    429: N_("That was a bit fast. Wait a minute and try again; what you typed is kept."),
 }

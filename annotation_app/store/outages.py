@@ -16,12 +16,13 @@ from dataclasses import dataclass
 from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionLeft
 
+from annotation_app.core.languages import N_
 from annotation_app.store.database import OnlyReadError
 
 log = logging.getLogger(__name__)
 
-TITLE = "The study can't be reached at the moment."
-ADVICE = (
+TITLE = N_("The study can't be reached at the moment.")
+ADVICE = N_(
     "Nothing is lost: answers that you have sent wait in your browser, and are sent by themselves "
     "when the study is back. Try again in a minute."
 )

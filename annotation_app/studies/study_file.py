@@ -7,19 +7,30 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
 
+from annotation_app.core.languages import N_, SOURCE, gettext
 from annotation_app.store.models import TaskName
 
 Name: TypeAlias = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=10_000)]
 Line: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=1000)]
 Suggestions: TypeAlias = Literal["on", "off", "half"]
+Language: TypeAlias = Annotated[
+    str, msgspec.Meta(pattern=r"^[a-z]{2,3}(-[A-Za-z]+)*$", max_length=20)
+]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
 
-CONSENT = """You will watch short videos of a robot {robot}, or read what others wrote about
+CONSENT = N_("""You will watch short videos of a robot {robot}, or read what others wrote about
 them. What you type and choose is kept without your name and may be published for research.
-You may stop at any time by closing the page."""
-STATEMENT = "The {robot} in the video is executing the above spoken command."
-SCALE = ("Strongly disagree", "Disagree", "Neither agree nor disagree", "Agree", "Strongly agree")
+You may stop at any time by closing the page.""")
+STATEMENT = N_("The {robot} in the video is executing the above spoken command.")
+SCALE = (
+    N_("Strongly disagree"),
+    N_("Disagree"),
+    N_("Neither agree nor disagree"),
+    N_("Agree"),
+    N_("Strongly agree"),
+)
+ROBOT = N_("forklift")
 Scale: TypeAlias = tuple[Line, Line, Line, Line, Line]
 
 
@@ -44,15 +55,15 @@ class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     good: Line
     command: Line | None = None
     right: tuple[Annotated[int, msgspec.Meta(ge=1, le=5)], ...] = (4, 5)
-    again: Line = "Watch the video again."
+    again: Line = N_("Watch the video again.")
 
 
 class Labels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What the pages call the things that they number, and the places that they letter."""
 
-    thing: Line = "Thing"
-    place: Line = "Place"
-    robot: Line = "the robot"
+    thing: Line = N_("Thing")
+    place: Line = N_("Place")
+    robot: Line = N_("the robot")
 
 
 class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -132,6 +143,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Of the study, in addresses.
     title
         What people read.
+    locale
+        The language that the pages speak, and people write in.
     videos
         Folder that ``ct render-videos`` has filled, folder of mp4 and webm files, or table (CSV or
         JSONL) that names such files; from the study's file.
@@ -170,13 +183,14 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
     name: Name
     title: Line
+    locale: Language = SOURCE
     videos: Line = "videos"
     only: tuple[str, ...] = ()
     commands: Line | None = None
     things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
-    robot: Line = "forklift"
+    robot: Line = ROBOT
     statement: Line = STATEMENT
     scale: Scale = SCALE
     labels: Labels = Labels()
@@ -199,6 +213,40 @@ def slug(text: str) -> str:
 def told(text: str, robot: str) -> str:
     """A text with the robot's name in it."""
     return text.replace("{robot}", robot)
+
+
+def language_of(stored: dict[str, Any]) -> str:
+    """The language of a study, from what the database keeps."""
+    return str(stored.get("locale", SOURCE))
+
+
+def in_its_language(config: StudyConfig) -> StudyConfig:
+    """A study in which what its file leaves out is said in the language that is spoken."""
+    usual = StudyConfig(name=config.name, title=config.title, tasks={})
+    return msgspec.structs.replace(
+        config,
+        scale=tuple(map(gettext, SCALE)) if config.scale == SCALE else config.scale,
+        labels=msgspec.structs.replace(
+            config.labels, **_usual_texts(config.labels, usual.labels, "thing", "place", "robot")
+        ),
+        tasks={name: _in_its_language(task) for name, task in config.tasks.items()},
+        **_usual_texts(config, usual, "robot", "statement", "consent"),
+    )
+
+
+def _in_its_language(task: TaskConfig) -> TaskConfig:
+    usual = PracticeItem(video="-", good="-")
+    items = (
+        msgspec.structs.replace(item, **_usual_texts(item, usual, "again"))
+        for item in task.practice_items
+    )
+    return msgspec.structs.replace(task, practice_items=tuple(items))
+
+
+def _usual_texts(one: msgspec.Struct, usual: msgspec.Struct, *fields: str) -> dict[str, str]:
+    """The texts that are as they are in English if nobody has written others."""
+    same = (name for name in fields if getattr(one, name) == getattr(usual, name))
+    return {name: gettext(getattr(usual, name)) for name in same}
 
 
 def stored(config: StudyConfig) -> dict[str, Any]:

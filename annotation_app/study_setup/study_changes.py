@@ -20,6 +20,8 @@ SHOWN = ("title", "summary", "instructions", "practice_items", "suggestions", "p
 """What of a task's part of the file people see or do before they answer."""
 AGREED = ("consent", "questions", "qualification", "payment")
 ROBOT = "{robot}"
+LOCALE = "locale"
+"""The field that alters all that people read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +94,8 @@ def _alters(field: Field, before: StudyConfig, after: StudyConfig, asked: Asked)
     if touched == {"robot"}:
         uses = {"statement": before.statement, "consent": before.consent}
         touched |= {name for name, text in uses.items() if ROBOT in text}
+    if touched == {LOCALE}:
+        touched.add("consent")
     found = []
     if touched & set(AGREED) and asked.people:
         found.append(f"{_count(asked.people, 'person has', 'people have')} agreed to the old one")
@@ -103,6 +107,8 @@ def _alters(field: Field, before: StudyConfig, after: StudyConfig, asked: Asked)
 
 def _is_of(task: TaskName, field: Field, touched: Iterable[str], after: StudyConfig) -> bool:
     """Whether a field is about what people see who do a task."""
+    if field == (LOCALE,):
+        return True
     if field[:2] == ("tasks", task):
         return field[2] in SHOWN or task not in after.tasks
     known = find_task(task)

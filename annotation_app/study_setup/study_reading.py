@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from annotation_app.core.languages import languages
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.every_problem import every_problem, together
 from annotation_app.tasks.task_record import Task
@@ -60,6 +61,10 @@ def _problems(study: StudyConfig) -> Iterator[Problem]:
     if not study.tasks:
         fix = f"name some of {', '.join(task_names())}"
         yield Problem(("tasks",), "there are no tasks", fix)
+    if study.locale not in languages():
+        there = ", ".join(languages())
+        fix = f"use one of {there}, or translate the pages: docs/how-to/translate.md"
+        yield Problem(("locale",), f"the pages don't speak {study.locale}", fix)
     for task in tasks():
         problem = task.study_problem(study)
         if problem is not None:

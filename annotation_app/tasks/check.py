@@ -18,6 +18,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
@@ -100,8 +101,10 @@ def _check(
     shown = item.payload["shown"]
     missing = sorted(shown.keys() - answer.verdicts.keys(), key=int)
     unknown = sorted(answer.verdicts.keys() - shown.keys())
-    problems = [FieldProblem(node, "Tell whether this matches.") for node in missing]
-    problems += [FieldProblem(node, "There is no such clause to check.") for node in unknown]
+    problems = [FieldProblem(node, gettext("Tell whether this matches.")) for node in missing]
+    problems += [
+        FieldProblem(node, gettext("There is no such clause to check.")) for node in unknown
+    ]
     return with_watching(
         {"verdicts": dict(answer.verdicts)}, answer.watched_s, answer.speed
     ), problems
@@ -219,23 +222,27 @@ def _disputed(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
 CHECK = Task(
     name="check",
     words=TaskWords(
-        title="Check",
-        summary="Tell whether parts of a command match what is shown.",
-        offer="Tell whether parts of commands match what is shown.",
+        title=N_("Check"),
+        summary=N_("Tell whether parts of a command match what is shown."),
+        offer=N_("Tell whether parts of commands match what is shown."),
         instructions=(
-            "For each clause something is shown that was drawn at random. It may be what the "
-            "words mean, or not.",
-            "Where words say what happens, watch the video to its end.",
-            "Choose “It matches” if the words of this clause could well mean what is shown, "
-            "looking at nothing but these words.",
-            "Choose “It doesn't match” if nobody would mean this by the words.",
+            N_(
+                "For each clause something is shown that was drawn at random. It may be what the "
+                "words mean, or not."
+            ),
+            N_("Where words say what happens, watch the video to its end."),
+            N_(
+                "Choose “It matches” if the words of this clause could well mean what is shown, "
+                "looking at nothing but these words."
+            ),
+            N_("Choose “It doesn't match” if nobody would mean this by the words."),
         ),
         keys=(
-            ("Y N X", "it matches, it doesn't, can't tell"),
-            ("[ ]", "go from clause to clause"),
-            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("Y N X", N_("it matches, it doesn't, can't tell")),
+            ("[ ]", N_("go from clause to clause")),
+            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
             *VIDEO_KEYS,
-            ("Ctrl Enter", "send"),
+            (N_("Ctrl Enter"), N_("send")),
         ),
     ),
     template="tasks/check.html",

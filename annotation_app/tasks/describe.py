@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
@@ -21,7 +22,7 @@ from annotation_app.store.models import Record
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.corpus_parts import CorpusParts, add_commands
 from annotation_app.tasks.task_record import COMMAND, VIDEO_KEYS, Counts, Task, TaskWords
-from annotation_app.tasks.watched_videos import NOT_WATCHED, item_of_video, video_payload
+from annotation_app.tasks.watched_videos import item_of_video, not_watched, video_payload
 
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200
@@ -50,12 +51,19 @@ class CommandCounts:
 def text_problems(text: str) -> Iterator[FieldProblem]:
     """What is wrong with a command that somebody has typed."""
     if not any(character.isalnum() for character in text):
-        yield FieldProblem("text", "Type what you would tell the operator to do.")
+        yield FieldProblem("text", gettext("Type what you would tell the operator to do."))
     elif len(text) > LONGEST_TEXT:
-        message = f"This is {len(text)} characters long. Use at most {LONGEST_TEXT}."
+        message = gettext(
+            "This is %(long)s characters long. Use at most %(most)s.",
+            long=len(text),
+            most=LONGEST_TEXT,
+        )
         yield FieldProblem("text", message)
     elif len(text.split()) > LONGEST_COMMAND_WORDS:
-        yield FieldProblem("text", f"Use at most {LONGEST_COMMAND_WORDS} words for the command.")
+        yield FieldProblem(
+            "text",
+            gettext("Use at most %(most)s words for the command.", most=LONGEST_COMMAND_WORDS),
+        )
 
 
 def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
@@ -72,7 +80,7 @@ def _check(
     text = clean_text(answer.text)
     problems = [*text_problems(text)]
     if not answer.played_to_end:
-        problems.insert(0, NOT_WATCHED)
+        problems.insert(0, not_watched())
     return with_watching({"text": text}, answer.watched_s, answer.speed), problems
 
 
@@ -89,18 +97,22 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 DESCRIBE = Task(
     name="describe",
     words=TaskWords(
-        title="Describe",
-        summary="Watch a video and type the command that it fulfils.",
-        offer="Watch short videos and type a command for each.",
+        title=N_("Describe"),
+        summary=N_("Watch a video and type the command that it fulfils."),
+        offer=N_("Watch short videos and type a command for each."),
         instructions=(
-            "Watch the video to its end. You may watch it again as often as you like.",
-            "Imagine that you had told an expert operator to do exactly this. Type the command "
-            "that you would have given, in your own words, in English.",
-            "Say what is to be done, not what you see: the operator hears you before anything "
-            "has happened, and sees the same scene.",
-            "Write as you would speak. There is no single right answer.",
+            N_("Watch the video to its end. You may watch it again as often as you like."),
+            N_(
+                "Imagine that you had told an expert operator to do exactly this. Type the command "
+                "that you would have given, in your own words, in English."
+            ),
+            N_(
+                "Say what is to be done, not what you see: the operator hears you before anything "
+                "has happened, and sees the same scene."
+            ),
+            N_("Write as you would speak. There is no single right answer."),
         ),
-        keys=(*VIDEO_KEYS, ("Ctrl Enter", "send")),
+        keys=(*VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
     ),
     template="tasks/describe.html",
     answer=Described,

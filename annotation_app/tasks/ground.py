@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of
@@ -143,14 +144,17 @@ def _check(
         if sdc.type in ("OBJECT", "PLACE") and not sdc.is_implicit
     }
     for node in sorted(answer.groundings.keys() - wanted):
-        problems.append(FieldProblem(node, "There is no such clause to ground."))
+        problems.append(FieldProblem(node, gettext("There is no such clause to ground.")))
     kept = {}
     for node in sorted(wanted, key=int):
         grounding = answer.groundings.get(node)
         if grounding is None or not (grounding.objects or grounding.places or grounding.cant_tell):
             phrase = " ".join(word.text for word in all_words(nodes[int(node)]))
             problems.append(
-                FieldProblem(node, f'Show what "{phrase}" is, or choose "can\'t tell".')
+                FieldProblem(
+                    node,
+                    gettext("Show what “%(phrase)s” is, or choose “can't tell”.", phrase=phrase),
+                )
             )
         else:
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
@@ -170,24 +174,24 @@ def _clause_grounding(
         problems.append(FieldProblem(node, message))
 
     if grounding.cant_tell and (grounding.objects or grounding.places):
-        refuse('Choose either something or "can\'t tell".')
+        refuse(gettext("Choose either something or “can't tell”."))
     if len(set(grounding.objects)) < len(grounding.objects):
-        refuse("The same object is chosen twice.")
+        refuse(gettext("The same object is chosen twice."))
     if not names.objects.keys() >= set(grounding.objects):
-        refuse("An object that was chosen isn't in this picture. Choose it again.")
+        refuse(gettext("An object that was chosen isn't in this picture. Choose it again."))
     places: list[Record] = []
     for place in grounding.places:
         if (place.xy is None) == (place.place is None):
-            refuse("A place is one of the map's, or has corners.")
+            refuse(gettext("A place is one of the map's, or has corners."))
         elif scene.is_picture:
-            refuse("There is no map to mark a place on. Choose a thing, or “can't tell”.")
+            refuse(gettext("There is no map to mark a place on. Choose a thing, or “can't tell”."))
         elif place.xy is not None:
             _check_corners(place.xy, scene, refuse)
             places.append({"xy": [list(corner) for corner in place.xy]})
         elif place.place is not None and place.place in names.places:
             places.append({"place": names.places[place.place]})
         else:
-            refuse("A place that was chosen isn't on this map. Choose it again.")
+            refuse(gettext("A place that was chosen isn't on this map. Choose it again."))
     return {
         "objects": [names.objects[o] for o in grounding.objects if o in names.objects],
         "places": places,
@@ -201,12 +205,12 @@ def _check_corners(
 ) -> None:
     corners = np.array(xy, dtype=np.float64).reshape(-1, 2)
     if len(corners) < 3 or area(convex_hull(corners)[None])[0] < SMALLEST_PLACE_M2:
-        refuse("The place is too small. Mark an area, not a point or a line.")
+        refuse(gettext("The place is too small. Mark an area, not a point or a line."))
         return
     things = np.concatenate([o.trajectory.xyz[:, :2] for o in scene.context.objects])
     low, high = things.min(axis=0) - FAR_M, things.max(axis=0) + FAR_M
     if (corners < low).any() or (corners > high).any():
-        refuse("The place is far outside of the map. Mark it again.")
+        refuse(gettext("The place is far outside of the map. Mark it again."))
 
 
 def _items(
@@ -257,33 +261,42 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
 GROUND = Task(
     name="ground",
     words=TaskWords(
-        title="Ground",
-        summary="Show what the parts of a command refer to.",
-        offer="Show in pictures what the parts of commands refer to.",
+        title=N_("Ground"),
+        summary=N_("Show what the parts of a command refer to."),
+        offer=N_("Show in pictures what the parts of commands refer to."),
         instructions=(
-            "First watch the video. It tells what the command was meant to bring about.",
-            "Then you are asked about the words of the command, one question after the other. "
-            "Click what the words mean, in the picture or on the map seen from above. The next "
-            "question comes by itself. “Back” and the list lead to earlier ones.",
-            "If the words mean several things, tick “Several”, click each of them, and press "
-            "“Next”.",
-            "Several questions may have the same answer: “the cup” and “the cup on the table” are "
-            "one cup.",
-            "If the words mean a place, choose a dashed one on the map, or mark it there.",
-            "If a command has several steps, you are also asked when the video shows each of them.",
-            "Choose “Can't tell” if you have looked and still don't know.",
+            N_("First watch the video. It tells what the command was meant to bring about."),
+            N_(
+                "Then you are asked about the words of the command, one question after the other."
+                " Click what the words mean, in the picture or on the map seen from above. The "
+                "next question comes by itself. “Back” and the list lead to earlier ones."
+            ),
+            N_(
+                "If the words mean several things, tick “Several”, click each of them, and press "
+                "“Next”."
+            ),
+            N_(
+                "Several questions may have the same answer: “the cup” and “the cup on the table”"
+                " are one cup."
+            ),
+            N_("If the words mean a place, choose a dashed one on the map, or mark it there."),
+            N_(
+                "If a command has several steps, you are also asked when the video shows each of "
+                "them."
+            ),
+            N_("Choose “Can't tell” if you have looked and still don't know."),
         ),
         keys=(
-            ("1, 2, … A, B, …", "choose the thing or place with that label, or not"),
-            ("[ ]", "back, next"),
-            ("S", "several things, or one"),
-            ("X", "can't tell"),
-            ("Y", "keep what a program suggests"),
-            ("M", "mark a place: arrows move, + and − size, Enter sets, Esc ends"),
-            ("← →", "on a handle of the timeline: a frame; with Shift a second"),
-            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("1, 2, … A, B, …", N_("choose the thing or place with that label, or not")),
+            ("[ ]", N_("back, next")),
+            ("S", N_("several things, or one")),
+            ("X", N_("can't tell")),
+            ("Y", N_("keep what a program suggests")),
+            ("M", N_("mark a place: arrows move, + and − size, Enter sets, Esc ends")),
+            ("← →", N_("on a handle of the timeline: a frame; with Shift a second")),
+            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
             *VIDEO_KEYS,
-            ("Ctrl Enter", "send"),
+            (N_("Ctrl Enter"), N_("send")),
         ),
     ),
     template="tasks/ground.html",

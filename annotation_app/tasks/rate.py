@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import msgspec
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
@@ -160,15 +161,15 @@ def _oddities(bodies: Sequence[Record]) -> Iterator[str]:
 RATE = Task(
     name="rate",
     words=TaskWords(
-        title="Rate",
-        summary="Watch a video and tell how well a command fits it.",
-        offer="Watch short videos and tell how well commands fit them.",
+        title=N_("Rate"),
+        summary=N_("Watch a video and tell how well a command fits it."),
+        offer=N_("Watch short videos and tell how well commands fit them."),
         instructions=(
-            "Read the command, then watch the video to its end.",
-            "Tell how much you agree with the statement below it. Trust your own judgment.",
-            "Some commands fit well and some don't fit at all.",
+            N_("Read the command, then watch the video to its end."),
+            N_("Tell how much you agree with the statement below it. Trust your own judgment."),
+            N_("Some commands fit well and some don't fit at all."),
         ),
-        keys=(("1 to 5", "choose"), *VIDEO_KEYS, ("Ctrl Enter", "send")),
+        keys=((N_("1 to 5"), N_("choose")), *VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
     ),
     template="tasks/rate.html",
     answer=Rated,

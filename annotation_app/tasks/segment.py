@@ -18,6 +18,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
@@ -74,25 +75,33 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem
     """What is wrong with the SDC trees of a command, beyond their form."""
     problems = []
     if not any(not sdc.is_implicit for sdc in breadth_first(sdcs)):
-        problems.append(FieldProblem("sdcs", "Mark at least one clause."))
+        problems.append(FieldProblem("sdcs", gettext("Mark at least one clause.")))
     for i, tree in enumerate(sdcs):
         words = all_words(tree)
         for word in words:
             if text[word.start : word.end] != word.text:
                 problems.append(
-                    FieldProblem(f"sdcs[{i}]", f'"{word.text}" is not in the command there.')
+                    FieldProblem(
+                        f"sdcs[{i}]",
+                        gettext("“%(word)s” is not in the command there.", word=word.text),
+                    )
                 )
         for word in sorted({w for w, following in pairwise(words) if w == following}):
             problems.append(
                 FieldProblem(
-                    f"sdcs[{i}]", f'The word "{word.text}" is used twice. Use it in one place.'
+                    f"sdcs[{i}]",
+                    gettext(
+                        "The word “%(word)s” is used twice. Use it in one place.", word=word.text
+                    ),
                 )
             )
     for node, sdc in enumerate(breadth_first(sdcs)):
         is_figure = any(sdc is figure for parent in breadth_first(sdcs) for figure in parent.figure)
         if sdc.is_implicit and not (sdc.type == "OBJECT" and is_figure):
             problems.append(
-                FieldProblem(str(node), "This clause has no words. Give it some, or remove it.")
+                FieldProblem(
+                    str(node), gettext("This clause has no words. Give it some, or remove it.")
+                )
             )
     return problems
 
@@ -121,7 +130,9 @@ def _check(
         sdcs = from_json(answer.sdcs)
     except SDCError as error:
         message = f"{error.what[:1].upper()}{error.what[1:]}."
-        return {}, [FieldProblem(error.where, f"{message} {error.fix}".strip())]
+        why = f"{message} {error.fix}".strip()
+        problem = gettext("The clauses can't be read: %(why)s", why=why)
+        return {}, [FieldProblem(error.where, problem)]
     return {"sdcs": to_json(sdcs)}, segmentation_problems(sdcs, item.payload["text"])
 
 
@@ -213,29 +224,37 @@ def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
 SEGMENT = Task(
     name="segment",
     words=TaskWords(
-        title="Segment",
-        summary="Tell what belongs together in a command.",
-        offer="Tell what belongs together in short commands.",
+        title=N_("Segment"),
+        summary=N_("Tell what belongs together in a command."),
+        offer=N_("Tell what belongs together in short commands."),
         instructions=(
-            "The next word is chosen for you. If others belong with it, choose them too: “the "
-            "cup”. Then choose the place that they answer: “Put what?”",
-            "“On”, “to”, “next to” and the like have places of their own. What follows them comes "
-            "after: “on”, then “the table”.",
-            "In “Take the cup on the table”, “on” tells which cup. Its place is “the cup: which "
-            "one?”.",
-            "Words need not stand side by side: in “Put it down”, what is done is “Put … down”.",
+            N_(
+                "The next word is chosen for you. If others belong with it, choose them too: “the"
+                " cup”. Then choose the place that they answer: “Put what?”"
+            ),
+            N_(
+                "“On”, “to”, “next to” and the like have places of their own. What follows them "
+                "comes after: “on”, then “the table”."
+            ),
+            N_(
+                "In “Take the cup on the table”, “on” tells which cup. Its place is “the cup: "
+                "which one?”."
+            ),
+            N_(
+                "Words need not stand side by side: in “Put it down”, what is done is “Put … down”."
+            ),
         ),
         keys=(
-            ("← →", "go from word to word"),
-            ("Space", "choose the word, or not"),
-            ("Shift ← →", "choose words in a row"),
-            ("1 to 9", "put the chosen words into the place with this number"),
-            ("X", "leave the chosen words out"),
-            ("[ ]", "go from part to part"),
-            ("Delete", "remove the part"),
-            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("← →", N_("go from word to word")),
+            (N_("Space"), N_("choose the word, or not")),
+            (N_("Shift ← →"), N_("choose words in a row")),
+            (N_("1 to 9"), N_("put the chosen words into the place with this number")),
+            ("X", N_("leave the chosen words out")),
+            ("[ ]", N_("go from part to part")),
+            (N_("Delete"), N_("remove the part")),
+            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
             *VIDEO_KEYS,
-            ("Ctrl Enter", "send"),
+            (N_("Ctrl Enter"), N_("send")),
         ),
     ),
     template="tasks/segment.html",

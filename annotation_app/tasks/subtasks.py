@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
@@ -25,7 +26,7 @@ from annotation_app.store.models import Record
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
-from annotation_app.tasks.watched_videos import NOT_WATCHED, item_of_video, video_payload
+from annotation_app.tasks.watched_videos import item_of_video, not_watched, video_payload
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
@@ -95,27 +96,33 @@ def _check(
     subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
     problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
     if not answer.played_to_end:
-        problems.insert(0, NOT_WATCHED)
+        problems.insert(0, not_watched())
     return with_watching({"subtasks": subtasks}, answer.watched_s, answer.speed), problems
 
 
 def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldProblem]:
     if not subtasks:
-        yield FieldProblem("subtasks", "Name at least one step.")
+        yield FieldProblem("subtasks", gettext("Name at least one step."))
         return
     if subtasks[0]["start_s"] != 0:
-        yield FieldProblem("subtasks[0]", "The first step begins with the video.")
+        yield FieldProblem("subtasks[0]", gettext("The first step begins with the video."))
     for number, subtask in enumerate(subtasks, start=1):
         where = f"subtasks[{number - 1}]"
         if not any(character.isalnum() for character in subtask["text"]):
-            yield FieldProblem(where, f"Say what is done in step {number}.")
+            yield FieldProblem(
+                where, gettext("Say what is done in step %(number)s.", number=number)
+            )
         elif len(subtask["text"]) > LONGEST_TEXT:
-            yield FieldProblem(where, f"Use at most {LONGEST_TEXT} characters for a step.")
+            yield FieldProblem(
+                where, gettext("Use at most %(most)s characters for a step.", most=LONGEST_TEXT)
+            )
         if subtask["start_s"] > duration_s + SLACK_S:
-            yield FieldProblem(where, f"Step {number} begins after the video's end.")
+            yield FieldProblem(
+                where, gettext("Step %(number)s begins after the video's end.", number=number)
+            )
     for number, (one, following) in enumerate(pairwise(subtasks), start=2):
         if following["start_s"] <= one["start_s"]:
-            message = f"Step {number} must begin after the one before it."
+            message = gettext("Step %(number)s must begin after the one before it.", number=number)
             yield FieldProblem(f"subtasks[{number - 1}]", message)
 
 
@@ -133,18 +140,22 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
 SUBTASKS = Task(
     name="subtasks",
     words=TaskWords(
-        title="Subtasks",
-        summary="Watch a video and tell which steps it is made of.",
-        offer="Watch short videos and name the steps in them.",
+        title=N_("Subtasks"),
+        summary=N_("Watch a video and tell which steps it is made of."),
+        offer=N_("Watch short videos and name the steps in them."),
         instructions=(
-            "Watch the video to its end. You may watch it again as often as you like.",
-            "Type what the robot does first. Begin with a verb: “Pick up the cup”.",
-            "Go to the moment at which the next step begins, press “A step begins here”, and type "
-            "what is done from then on.",
-            "A step ends when the next one begins. Begin a new one when the robot takes hold of "
-            "something, lets it go, or turns to something else.",
+            N_("Watch the video to its end. You may watch it again as often as you like."),
+            N_("Type what the robot does first. Begin with a verb: “Pick up the cup”."),
+            N_(
+                "Go to the moment at which the next step begins, press “A step begins here”, and "
+                "type what is done from then on."
+            ),
+            N_(
+                "A step ends when the next one begins. Begin a new one when the robot takes hold "
+                "of something, lets it go, or turns to something else."
+            ),
         ),
-        keys=(("N", "a step begins here"), *VIDEO_KEYS, ("Ctrl Enter", "send")),
+        keys=(("N", N_("a step begins here")), *VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
     ),
     template="tasks/subtasks.html",
     answer=CutUp,

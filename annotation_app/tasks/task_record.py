@@ -14,6 +14,7 @@ import msgspec
 from flask import Blueprint
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import NewItem
@@ -55,7 +56,7 @@ class TaskWords:
     summary: str
     offer: str
     instructions: tuple[str, ...]
-    keys: tuple[tuple[str, str], ...] = (("Ctrl Enter", "send"),)
+    keys: tuple[tuple[str, str], ...] = ((N_("Ctrl Enter"), N_("send")),)
 
 
 @short_repr
@@ -163,9 +164,9 @@ class AnswerTable:
 
 
 VIDEO_KEYS = (
-    ("K", "play the video, or pause"),
-    (", .", "one frame back, or on"),
-    ("< >", "play slower, or faster"),
+    ("K", N_("play the video, or pause")),
+    (", .", N_("one frame back, or on")),
+    ("< >", N_("play slower, or faster")),
 )
 """Keys of the player, for tasks with a video."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.store.models import TaskName
 from annotation_app.tasks.check import CHECK
@@ -58,7 +59,7 @@ def task_of(name: TaskName) -> Task:
     """
     task = _tasks.get(name)
     if task is None:
-        raise Refusal(404, "There is no such task here any more.")
+        raise Refusal(404, gettext("There is no such task here any more."))
     return task
 
 

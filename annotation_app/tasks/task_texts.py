@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import msgspec
 from markupsafe import Markup
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.store.models import Record
 from annotation_app.studies.safe_markdown import to_html
 from annotation_app.studies.study_file import (
-    SCALE,
-    STATEMENT,
     Labels,
     StudyConfig,
     TaskConfig,
+    in_its_language,
     told,
 )
 from annotation_app.tasks.task_record import Task, TaskWords
 
-BOAT = "boat"
+BOAT, THE_BOAT = N_("boat"), N_("the boat")
 """What the app's own practice examples are about."""
 
 
@@ -43,13 +44,14 @@ class PageTexts:
 
 
 def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
-    """A task's words, with the study's title and summary if it has some."""
-    own = _own(config, task)
-    return replace(
-        task.words,
-        title=own.title or task.words.title,
-        summary=own.summary or task.words.summary,
-        offer=own.summary or task.words.offer,
+    """A task's words in the language that is spoken, with the study's own if it has some."""
+    own, words = _own(config, task), task.words
+    return TaskWords(
+        title=own.title or gettext(words.title),
+        summary=own.summary or gettext(words.summary),
+        offer=own.summary or gettext(words.offer),
+        instructions=tuple(map(gettext, words.instructions)),
+        keys=tuple((gettext(key), gettext(does)) for key, does in words.keys),
     )
 
 
@@ -61,20 +63,13 @@ def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = Fals
     with_boat
         Whether the page is about the app's own practice example.
     """
-    statement, scale, labels = STATEMENT, SCALE, Labels()
-    robot = BOAT
-    if config is not None:
-        statement, scale, labels, robot = (
-            config.statement,
-            config.scale,
-            config.labels,
-            config.robot,
-        )
-    if with_boat:
-        robot, labels = BOAT, Labels(thing=labels.thing, place=labels.place, robot=f"the {BOAT}")
+    study = in_its_language(config or StudyConfig(name="-", title="-", tasks={}))
+    robot, labels = study.robot, study.labels
+    if with_boat or config is None:
+        robot, labels = gettext(BOAT), msgspec.structs.replace(labels, robot=gettext(THE_BOAT))
     own = _own(config, task).instructions
     return PageTexts(
-        to_html(own) if own.strip() else Markup(), told(statement, robot), scale, labels
+        to_html(own) if own.strip() else Markup(), told(study.statement, robot), study.scale, labels
     )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.store.models import Record
 from g3.sdc.clauses import SDC, all_words, breadth_first
@@ -49,17 +50,26 @@ def read_parts(
     problems = []
     for node, (start, end) in sorted(trims.items()):
         if node not in known:
-            problems.append(FieldProblem(node, "There is no such clause to trim."))
+            problems.append(FieldProblem(node, gettext("There is no such clause to trim.")))
         elif not start < end <= duration_s + SLACK_S:
-            problems.append(FieldProblem(node, "The part of the video must begin before it ends."))
+            problems.append(
+                FieldProblem(node, gettext("The part of the video must begin before it ends."))
+            )
     for node in sorted(set(whole)):
         if node not in known:
-            problems.append(FieldProblem(node, "There is no such clause to trim."))
+            problems.append(FieldProblem(node, gettext("There is no such clause to trim.")))
         elif node in trims:
-            problems.append(FieldProblem(node, "Choose either the whole video or a part of it."))
+            problems.append(
+                FieldProblem(node, gettext("Choose either the whole video or a part of it."))
+            )
     for node, phrase in must_be_chosen(sdcs).items():
         if node not in trims and node not in whole:
-            problems.append(FieldProblem(node, f'Choose which part of the video shows "{phrase}".'))
+            problems.append(
+                FieldProblem(
+                    node,
+                    gettext("Choose which part of the video shows “%(phrase)s”.", phrase=phrase),
+                )
+            )
     left = [node for node in known if node not in trims]
     kept = {
         "trims": {node: list(trim) for node, trim in trims.items()},

@@ -6,12 +6,16 @@ from collections.abc import Callable
 
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Item, Record, TaskName
 
-NOT_WATCHED = FieldProblem("played_to_end", "Watch the video to its end first.")
+
+def not_watched() -> FieldProblem:
+    """What is told of an answer that was sent before the video's end."""
+    return FieldProblem("played_to_end", gettext("Watch the video to its end first."))
 
 
 def video_payload(session: Session, item: Item, _salt: bytes) -> Record:

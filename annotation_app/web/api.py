@@ -11,6 +11,7 @@ from flask_wtf.csrf import generate_csrf
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.core.sent_text import check_json
 from annotation_app.items.assignment import Lease, Work, extend, skip
@@ -101,7 +102,7 @@ def lease(study_name: str, task_name: str) -> Response:
     with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):
-        return _answer({"reason": taken, "error": EXPLANATIONS[taken]}, 409)
+        return _answer({"reason": taken, "error": gettext(EXPLANATIONS[taken])}, 409)
     return _answer(opened_page(engine, taken.item_id, person.id, installation().salt))
 
 
@@ -264,7 +265,7 @@ def read_task(name: str) -> TaskName:
         If there is none.
     """
     if find_task(name) is None:
-        raise Refusal(404, "There is no such task.")
+        raise Refusal(404, gettext("There is no such task."))
     return name
 
 
@@ -279,7 +280,7 @@ def read_request(record_type: type[T]) -> T:
     try:
         request = msgspec.json.decode(flask.request.get_data(), type=record_type)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise Refusal(400, f"The request can't be read: {error}") from error
+        raise Refusal(400, gettext("The request can't be read: %(why)s", why=error)) from error
     check_json(msgspec.to_builtins(request))
     return request
 
@@ -294,7 +295,7 @@ def any_item(session: Session, item_id: str) -> Item:
     """
     found = session.get(Item, item_id)
     if found is None:
-        raise Refusal(404, "There is no such item.")
+        raise Refusal(404, gettext("There is no such item."))
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem, Refusal
 from annotation_app.items.assignment import AnyItem
 from annotation_app.store.models import Record
@@ -24,10 +25,12 @@ def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> R
         answer = msgspec.convert(body, task.answer)
     except msgspec.ValidationError as error:
         what, _, field = str(error).rstrip("`").partition(" - at `$")
-        message = "This part of the answer can't be read. Load the page again; your draft is kept."
+        message = gettext(
+            "This part of the answer can't be read. Load the page again; your draft is kept."
+        )
         problem = FieldProblem(field.strip("."), f"{message} ({what})")
-        raise Refusal(422, "The answer can't be read.", [problem]) from error
+        raise Refusal(422, gettext("The answer can't be read."), [problem]) from error
     kept, problems = task.check(session, item, answer, salt)
     if problems:
-        raise Refusal(422, "Something in the answer must be changed.", list(problems))
+        raise Refusal(422, gettext("Something in the answer must be changed."), list(problems))
     return kept

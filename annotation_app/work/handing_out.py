@@ -7,13 +7,14 @@ from typing import Literal, TypeAlias
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext, speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items import assignment
 from annotation_app.items.assignment import Lease, Work
 from annotation_app.people.browser_sessions import current_id, current_number, required_person
 from annotation_app.people.participants import OPEN, RANKS, has_consented, has_practised
 from annotation_app.store.models import Person, Study, TaskName
-from annotation_app.studies.study_file import StudyConfig, TaskConfig, restored
+from annotation_app.studies.study_file import StudyConfig, TaskConfig, language_of, restored
 from annotation_app.tasks.task_registry import task_of
 
 Reason: TypeAlias = (
@@ -22,18 +23,22 @@ Reason: TypeAlias = (
 )
 
 EXPLANATIONS: dict[Reason, str] = {
-    "done": "You have done all that there is for you here. Thank you!",
-    "blocked": "You can't take part any more. Write to the people who run the study if you "
-    "think that this is a mistake.",
-    "all taken": "Others are at work on all that is left. Some of it may become free: try again "
-    "in a few minutes.",
-    "nothing to do": "There is nothing to do here at the moment.",
-    "closed": "The study is closed. Thank you for your interest!",
-    "not part": "This task is not part of the study.",
-    "not invited": "Only people who have been invited can take part in this study.",
-    "no consent": "Please read what the study is about, and agree to it, first.",
-    "no practice": "Please do the practice example first.",
-    "role": "This task is for annotators, who have a login.",
+    "done": N_("You have done all that there is for you here. Thank you!"),
+    "blocked": N_(
+        "You can't take part any more. Write to the people who run the study if you "
+        "think that this is a mistake."
+    ),
+    "all taken": N_(
+        "Others are at work on all that is left. Some of it may become free: try again "
+        "in a few minutes."
+    ),
+    "nothing to do": N_("There is nothing to do here at the moment."),
+    "closed": N_("The study is closed. Thank you for your interest!"),
+    "not part": N_("This task is not part of the study."),
+    "not invited": N_("Only people who have been invited can take part in this study."),
+    "no consent": N_("Please read what the study is about, and agree to it, first."),
+    "no practice": N_("Please do the practice example first."),
+    "role": N_("This task is for annotators, who have a login."),
 }
 """What people read when they get no item."""
 HOLD_S = 120.0
@@ -56,7 +61,9 @@ def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
     """
     whose = {"who": current_id(), "number": current_number()}
     row = session.execute(_VISIT, {**whose, "study": study_name}).first()
-    return (None, find_study(session, study_name)) if row is None else (row[1], row[0])
+    person, study = (None, find_study(session, study_name)) if row is None else (row[1], row[0])
+    speak(language_of(study.config))
+    return person, study
 
 
 def find_study(session: Session, name: str) -> Study:
@@ -69,7 +76,7 @@ def find_study(session: Session, name: str) -> Study:
     """
     study = session.scalars(_STUDY, {"study": name}).first()
     if study is None:
-        raise Refusal(404, "There is no such study.")
+        raise Refusal(404, gettext("There is no such study."))
     return study
 
 
@@ -151,5 +158,6 @@ def item_of(session: Session, item_id: str) -> Work:
     found = assignment.handed_out(session, item_id, current_id() or "", current_number())
     if found is None:
         required_person(session)
-        raise Refusal(404, "You don't have such an item. Open the study again.")
+        raise Refusal(404, gettext("You don't have such an item. Open the study again."))
+    speak(language_of(found.config))
     return found

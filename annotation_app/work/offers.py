@@ -6,7 +6,7 @@ page. So it stays what they saw, whatever the program or the study's file says b
 - ``shown``: the person saw the suggestion;
 - ``withheld``: there is one, and the draw of a study with ``half`` has left it out;
 - ``off``: the study shows none;
-- ``none``: the program had nothing to suggest, or isn't installed.
+- ``none``: the program had nothing to suggest, isn't installed, or doesn't know the language.
 
 An answer's provenance is ``{"suggestion": state, "likeness", "unchanged"}``, the last two where
 there is a suggestion. So answers can also be compared with suggestions that nobody saw.
@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeAlias
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import SOURCE
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import draws
 from annotation_app.store.models import Handout, Item, Record
@@ -37,7 +38,9 @@ def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | Non
     wanted = task_config(config, item.task).suggestions
     if wanted == "off":
         return _offer("off")
-    found = suggestion(session, item)
+    # The programs that suggest something know English.
+    is_english = config.locale.split("-")[0] == SOURCE
+    found = suggestion(session, item) if is_english else None
     if found is None:
         return _offer("none")
     is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5

@@ -7,18 +7,19 @@ import { showPicture } from "./picture.js";
 import { checkFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
 import { begin, data, payload } from "./work.js";
+import { _, listed, pieces } from "./speech.js";
 
 const { clauses } = payload;
 const VERDICTS = [
-  [true, "It matches", "y"],
-  [false, "It doesn't match", "n"],
-  ["cant_tell", "Can't tell", "x"],
+  [true, _("It matches"), "y"],
+  [false, _("It doesn't match"), "n"],
+  ["cant_tell", _("Can't tell"), "x"],
 ];
 
 const views = payload.scenes.map(() => null);
 const bar = h("div", { class: "steps" });
 const stage = h("div", { class: "stage-of-one" });
-const panel = h("section", { class: "panel ask", "aria-label": "Whether it matches" });
+const panel = h("section", { class: "panel ask", "aria-label": _("Whether it matches") });
 $("editor").append(panel, stage, bar);
 
 const work = begin({
@@ -30,8 +31,8 @@ const work = begin({
   },
   problems: ({ verdicts, watched = {} }) => [
     ...clauses.filter((c) => isShownByVideo(c) && watched[c.shown.scene] === undefined)
-      .map((c) => `Watch the video for “${c.phrase}” to its end first.`),
-    ...clauses.filter((c) => verdicts[c.node] === undefined).map((c) => `Tell whether “${c.phrase}” matches.`),
+      .map((c) => _("Watch the video for “%(phrase)s” to its end first.", c)),
+    ...clauses.filter((c) => verdicts[c.node] === undefined).map((c) => _("Tell whether “%(phrase)s” matches.", c)),
   ],
   feedback: checkFeedback,
 });
@@ -106,17 +107,17 @@ function parts(clause, scene, verdict) {
   ];
   const phrase = h("q", {}, h("bdi", {}, clause.phrase));
   const heading = names.length
-    ? h("h2", {}, "Could ", phrase, ` mean ${names.join(" and ")}, which ${names.length === 1 ? "is" : "are"} marked?`)
-    : h("h2", {}, "Does the whole video show ", phrase, "?");
+    ? h("h2", {}, pieces(names.length === 1 ? _("Could %(phrase)s mean %(things)s, which is marked?") : _("Could %(phrase)s mean %(things)s, which are marked?"), { phrase, things: listed(names) }))
+    : h("h2", {}, pieces(_("Does the whole video show %(phrase)s?"), { phrase }));
   return [
     heading,
     h(
       "fieldset",
       {},
-      h("legend", { class: "unseen" }, "Your verdict"),
+      h("legend", { class: "unseen" }, _("Your verdict")),
       h("div", { class: "choices" }, VERDICTS.map(([value, label]) =>
         choice("radio", "verdict", label, verdict === value, () => judge(value), { "data-key": String(value) }),
-      ), h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, clause.node, 1)) }, "Next clause")),
+      ), h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, clause.node, 1)) }, _("Next clause"))),
     ),
   ];
 }

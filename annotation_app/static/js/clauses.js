@@ -2,12 +2,13 @@
 
 import { $, h } from "./dom.js";
 import { payload } from "./work.js";
+import { _ } from "./speech.js";
 
 /** Buttons for all clauses. `isDone(node)` tells which have an answer; `go(node)` shows one. */
 export function clauseBar(clauses, current, isDone, go) {
   return h(
     "nav",
-    { class: "clause-bar", "aria-label": "Clauses" },
+    { class: "clause-bar", "aria-label": _("Clauses") },
     h(
       "ol",
       {},
@@ -25,7 +26,7 @@ export function clauseBar(clauses, current, isDone, go) {
               onclick: () => go(clause.node),
             },
             h("bdi", {}, clause.phrase), " ",
-            isDone(clause) ? h("span", { class: "tick-mark" }, h("span", { "aria-hidden": "true" }, "✓"), h("span", { class: "unseen" }, "done")) : null,
+            isDone(clause) ? h("span", { class: "tick-mark" }, h("span", { "aria-hidden": "true" }, "✓"), h("span", { class: "unseen" }, _("done"))) : null,
           ),
         ),
       ),

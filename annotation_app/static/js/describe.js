@@ -4,6 +4,7 @@ import { $ } from "./dom.js";
 import { describeFeedback, ownFeedback } from "./practice.js";
 import { playerOf, watchToEnd } from "./player.js";
 import { begin, data } from "./work.js";
+import { _, ngettext } from "./speech.js";
 
 const text = $("text");
 const MOST_WORDS = Number(text.dataset.mostWords);
@@ -15,17 +16,17 @@ const work = begin({
   draw(state) {
     if (text.value !== state.text) text.value = state.text;
     const words = countOf(state.text);
-    $("counter").textContent = `${words} of at most ${MOST_WORDS} words`;
+    $("counter").textContent = ngettext("%(num)s of at most %(most)s words", "%(num)s of at most %(most)s words", words, { most: MOST_WORDS });
     $("counter").classList.toggle("problem", words > MOST_WORDS);
   },
   body: (state) => state,
   problems(state) {
     const found = [];
-    if (!state.played_to_end) found.push("Watch the video to its end first.");
+    if (!state.played_to_end) found.push(_("Watch the video to its end first."));
     if (!/[\p{L}\p{N}]/u.test(state.text)) {
-      found.push("Type what you would tell the operator to do.");
+      found.push(_("Type what you would tell the operator to do."));
     }
-    if (countOf(state.text) > MOST_WORDS) found.push(`Use at most ${MOST_WORDS} words for the command.`);
+    if (countOf(state.text) > MOST_WORDS) found.push(_("Use at most %(most)s words for the command.", { most: MOST_WORDS }));
     return found;
   },
   feedback: data.own ? ownFeedback : describeFeedback,

@@ -2,6 +2,7 @@
 
 import { isPassing, send } from "./server.js";
 import { erase, read, write } from "./storage.js";
+import { _ } from "./speech.js";
 
 const DELAY_MS = 1000;
 const AGAIN_MS = 5000;
@@ -46,7 +47,7 @@ export class Drafts {
       // the browser's storage is full; the server's copy has to do
     }
     if (this.path === null) return;
-    this.show("saving", "Saving…");
+    this.show("saving", _("Saving…"));
     this.#plan(DELAY_MS);
   }
 
@@ -81,11 +82,11 @@ export class Drafts {
       if (isPassing(status)) throw new Error(`status ${status}`);
       this.#onServer = sent.revision;
       if (this.stopped) return;
-      if (status !== 200) this.show("local", data.error ?? "Not saved");
-      else if (!data.kept) this.show("local", "Changed in another tab: load this page again");
-      else if (!this.isBehind) this.show("saved", "Saved");
+      if (status !== 200) this.show("local", data.error ?? _("Not saved"));
+      else if (!data.kept) this.show("local", _("Changed in another tab: load this page again"));
+      else if (!this.isBehind) this.show("saved", _("Saved"));
     } catch {
-      if (!this.stopped) this.show("local", "Kept in this browser, not on the server yet");
+      if (!this.stopped) this.show("local", _("Kept in this browser, not on the server yet"));
       this.#plan(again);
       return;
     } finally {

@@ -2,6 +2,7 @@
 
 import { h } from "./dom.js";
 import { groundingOf, isDone, isSeveral, isThing, isUnsure, isWhole, partOf, WATCH } from "./ground-state.js";
+import { _, number, pieces } from "./speech.js";
 
 const button = (key, onclick, properties, ...text) => h("button", { type: "button", "data-key": key, onclick, ...properties }, ...text);
 const cap = (key) => h("kbd", { "aria-hidden": "true" }, key);
@@ -12,16 +13,16 @@ export function question(clause, state, acts) {
   return isThing(clause) ? thing(clause, state, acts) : happening(clause, state, acts);
 }
 
-function words(acts, before, clause, hint) {
+function words(acts, asked, clause, hint) {
   return h("div", { class: "asked" },
-    h("h2", {}, h("span", { class: "count" }, acts.count), before, clause ? [" ", h("q", {}, h("bdi", {}, clause.phrase)), "?"] : ""),
+    h("h2", {}, h("span", { class: "count" }, acts.count), ...pieces(asked, { phrase: clause && h("q", {}, h("bdi", {}, clause.phrase)) })),
     h("p", { class: "hint" }, hint));
 }
 
 function onwards(acts, isPrimary) {
   return [
-    button("back", acts.back, { disabled: !acts.back }, "Back"),
-    button("next", acts.next, { class: isPrimary ? "primary" : null, disabled: !acts.next }, "Next"),
+    button("back", acts.back, { disabled: !acts.back }, _("Back")),
+    button("next", acts.next, { class: isPrimary ? "primary" : null, disabled: !acts.next }, _("Next")),
     // On a telephone the page's own button is far below.
     acts.isReady ? button("send", acts.send, { class: "primary send-here" }, acts.sendWord) : null,
   ];
@@ -29,11 +30,11 @@ function onwards(acts, isPrimary) {
 
 function watch(state, acts) {
   const isWatched = state.watched_s !== undefined;
-  const hint = acts.isReady ? acts.ready : isWatched ? "You have watched it. Go on with the next question."
-    : "It shows what the command was meant to bring about. Then you are asked about its words.";
+  const hint = acts.isReady ? acts.ready : isWatched ? _("You have watched it. Go on with the next question.")
+    : _("It shows what the command was meant to bring about. Then you are asked about its words.");
   return [
-    words(acts, isWatched ? "The video" : "First, watch the video to its end.", null, hint),
-    h("div", { class: "actions" }, button("play", acts.play, { class: isWatched ? null : "primary" }, isWatched ? "Play it again" : "Play the video"), ...onwards(acts, isWatched)),
+    words(acts, isWatched ? _("The video") : _("First, watch the video to its end."), null, hint),
+    h("div", { class: "actions" }, button("play", acts.play, { class: isWatched ? null : "primary" }, isWatched ? _("Play it again") : _("Play the video")), ...onwards(acts, isWatched)),
   ];
 }
 
@@ -42,23 +43,23 @@ function thing(clause, state, acts) {
   const several = isSeveral(state, clause);
   const isPlace = clause.type === "PLACE";
   const marked = grounding.places.map((place, i) => [place, i]).filter(([place]) => place.xy).map(([, i], n) =>
-    h("span", { class: "marked" }, `Marked place ${n + 1} `, button(`unmark ${i}`, () => acts.unmark(i), { class: "link" }, "remove")));
+    h("span", { class: "marked" }, _("Marked place %(number)s", { number: n + 1 }), " ", button(`unmark ${i}`, () => acts.unmark(i), { class: "link" }, _("remove"))));
   const is = isDone(state, clause, false);
   const unsure = isUnsure(state, clause.node);
   const hint = acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
   return [
-    words(acts, isPlace ? "Where is" : several ? "What are" : "What is", clause, hint),
+    words(acts, isPlace ? _("Where is %(phrase)s?") : several ? _("What are %(phrase)s?") : _("What is %(phrase)s?"), clause, hint),
     h("div", { class: "actions" },
-      unsure ? button("right", acts.confirm, { class: "primary" }, `Yes, ${acts.chosen} `, cap("Y")) : null,
+      unsure ? button("right", acts.confirm, { class: "primary" }, _("Yes, %(chosen)s", acts), " ", cap("Y")) : null,
       ...marked,
-      h("label", { class: "choice" }, severalBox(several, acts), h("span", {}, "Several ", cap("S"))),
-      acts.mark ? button("mark", acts.mark, {}, "Mark a place ", cap("M")) : null,
-      button("cant", acts.cantTell, { "aria-pressed": grounding.cant_tell }, "Can't tell ", cap("X")),
+      h("label", { class: "choice" }, severalBox(several, acts), h("span", {}, _("Several"), " ", cap("S"))),
+      acts.mark ? button("mark", acts.mark, {}, _("Mark a place"), " ", cap("M")) : null,
+      button("cant", acts.cantTell, { "aria-pressed": grounding.cant_tell }, _("Can't tell"), " ", cap("X")),
       ...onwards(acts, is && !acts.isReady)),
   ];
 }
 
-const SUGGESTED = "A program suggests what is marked. It makes mistakes, so look yourself: say yes, or choose what is right.";
+const SUGGESTED = _("A program suggests what is marked. It makes mistakes, so look yourself: say yes, or choose what is right.");
 
 function severalBox(several, acts) {
   const box = h("input", { type: "checkbox", "data-key": "several", onchange: () => acts.several(!several) });
@@ -67,12 +68,12 @@ function severalBox(several, acts) {
 }
 
 function hintFor(isPlace, several, is, hasMap) {
-  const where = hasMap ? "in the picture or on the map" : "in the picture";
-  if (several) return is ? "Choose all that are meant, then press Next." : `Click each of them, ${where}. Then press Next.`;
-  if (is) return "You can choose another one, or press Next.";
-  if (!hasMap) return "Click it in the picture, or press the number of its label.";
-  return isPlace ? "Click a dashed place on the map, or press its letter. If none is right, mark the place."
-    : "Click it in the picture or on the map, or press the number of its label.";
+  if (several && is) return _("Choose all that are meant, then press Next.");
+  if (several) return hasMap ? _("Click each of them, in the picture or on the map. Then press Next.") : _("Click each of them, in the picture. Then press Next.");
+  if (is) return _("You can choose another one, or press Next.");
+  if (!hasMap) return _("Click it in the picture, or press the number of its label.");
+  return isPlace ? _("Click a dashed place on the map, or press its letter. If none is right, mark the place.")
+    : _("Click it in the picture or on the map, or press the number of its label.");
 }
 
 function happening(clause, state, acts) {
@@ -80,24 +81,24 @@ function happening(clause, state, acts) {
   const whole = isWhole(state, clause.node);
   const isSet = start !== null && end !== null;
   const steps = acts.steps.length > 1
-    ? acts.steps.map(([from, to], i) => button(`part ${i}`, () => acts.part([from, to]), {}, `Part ${i + 1}: ${from.toFixed(1)}–${to.toFixed(1)} s`)) : [];
+    ? acts.steps.map(([from, to], i) => button(`part ${i}`, () => acts.part([from, to]), {}, _("Part %(number)s: %(from)s–%(to)s s", { number: i + 1, from: number(from), to: number(to) }))) : [];
   return [
-    words(acts, "When does the video show", clause, acts.isReady ? acts.ready : partHint(acts, start, end, whole, isSet)),
+    words(acts, _("When does the video show %(phrase)s?"), clause, acts.isReady ? acts.ready : partHint(acts, start, end, whole, isSet)),
     h("div", { class: "actions" },
-      button("starts", acts.starts, { class: start === null && !whole && acts.asksParts ? "primary" : null }, "It starts here"),
-      button("ends", acts.ends, { class: start !== null && end === null ? "primary" : null }, "It ends here"),
+      button("starts", acts.starts, { class: start === null && !whole && acts.asksParts ? "primary" : null }, _("It starts here")),
+      button("ends", acts.ends, { class: start !== null && end === null ? "primary" : null }, _("It ends here")),
       ...steps,
-      acts.same ? button("same", acts.same.act, {}, "The same as ", h("q", {}, h("bdi", {}, acts.same.phrase))) : null,
-      button("whole", acts.whole, { "aria-pressed": whole || (!isSet && !acts.asksParts) }, "The whole video"),
+      acts.same ? button("same", acts.same.act, {}, ...pieces(_("The same as %(phrase)s"), { phrase: h("q", {}, h("bdi", {}, acts.same.phrase)) })) : null,
+      button("whole", acts.whole, { "aria-pressed": whole || (!isSet && !acts.asksParts) }, _("The whole video")),
       ...onwards(acts, isSet && !acts.isReady)),
   ];
 }
 
 function partHint(acts, start, end, whole, isSet) {
-  if (whole) return "It is the whole video. You can choose a part instead.";
-  if (isSet) return `From ${start.toFixed(1)} s to ${end.toFixed(1)} s. Move the handles if that isn't right, or press Next.`;
-  if (start !== null) return "Play on until it is over, then press “It ends here”.";
-  if (end !== null) return "Go to the moment when it begins, then press “It starts here”.";
-  return acts.asksParts ? "Play the video. When it begins, press “It starts here”; when it is over, “It ends here”."
-    : "The command has one step, so it is the whole video. You can choose a part instead.";
+  if (whole) return _("It is the whole video. You can choose a part instead.");
+  if (isSet) return _("From %(start)s s to %(end)s s. Move the handles if that isn't right, or press Next.", { start: number(start), end: number(end) });
+  if (start !== null) return _("Play on until it is over, then press “It ends here”.");
+  if (end !== null) return _("Go to the moment when it begins, then press “It starts here”.");
+  return acts.asksParts ? _("Play the video. When it begins, press “It starts here”; when it is over, “It ends here”.")
+    : _("The command has one step, so it is the whole video. You can choose a part instead.");
 }

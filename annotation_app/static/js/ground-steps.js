@@ -2,23 +2,22 @@
 
 import { h } from "./dom.js";
 import { groundingOf, isThing, isUnsure, isWhole, WATCH } from "./ground-state.js";
-
-const seconds = (t) => t.toFixed(1);
+import { _, number } from "./speech.js";
 
 /** What was chosen for a clause, in the labels of picture and map. */
 export function chosenWords(state, clause, scene) {
   const { objects, places, cant_tell } = groundingOf(state, clause.node);
-  if (cant_tell) return "can't tell";
+  if (cant_tell) return _("can't tell");
   const thing = (id) => scene.things.find((one) => one.id === id)?.number;
   const zone = (id) => scene.zones.find((one) => one.id === id)?.letter;
-  const words = [...objects.map(thing), ...places.map(({ place }) => (place ? zone(place) : "marked"))].filter(Boolean).join(", ");
+  const words = [...objects.map(thing), ...places.map(({ place }) => (place ? zone(place) : _("marked")))].filter(Boolean).join(", ");
   return words && isUnsure(state, clause.node) ? `${words}?` : words;
 }
 
 function partWords(state, clause, asksParts) {
   const trim = state.trims[clause.node];
-  if (trim) return `${seconds(trim[0])}–${seconds(trim[1])} s`;
-  return isWhole(state, clause.node) || !asksParts ? "whole video" : "";
+  if (trim) return _("%(from)s–%(to)s s", { from: number(trim[0]), to: number(trim[1]) });
+  return isWhole(state, clause.node) || !asksParts ? _("whole video") : "";
 }
 
 /** The list. `done(clause)` tells which have an answer; `go(node)` shows one. */
@@ -37,8 +36,8 @@ export function stepList({ steps, state, scene, asksParts, done, go }) {
         },
         h("span", { class: is ? "tick-mark" : "open-mark", "aria-hidden": "true" }, is ? "✓" : ""),
         h("bdi", { class: "phrase" }, clause.phrase),
-        is ? h("span", { class: "unseen" }, "done") : null,
+        is ? h("span", { class: "unseen" }, _("done")) : null,
         said ? h("span", { class: "said" }, said) : null));
   };
-  return h("nav", { class: "clause-bar", "aria-label": "Clauses" }, h("ol", {}, steps.map(item)));
+  return h("nav", { class: "clause-bar", "aria-label": _("Clauses") }, h("ol", {}, steps.map(item)));
 }

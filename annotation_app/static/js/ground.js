@@ -12,6 +12,7 @@ import { groundFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
 import { showTimeline } from "./timeline.js";
 import { begin, data, payload } from "./work.js";
+import { _ } from "./speech.js";
 
 const { isThing, WATCH } = ground;
 const scene = numbered(payload);
@@ -20,7 +21,7 @@ const LABELS = data.labels;
 const asksParts = payload.asks_parts;
 const mustWatch = Boolean(scene.video);
 const hasMap = !scene.map.missing;
-const steps = [...(mustWatch ? [{ node: WATCH, type: "WATCH", phrase: "Watch the video" }] : []), ...clauses];
+const steps = [...(mustWatch ? [{ node: WATCH, type: "WATCH", phrase: _("Watch the video") }] : []), ...clauses];
 const asked = steps.filter((clause) => clause.node === WATCH || isThing(clause) || asksParts);
 const first = asked[0] ?? clauses[0];
 
@@ -40,8 +41,8 @@ timeline = showTimeline({
   chosen: setPart,
 });
 const words = h("div", { class: "question" });
-const ask = h("section", { class: "panel ask", "aria-label": "What this clause refers to" }, words, timeline.element);
-const lists = h("section", { class: "lists", "aria-label": "Things and places by their labels" });
+const ask = h("section", { class: "panel ask", "aria-label": _("What this clause refers to") }, words, timeline.element);
+const lists = h("section", { class: "lists", "aria-label": _("Things and places by their labels") });
 const list = h("div", { class: "steps" });
 $("editor").append(ask, h("div", { class: "scene" }, picture.element, hasMap ? map.element : null), lists, list);
 
@@ -54,11 +55,11 @@ const work = begin({
   draw,
   body: ({ groundings, trims, whole = [], watched_s, speed }) => ({ groundings, trims, whole: whole.map(String), watched_s, speed }),
   problems: (state) => [
-    ...(mustWatch && state.watched_s === undefined ? ["Watch the video to its end first."] : []),
+    ...(mustWatch && state.watched_s === undefined ? [_("Watch the video to its end first.")] : []),
     ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => ground.isUnsure(state, clause.node)
-      ? `Look at what is suggested for “${clause.phrase}”: say yes, or choose what is right.`
-      : isThing(clause) ? `Show what “${clause.phrase}” is, or choose “can't tell”.`
-      : `Choose which part of the video shows “${clause.phrase}”.`),
+      ? _("Look at what is suggested for “%(phrase)s”: say yes, or choose what is right.", clause)
+      : isThing(clause) ? _("Show what “%(phrase)s” is, or choose “can't tell”.", clause)
+      : _("Choose which part of the video shows “%(phrase)s”.", clause)),
   ],
   feedback: groundFeedback,
 });
@@ -113,28 +114,28 @@ function answer(next, said, isComplete) {
 
 function choose(kind, id) {
   const clause = clauseOf(work.state);
-  if (clause.node === WATCH || !isThing(clause)) return announce("This question isn't about a thing.");
+  if (clause.node === WATCH || !isThing(clause)) return announce(_("This question isn't about a thing."));
   const toggle = kind === "object" ? ground.toggleObject : ground.togglePlace;
   const next = toggle(work.state, clause, id, time_s());
   const grounding = ground.groundingOf(next, clause.node);
   const isChosen = kind === "object" ? grounding.objects.includes(id) : grounding.places.some(({ place }) => place === id);
-  answer(next, `${nameOf(kind, id)} ${isChosen ? "" : "not "}chosen`, isChosen && !ground.isSeveral(next, clause));
+  answer(next, isChosen ? _("%(thing)s chosen", { thing: nameOf(kind, id) }) : _("%(thing)s not chosen", { thing: nameOf(kind, id) }), isChosen && !ground.isSeveral(next, clause));
 }
 
 function addPlace(xy) {
   const clause = clauseOf(work.state);
-  answer(ground.addPlace(work.state, clause, { xy }, time_s()), "Place marked", !ground.isSeveral(work.state, clause));
+  answer(ground.addPlace(work.state, clause, { xy }, time_s()), _("Place marked"), !ground.isSeveral(work.state, clause));
 }
 
 function cantTell() {
   const next = ground.toggleCantTell(work.state, work.state.current, time_s());
   const { cant_tell } = ground.groundingOf(next, work.state.current);
-  answer(next, cant_tell ? "Can't tell" : "Not can't tell", cant_tell);
+  answer(next, cant_tell ? _("Can't tell") : _("Not can't tell"), cant_tell);
 }
 
 function confirm() {
   const { current } = work.state;
-  if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), "Kept", true);
+  if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), _("Kept"), true);
 }
 
 function setSeveral(is) {
@@ -202,9 +203,9 @@ function actsOn(clause, state) {
   const hasPart = during && asksParts && isDone(state, during);
   return {
     asksParts,
-    count: at < 0 ? "" : `${at + 1} of ${asked.length}`,
+    count: at < 0 ? "" : _("%(number)s of %(count)s", { number: at + 1, count: asked.length }),
     isReady,
-    ready: `All questions are answered. Look over the list, then press ${$("submit").textContent}.`,
+    ready: _("All questions are answered. Look over the list, then press “%(button)s”.", { button: $("submit").textContent }),
     send: () => $("submit").click(),
     sendWord: $("submit").textContent,
     back: at > 0 ? () => go(asked[at - 1].node) : null,
@@ -220,8 +221,8 @@ function actsOn(clause, state) {
     part: setPart,
     starts: () => setEnd(0),
     ends: () => setEnd(1),
-    whole: () => answer(ground.setWhole(work.state, clause.node), "The whole video", true),
-    same: hasPart ? { phrase: during.phrase, act: () => answer(asDuring(work.state, clause.node, during.node), "The same part", true) } : null,
+    whole: () => answer(ground.setWhole(work.state, clause.node), _("The whole video"), true),
+    same: hasPart ? { phrase: during.phrase, act: () => answer(asDuring(work.state, clause.node, during.node), _("The same part"), true) } : null,
   };
 }
 
@@ -270,9 +271,9 @@ function chips(grounding) {
   };
   const robot = (thing) => (thing.isRobot ? ` (${LABELS.robot})` : "");
   return [
-    h("fieldset", {}, h("legend", {}, "Things"), scene.things.map((thing) =>
+    h("fieldset", {}, h("legend", {}, _("Things")), scene.things.map((thing) =>
       chip("object", thing.id, `${thing.number}${robot(thing)}`, `${nameOf("object", thing.id)}${robot(thing)}`, grounding.objects.includes(thing.id)))),
-    scene.zones.length ? h("fieldset", {}, h("legend", {}, "Places"), scene.zones.map((zone) =>
+    scene.zones.length ? h("fieldset", {}, h("legend", {}, _("Places")), scene.zones.map((zone) =>
       chip("place", zone.id, zone.letter, nameOf("place", zone.id), grounding.places.some((p) => p.place === zone.id)))) : null,
   ].filter(Boolean);
 }

@@ -2,6 +2,7 @@
 
 import { s } from "./dom.js";
 import { middle } from "./scene.js";
+import { _, decimal, number } from "./speech.js";
 
 const STEP_M = 1;
 const FINE_STEP_M = 0.25;
@@ -68,13 +69,13 @@ export function marking({ svg, board, help, legend, view, things, finish }) {
     const { x, y, w, h } = view();
     centre = [Math.min(Math.max(centre[0], x), x + w), Math.min(Math.max(centre[1], -y - h), -y)];
     outline(square(centre, size));
-    help.textContent = `${size} m wide, at ${centre[0].toFixed(1)}, ${centre[1].toFixed(1)}. ${near()}`;
+    help.textContent = `${_("%(size)s m wide, at %(x)s; %(y)s.", { size: decimal(size), x: number(centre[0]), y: number(centre[1]) })} ${near()}`;
   });
 
   function near() {
     const distance = ({ polygon }) => Math.hypot(...middle(polygon).map((v, i) => v - centre[i]));
     const closest = [...things()].sort((a, b) => distance(a) - distance(b))[0];
-    return closest ? `${distance(closest).toFixed(0)} m from thing ${closest.number}.` : "";
+    return closest ? _("%(distance)s m from thing %(number)s.", { distance: number(distance(closest), 0), number: closest.number }) : "";
   }
   function start() {
     const { x, y, w, h } = view();
@@ -82,7 +83,7 @@ export function marking({ svg, board, help, legend, view, things, finish }) {
     centre = [x + w / 2, -y - h / 2];
     board.classList.add("marking");
     outline(square(centre, size));
-    help.textContent = "Drag over the map, or click. With keys: arrows move, + and − change the size, Enter sets it, Escape ends.";
+    help.textContent = _("Drag over the map, or click. With keys: arrows move, + and − change the size, Enter sets it, Escape ends.");
     board.focus();
   }
   function stop(isCancelled) {
@@ -90,7 +91,7 @@ export function marking({ svg, board, help, legend, view, things, finish }) {
     from = null;
     outline(null);
     board.classList.remove("marking");
-    help.textContent = isCancelled ? "No place was marked." : legend;
+    help.textContent = isCancelled ? _("No place was marked.") : legend;
     board.dispatchEvent(new CustomEvent("stopped"));
   }
   return { cursor, start, stop, get isMarking() { return isMarking; } };

@@ -1,6 +1,7 @@
 // Looking at a part of the map: by buttons, the wheel, two fingers, and dragging.
 
 import { h } from "./dom.js";
+import { _ } from "./speech.js";
 
 const STEP = 1.5;
 const MOST = 12;
@@ -44,10 +45,10 @@ export function zoomable(svg, whole, isBusy, changed) {
   }
 
   const button = (label, text, onclick) => h("button", { type: "button", "aria-label": label, title: label, onclick }, text);
-  const closer = button("Closer", "+", () => zoom(STEP));
-  const away = button("Further away", "−", () => zoom(1 / STEP));
-  const all = button("The whole map", "⤢", () => set(whole));
-  const element = h("div", { class: "zoom", role: "group", "aria-label": "Zoom of the map" }, closer, away, all);
+  const closer = button(_("Closer"), "+", () => zoom(STEP));
+  const away = button(_("Further away"), "−", () => zoom(1 / STEP));
+  const all = button(_("The whole map"), "⤢", () => set(whole));
+  const element = h("div", { class: "zoom", role: "group", "aria-label": _("Zoom of the map") }, closer, away, all);
 
   svg.addEventListener("wheel", (event) => {
     const scrolls = document.documentElement.scrollHeight > innerHeight + 4;

@@ -8,6 +8,7 @@ import { marking } from "./map-marking.js";
 import { zoomable } from "./map-view.js";
 import { footprintAt } from "./scene.js";
 import { data } from "./work.js";
+import { _ } from "./speech.js";
 
 const MARGIN_M = 2.5;
 const GRID_M = 5;
@@ -60,9 +61,13 @@ export function showMap(scene, pick, marked) {
     svg.append(zone.group);
   }
   const labels = labelLayer();
-  const legend = `Seen from above.${things.some((thing) => thing.isRobot) ? ` Green: ${data.labels.robot}.` : ""}${zones.length ? " Dashed: places." : ""}`;
+  const legend = [
+    _("Seen from above."),
+    things.some((thing) => thing.isRobot) ? _("Green: %(robot)s.", data.labels) : "",
+    zones.length ? _("Dashed: places.") : "",
+  ].filter(Boolean).join(" ");
   const help = h("p", { class: "note", role: "status" }, legend);
-  const board = h("div", { class: "board", tabindex: -1, role: pick ? "application" : null, "aria-label": pick ? "Map. Use the list to choose things." : null }, svg);
+  const board = h("div", { class: "board", tabindex: -1, role: pick ? "application" : null, "aria-label": pick ? _("Map. Use the list to choose things.") : null }, svg);
 
   let wanted = null;
   let isPlanned = false;

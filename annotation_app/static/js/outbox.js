@@ -3,6 +3,7 @@
 
 import { isPassing, send } from "./server.js";
 import { erase, names, read, write } from "./storage.js";
+import { _ } from "./speech.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30000;
@@ -32,7 +33,7 @@ export function entries(who) {
  */
 export async function deliver(who, entry, waiting) {
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
-    let message = "Not sent yet: there is no network. Your answer is kept and will be sent.";
+    let message = _("Not sent yet: there is no network. Your answer is kept and will be sent.");
     let again = 0;
     try {
       const path = `/api/items/${entry.item}/${entry.to ?? "answer"}`;
@@ -44,7 +45,7 @@ export async function deliver(who, entry, waiting) {
         remove(who, entry.uuid);
         return { kept: true, ...data };
       }
-      if (status === 401) message = `Not sent yet. ${data.error}`;
+      if (status === 401) message = _("Not sent yet. %(why)s", { why: data.error });
       else if (isPassing(status)) message = why(status);
       else {
         remove(who, entry.uuid);
@@ -59,9 +60,9 @@ export async function deliver(who, entry, waiting) {
 }
 
 function why(status) {
-  if (status === 429) return "Not sent yet: that was a bit fast. Your answer waits here and is sent by itself.";
-  if (status >= 502) return "Not sent yet: the study can't be reached. Your answer waits in this browser and is sent by itself.";
-  return "Not sent yet: the server has a problem. Your answer waits in this browser and is sent by itself.";
+  if (status === 429) return _("Not sent yet: that was a bit fast. Your answer waits here and is sent by itself.");
+  if (status >= 502) return _("Not sent yet: the study can't be reached. Your answer waits in this browser and is sent by itself.");
+  return _("Not sent yet: the server has a problem. Your answer waits in this browser and is sent by itself.");
 }
 
 /** Wait, or until there is network again. */

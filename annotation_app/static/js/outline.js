@@ -4,18 +4,19 @@
 // another; people see the thing, and below it "by", which tells which one.
 
 import { add, children, find, free, give, holder, move, ownWords, pruned, text, wordsOf } from "./sdc.js";
+import { _ } from "./speech.js";
 
 /** What a part says. */
 export const ROLES = {
-  done: "what is done",
-  who: "who does it",
-  what: "what",
-  where: "where",
-  way: "which way",
-  which: "which one",
+  done: _("what is done"),
+  who: _("who does it"),
+  what: _("what"),
+  where: _("where"),
+  way: _("which way"),
+  which: _("which one"),
 };
 const TYPES = { done: "EVENT", who: "OBJECT", what: "OBJECT", where: "PLACE", way: "PATH" };
-const EXAMPLES = { where: "on, in, next to", way: "to, from, past", which: "by, with, that is on" };
+const EXAMPLES = { where: _("on, in, next to"), way: _("to, from, past"), which: _("by, with, that is on") };
 
 /** The parts of a command, each with those that belong to it. */
 export const outline = (state) => children(state, null).map((clause) => partOf(state, clause));
@@ -82,12 +83,13 @@ export const moreOf = (part) => ({ key: `${part.id} more`, of: part.id, role: "m
 
 /** What a place asks: "Put where?", "by what?". */
 export function question(role, words, isFilled = false) {
-  const more = isFilled ? " else" : "";
-  if (role === "done") return isFilled ? "What is done next?" : "What is done?";
-  if (role === "more") return `More of “${words}”`;
-  if (role === "which") return `${words}: which one?`;
-  if (role === "who") return `Who is to ${words.toLowerCase()}?`;
-  return `${words} ${ROLES[role]}${more}?`;
+  if (role === "done") return isFilled ? _("What is done next?") : _("What is done?");
+  if (role === "more") return _("More of “%(words)s”", { words });
+  if (role === "which") return _("%(words)s: which one?", { words });
+  if (role === "who") return _("Who is to %(words)s?", { words: words.toLowerCase() });
+  if (role === "what") return isFilled ? _("%(words)s what else?", { words }) : _("%(words)s what?", { words });
+  if (role === "where") return isFilled ? _("%(words)s where else?", { words }) : _("%(words)s where?", { words });
+  return isFilled ? _("%(words)s which way else?", { words }) : _("%(words)s which way?", { words });
 }
 
 /** Put words into a place; the part that they make is the current one, with what belonged to them. */
@@ -162,8 +164,8 @@ function described(state, thing, words) {
   return { ...state, clauses: [...clauses, wrapper], next: id + 1, current: id };
 }
 
-/** Words that seldom have a place: they join commands, or are polite. */
-const SELDOM = new Set(["and", "but", "now", "or", "please", "then"]);
+// Translators: words with spaces between them, which join commands or are polite.
+const SELDOM = new Set(_("and but now or please then").split(" "));
 
 /** The first word that wants a place and has none yet; null if there is none. */
 export function nextWord(state, words) {
@@ -175,12 +177,13 @@ export function nextWord(state, words) {
 
 /** What must be changed before it is sent, in plain words. */
 export function problems(state, words) {
-  if (!state.clauses.length) return ["Give the words their places first: begin with what is done."];
+  if (!state.clauses.length) return [_("Give the words their places first: begin with what is done.")];
   return state.clauses
     .filter((c) => !wordsOf(state, c.id).length)
     .map((c) => {
       const above = find(state, c.parent);
-      const where = above ? ` of “${text(wordsOf(state, above.id), words)}”` : "";
-      return `A part${where} has no words. Give it some, or remove it.`;
+      return above
+        ? _("A part of “%(words)s” has no words. Give it some, or remove it.", { words: text(wordsOf(state, above.id), words) })
+        : _("A part has no words. Give it some, or remove it.");
     });
 }

@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 import { showOutlines } from "./outlines.js";
 import { equip, watchToEnd } from "./player.js";
 import { mediaUrl } from "./server.js";
+import { _ } from "./speech.js";
 
 const FIRST_MOMENT_S = 0.15;
 
@@ -20,7 +21,7 @@ export function showPicture(scene, pick, moved) {
     muted: true,
     playsinline: true,
     disablepictureinpicture: true,
-    "aria-label": "The video",
+    "aria-label": _("The video"),
   });
   const outlines = showOutlines(scene, pick);
   const layer = outlines.element;
@@ -33,7 +34,7 @@ export function showPicture(scene, pick, moved) {
   const player = equip(element, (t) => {
     const isFirst = t <= FIRST_MOMENT_S;
     layer.classList.toggle("away", !isFirst);
-    hint.textContent = isFirst ? "" : "Outlines are shown at the start of the video. The map moves with it.";
+    hint.textContent = isFirst ? "" : _("Outlines are shown at the start of the video. The map moves with it.");
     moved(t);
   });
   element.append(hint);

@@ -2,6 +2,7 @@
 
 import { announce, h, isShortcut, s } from "./dom.js";
 import { read, write } from "./storage.js";
+import { _, decimal, number } from "./speech.js";
 
 const SPEEDS = [0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4];
 const SPEED = "g3:speed";
@@ -36,25 +37,25 @@ export function equip(box, moved = () => {}) {
 
   const button = (icon, label, onclick, more = {}) =>
     h("button", { type: "button", title: label, "aria-label": label, onclick, ...more }, drawn(icon));
-  const name = h("span", {}, "Play");
-  const play = h("button", { type: "button", class: "play", title: "Play or pause (K)", onclick: toggle }, drawn("play"), name);
-  const toStart = button("start", "To the start", () => go(0), { class: "to-start" });
-  const slider = h("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time in the video, in seconds" });
+  const name = h("span", {}, _("Play"));
+  const play = h("button", { type: "button", class: "play", title: _("Play or pause (K)"), onclick: toggle }, drawn("play"), name);
+  const toStart = button("start", _("To the start"), () => go(0), { class: "to-start" });
+  const slider = h("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": _("Time in the video, in seconds") });
   const clock = h("span", { class: "clock" });
   const speed = h(
     "select",
-    { "aria-label": "Speed", title: "Speed (< slower, > faster)", onchange: () => setSpeed(Number(speed.value)) },
-    SPEEDS.map((value) => h("option", { value }, `${value}×`)),
+    { "aria-label": _("Speed"), title: _("Speed (< slower, > faster)"), onchange: () => setSpeed(Number(speed.value)) },
+    SPEEDS.map((value) => h("option", { value }, `${decimal(value)}×`)),
   );
   const full = document.fullscreenEnabled
-    ? button("full", "Full screen", () => (document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen()))
+    ? button("full", _("Full screen"), () => (document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen()))
     : null;
   const bar = h(
     "div",
-    { class: "player-bar", role: "group", "aria-label": "Controls of the video" },
+    { class: "player-bar", dir: "ltr", role: "group", "aria-label": _("Controls of the video") },
     play, toStart,
-    button("back", "One frame back (,)", () => step(-1)),
-    button("on", "One frame on (.)", () => step(1)),
+    button("back", _("One frame back (,)"), () => step(-1)),
+    button("on", _("One frame on (.)"), () => step(1)),
     h("span", { class: "player-time" }, slider, clock), speed, full ?? "",
   );
 
@@ -91,8 +92,8 @@ export function equip(box, moved = () => {}) {
     slider.max = duration();
     slider.step = fps ? 1 / fps : "any";
     slider.value = t;
-    slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
-    clock.textContent = `${Math.min(t, duration()).toFixed(1)} / ${duration().toFixed(1)} s`;
+    slider.setAttribute("aria-valuetext", _("%(time)s seconds", { time: number(t) }));
+    clock.textContent = _("%(time)s / %(whole)s s", { time: number(Math.min(t, duration())), whole: number(duration()) });
     toStart.disabled = t === 0;
     moved(t);
   }
@@ -109,11 +110,11 @@ export function equip(box, moved = () => {}) {
   function changeSpeed(by) {
     const at = SPEEDS.indexOf(Number(speed.value)) + by;
     if (SPEEDS[at]) setSpeed(SPEEDS[at]);
-    announce(`Speed ${speed.value}`);
+    announce(_("Speed %(speed)s", { speed: decimal(Number(speed.value)) }));
   }
   /** Where nobody has told the frames' rate, the two nearest frames do: a busy browser leaves some out. */
   function measure(before) {
-    video.requestVideoFrameCallback((_, { mediaTime }) => {
+    video.requestVideoFrameCallback((_now, { mediaTime }) => {
       const rate = Math.round(1 / Math.abs(mediaTime - before));
       if (rate <= 120) fps = Math.max(fps, rate);
       measure(mediaTime);
@@ -137,7 +138,7 @@ export function equip(box, moved = () => {}) {
   if (!fps && video.requestVideoFrameCallback) measure(NaN);
   for (const what of ["play", "pause", "ended"]) {
     video.addEventListener(what, () => {
-      name.textContent = video.paused ? "Play" : "Pause";
+      name.textContent = video.paused ? _("Play") : _("Pause");
       play.replaceChildren(drawn(video.paused ? "play" : "pause"), name);
     });
   }
@@ -147,8 +148,8 @@ export function equip(box, moved = () => {}) {
   const failure = h(
     "p",
     { class: "note", "data-kind": "open", role: "alert" },
-    "The video can't be played. ",
-    h("button", { type: "button", onclick: () => { failure.hidden = true; video.load(); } }, "Try again"),
+    _("The video can't be played."), " ",
+    h("button", { type: "button", onclick: () => { failure.hidden = true; video.load(); } }, _("Try again")),
   );
   failure.hidden = !video.error;
   video.addEventListener("error", () => (failure.hidden = false));
@@ -175,16 +176,16 @@ export function watchToEnd({ video, note }, alreadyWatched, watched) {
     if (isDone) return;
     const seconds = played(video);
     if (seconds < ENOUGH * video.duration) {
-      say("You have left out a part of the video. Watch that too, please.", "open");
+      say(_("You have left out a part of the video. Watch that too, please."), "open");
       return;
     }
     isDone = true;
-    say("You have watched it to the end. You can watch it again.", "done");
+    say(_("You have watched it to the end. You can watch it again."), "done");
     watched({ watched_s: Math.round(seconds * 10) / 10, speed: fastest || video.playbackRate });
   });
   say(
-    isDone ? "You have watched it to the end. You can watch it again."
-      : "Watch the video to its end before you send.",
+    isDone ? _("You have watched it to the end. You can watch it again.")
+      : _("Watch the video to its end before you send."),
     isDone ? "done" : "open",
   );
 }

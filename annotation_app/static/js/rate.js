@@ -4,6 +4,7 @@ import { $, announce, isShortcut } from "./dom.js";
 import { playerOf, watchToEnd } from "./player.js";
 import { ownFeedback, rateFeedback } from "./practice.js";
 import { begin, data, payload } from "./work.js";
+import { _ } from "./speech.js";
 
 const radios = [...document.querySelectorAll('input[name="rating"]')];
 $("command").textContent = payload.command;
@@ -17,8 +18,8 @@ const work = begin({
   body: ({ rating, watched_s, speed }) => ({ rating, watched_s, speed }),
   problems(state) {
     const found = [];
-    if (!state.played_to_end) found.push("Watch the video to its end first.");
-    if (!state.rating) found.push("Choose how much you agree.");
+    if (!state.played_to_end) found.push(_("Watch the video to its end first."));
+    if (!state.rating) found.push(_("Choose how much you agree."));
     return found;
   },
   feedback: data.own ? ownFeedback : rateFeedback,

@@ -3,6 +3,7 @@
 
 import { TOP, allParts, outline, placesOf, question } from "./outline.js";
 import { text } from "./sdc.js";
+import { _ } from "./speech.js";
 
 /** Places and ways are often the same to people: "Sail where? To the buoy." */
 const alike = (role) => (role === "way" ? "where" : role);
@@ -22,24 +23,25 @@ const same = (one, other) => String(one) === String(other);
 export function differences(state, right, words) {
   const found = placings(state);
   const wanted = placings(right);
-  const said = (numbers) => `“${text(numbers, words)}”`;
+  const said = (numbers) => _("“%(quoted)s”", { quoted: text(numbers, words) });
   for (const word of [...wanted.keys()].sort((a, b) => a - b)) {
     const is = found.get(word);
     const be = wanted.get(word);
-    const place = `“${question(be.role, be.above ? text(be.above, words) : "")}”`;
-    if (!is) return bad(be.words, `${said([word])} has no place yet. Choose ${said(be.words)}, then ${place}.`);
+    const place = _("“%(quoted)s”", { quoted: question(be.role, be.above ? text(be.above, words) : "") });
+    const values = { right: said(be.words), place };
+    if (!is) return bad(be.words, _("%(word)s has no place yet. Choose %(right)s, then %(place)s.", { ...values, word: said([word]) }));
     if (!same(is.words, be.words)) {
       const many = is.words.filter((other) => !be.words.includes(other));
-      if (many.length) return bad(many, `${said(many)} doesn't belong with ${said(be.words)}. Choose ${said(be.words)}, then ${place}.`);
-      return bad(be.words, `${said(be.words)} belong together. Choose all of these words, then ${place}.`);
+      if (many.length) return bad(many, _("%(wrong)s doesn't belong with %(right)s. Choose %(right)s, then %(place)s.", { ...values, wrong: said(many) }));
+      return bad(be.words, _("%(right)s belong together. Choose all of these words, then %(place)s.", values));
     }
     if (alike(is.role) !== alike(be.role) || !same(is.above, be.above)) {
-      return bad(be.words, `${said(be.words)} isn't in its place. Choose ${said(be.words)}, then ${place}.`);
+      return bad(be.words, _("%(right)s isn't in its place. Choose %(right)s, then %(place)s.", values));
     }
   }
   const extra = [...found.keys()].filter((word) => !wanted.has(word));
-  if (extra.length) return bad(extra, `${said(extra)} needs no place. Choose it, then “Leave it out”.`);
-  return { good: true, text: "That is how we would do it, too.", words: [] };
+  if (extra.length) return bad(extra, _("%(wrong)s needs no place. Choose it, then “Leave it out”.", { wrong: said(extra) }));
+  return { good: true, text: _("That is how we would do it, too."), words: [] };
 }
 
 const bad = (words, why) => ({ good: false, text: why, words });
@@ -53,7 +55,10 @@ export function lesson(right, words) {
       const there = allParts(outline(state)).find((part) => same(part.words, above.words));
       return placesOf(there, taken).find((one) => one.role === role);
     };
-    const many = taken.length > 1 ? "Choose these words" : "Choose the word";
-    return { taken, place, said: `${many}: “${text(taken, words)}”. Then choose the place “${label}”.` };
+    const values = { words: text(taken, words), label };
+    const said = taken.length > 1
+      ? _("Choose these words: “%(words)s”. Then choose the place “%(label)s”.", values)
+      : _("Choose the word: “%(words)s”. Then choose the place “%(label)s”.", values);
+    return { taken, place, said };
   });
 }

@@ -8,8 +8,11 @@ import {
 import "./player.js";
 import { begin, payload } from "./work.js";
 import * as sdc from "./sdc.js";
+import { _, pieces } from "./speech.js";
 
 const { words, suggestion } = payload;
+// The command may be written the other way than the page's language.
+const isRightToLeft = /^\P{L}*[\p{Script=Arabic}\p{Script=Hebrew}\p{Script=Syriac}\p{Script=Thaana}]/u.test(payload.command);
 const right = payload.right && sdc.fromJson(payload.right, words);
 
 let chosen = new Set(); // words, not part of the draft
@@ -23,20 +26,20 @@ let shortcuts = []; // the places, by the digits that fill them
 
 const editor = $("editor");
 const prompt = h("p", { class: "prompt", id: "prompt" });
-const wordBar = h("div", { class: "words", role: "toolbar", "aria-label": "The words of the command", "aria-describedby": "prompt" });
+const wordBar = h("div", { class: "words", role: "toolbar", dir: isRightToLeft ? "rtl" : "ltr", "aria-label": _("The words of the command"), "aria-describedby": "prompt" });
 const notice = suggestion ? suggested() : "";
 const tools = h("div", { class: "actions" });
 const teacher = h("div", { class: "lesson", hidden: true });
 const tree = h("div", { class: "outline-box" });
-const change = h("section", { class: "panel change", "aria-label": "Change a part", hidden: true });
+const change = h("section", { class: "panel change", "aria-label": _("Change a part"), hidden: true });
 const buttons = words.map((word, i) =>
   h("button", { type: "button", class: "word", onclick: (event) => press(i, event) }, h("bdi", {}, word.text)),
 );
 wordBar.append(...buttons);
 wordBar.addEventListener("keydown", walk);
 editor.append(
-  h("section", { class: "panel chooser", "aria-label": "Choose words" }, notice, prompt, wordBar, tools, teacher),
-  h("section", { class: "panel places", "aria-label": "The parts of the command" }, tree),
+  h("section", { class: "panel chooser", "aria-label": _("Choose words") }, notice, prompt, wordBar, tools, teacher),
+  h("section", { class: "panel places", "aria-label": _("The parts of the command") }, tree),
   change,
   ...document.querySelectorAll("#film"),
 );
@@ -52,7 +55,9 @@ const work = begin({
 
 /** What the instructions speak of, as it looks when it is done. */
 function showExample() {
-  const spans = [["Put", 0], ["the", 4], ["cup", 8], ["on", 12], ["the", 15], ["table", 19]];
+  // Translators: six words of the same kinds in the same order.
+  const said = _("Put the cup on the table");
+  const spans = [...said.matchAll(/\S+/g)].map(({ 0: word, index }) => [word, index]);
   const [verb, the, cup, on, the2, table] = spans;
   const example = spans.map(([text, start]) => ({ text, start }));
   const state = sdc.fromJson([{
@@ -63,7 +68,7 @@ function showExample() {
   }], example);
   $("example").replaceChildren(
     h("div", { class: "outline-box" }, branches(outline(state), (part) => row("span", part, sdc.text(part.words, example)))),
-    h("figcaption", { class: "quiet" }, "“Put the cup on the table”: Put what? The cup. Put where? On. On what? The table."),
+    h("figcaption", { class: "quiet" }, _("“Put the cup on the table”: Put what? The cup. Put where? On. On what? The table.")),
   );
 }
 
@@ -71,9 +76,9 @@ function suggested() {
   return h(
     "p",
     { class: "notice" },
-    "A program has placed the words. It makes mistakes: choose a word to move it, or ",
-    h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, "All parts removed") }, "start from nothing"),
-    ".",
+    ...pieces(_("A program has placed the words. It makes mistakes: choose a word to move it, or %(start)s."), {
+      start: h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, _("All parts removed")) }, _("start from nothing")),
+    }),
   );
 }
 
@@ -101,7 +106,8 @@ function range(a, b) {
 }
 
 function walk(event) {
-  const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  const ahead = isRightToLeft ? -1 : 1;
+  const step = { ArrowRight: ahead, ArrowDown: 1, ArrowLeft: -ahead, ArrowUp: -1 }[event.key];
   const to = event.key === "Home" ? 0 : event.key === "End" ? words.length - 1 : focused + (step ?? NaN);
   if (Number.isNaN(to) || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
@@ -128,7 +134,7 @@ function quoted(numbers) {
 /** Fill a place with the chosen words. The next word is chosen then, and has the focus. */
 function fill(place, asked) {
   const taken = picked();
-  if (!taken.length) return announce("Choose words first");
+  if (!taken.length) return announce(_("Choose words first"));
   apply(put(work.state, place, taken), `${asked} ${phrase(taken)}`);
   if (proposed !== null) buttons[proposed].focus({ preventScroll: true });
 }
@@ -136,12 +142,12 @@ function fill(place, asked) {
 function leaveOut() {
   const taken = picked();
   const state = sdc.free(work.state, taken);
-  apply({ ...state, left: [...new Set([...(state.left ?? []), ...taken])] }, `Left out: ${phrase(taken)}`);
+  apply({ ...state, left: [...new Set([...(state.left ?? []), ...taken])] }, _("Left out: %(words)s", { words: phrase(taken) }));
 }
 
 function removeCurrent() {
   const current = sdc.find(work.state, work.state.current);
-  if (current) apply(sdc.remove(work.state, current.id), "Removed");
+  if (current) apply(sdc.remove(work.state, current.id), _("Removed"));
 }
 
 function pick(id) {
@@ -184,8 +190,8 @@ function draw(state) {
     button.className = `word${kind}${wrong.includes(i) ? " wrong" : ""}`;
     button.setAttribute("aria-pressed", chosen.has(i));
     button.tabIndex = i === focused ? 0 : -1;
-    const where = wrong.includes(i) ? ", not in its place" : holder ? ", has a place" : isLeft ? ", left out" : "";
-    button.setAttribute("aria-label", words[i].text + where);
+    const where = wrong.includes(i) ? _("not in its place") : holder ? _("has a place") : isLeft ? _("left out") : "";
+    button.setAttribute("aria-label", where ? `${words[i].text}, ${where}` : words[i].text);
   });
   if (notice && !state.clauses.length) notice.hidden = true; // nothing of it is left
   prompt.replaceChildren(...asked(state, taken));
@@ -198,17 +204,17 @@ function draw(state) {
 
 function asked(state, taken) {
   if (taken.length) {
-    const more = taken.length === 1 ? " Add words that belong with it, or choose its place." : " Now choose its place.";
-    return [h("b", {}, quoted(taken), " is chosen."), more];
+    const more = taken.length === 1 ? _("Add words that belong with it, or choose its place.") : _("Now choose its place.");
+    return [h("b", {}, pieces(_("%(words)s is chosen."), { words: quoted(taken) })), " ", more];
   }
-  if (nextWord(state, words) !== null) return [h("b", {}, "Choose words that belong together.")];
-  return [h("b", {}, "Every word has its place."), " Read it once more. To move something, choose its words."];
+  if (nextWord(state, words) !== null) return [h("b", {}, _("Choose words that belong together."))];
+  return [h("b", {}, _("Every word has its place.")), " ", _("Read it once more. To move something, choose its words.")];
 }
 
 function toolParts(taken) {
   return [
-    taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, "Leave it out ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
-    right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, "Show me how") : null,
+    taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, _("Leave it out"), " ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
+    right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, _("Show me how")) : null,
   ].filter(Boolean);
 }
 
@@ -231,7 +237,7 @@ function treeParts(state, taken) {
     (part) => placeBar(places(part), phrase(part.words)),
   );
   const top = taken.length ? placeBar([{ ...TOP, isFilled: parts.length > 0 }], "") : null;
-  return [made, top, parts.length || top ? null : h("p", { class: "quiet" }, "Nothing has a place yet.")];
+  return [made, top, parts.length || top ? null : h("p", { class: "quiet" }, _("Nothing has a place yet."))];
 }
 
 /** Parts as a list with what belongs to each below it. */
@@ -271,22 +277,22 @@ function changeParts(state) {
   const current = sdc.find(state, state.current);
   const own = sdc.subtree(state, current.id);
   const others = allParts(outline(state)).filter((part) => !own.includes(part.id));
-  const kinds = [["EVENT", ROLES.done], ["OBJECT", "a thing or person"], ["PLACE", ROLES.where], ["PATH", ROLES.way]];
-  const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), "Changed", current.id));
+  const kinds = [["EVENT", ROLES.done], ["OBJECT", _("a thing or person")], ["PLACE", ROLES.where], ["PATH", ROLES.way]];
+  const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), _("Changed"), current.id));
   const above = select(
     "inside",
-    [["", "nothing"], ...others.map((part) => [part.id, phrase(part.words) || "…"])],
+    [["", _("nothing")], ...others.map((part) => [part.id, phrase(part.words) || "…"])],
     current.parent ?? "",
-    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), "Moved", current.id),
+    (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), _("Moved"), current.id),
   );
-  const fields = [["f", "who or what it is about"], ["l", "first"], ["l2", "second"]];
-  const as = select("as", fields, current.field ?? "l", (value) => apply(sdc.move(work.state, current.id, current.parent, value), "Moved", current.id));
+  const fields = [["f", _("who or what it is about")], ["l", _("first")], ["l2", _("second")]];
+  const as = select("as", fields, current.field ?? "l", (value) => apply(sdc.move(work.state, current.id, current.parent, value), _("Moved"), current.id));
   as.disabled = current.parent === null;
   const own_ = sdc.ownWords(current);
   return [
-    h("h2", {}, "Change ", quoted(own_.length ? own_ : sdc.wordsOf(state, current.id))),
-    h("div", { class: "grid" }, h("label", {}, "It says", kind), h("label", {}, "It belongs to", above), h("label", {}, "There it comes", as)),
-    h("div", { class: "actions" }, h("button", { type: "button", class: "small", "data-key": "remove", onclick: removeCurrent }, "Remove it from here")),
+    h("h2", {}, pieces(_("Change %(words)s"), { words: quoted(own_.length ? own_ : sdc.wordsOf(state, current.id)) })),
+    h("div", { class: "grid" }, h("label", {}, _("It says"), kind), h("label", {}, _("It belongs to"), above), h("label", {}, _("There it comes"), as)),
+    h("div", { class: "actions" }, h("button", { type: "button", class: "small", "data-key": "remove", onclick: removeCurrent }, _("Remove it from here"))),
   ];
 }
 
@@ -311,12 +317,12 @@ function feedback(state) {
 function teach() {
   const steps = lesson(right, words);
   let at = 0;
-  apply(sdc.empty, "Everything starts from nothing");
+  apply(sdc.empty, _("Everything starts from nothing"));
   const tell = () => {
     teacher.hidden = false;
     if (at === steps.length) {
-      const own = h("button", { type: "button", class: "primary", onclick: end }, "Now you");
-      teacher.replaceChildren(h("p", {}, "That is all. Now it is your turn: it starts from nothing."), own);
+      const own = h("button", { type: "button", class: "primary", onclick: end }, _("Now you"));
+      teacher.replaceChildren(h("p", {}, _("That is all. Now it is your turn: it starts from nothing.")), own);
       own.focus();
       return;
     }
@@ -325,8 +331,8 @@ function teach() {
     proposed = null;
     draw(work.state);
     tree.querySelector(`[data-key="${CSS.escape(place(work.state).key)}"]`)?.classList.add("pointed");
-    const next = h("button", { type: "button", class: "primary", onclick: go }, "Do it");
-    teacher.replaceChildren(h("p", {}, h("b", {}, `Step ${at + 1} of ${steps.length}.`), " ", said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, "Stop")));
+    const next = h("button", { type: "button", class: "primary", onclick: go }, _("Do it"));
+    teacher.replaceChildren(h("p", {}, h("b", {}, _("Step %(number)s of %(count)s.", { number: at + 1, count: steps.length })), " ", said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, _("Stop"))));
     next.focus({ preventScroll: true });
     announce(said);
   };
@@ -338,7 +344,7 @@ function teach() {
   };
   const end = () => {
     teacher.hidden = true;
-    apply(sdc.empty, "It starts from nothing");
+    apply(sdc.empty, _("It starts from nothing"));
     buttons[0].focus();
   };
   tell();

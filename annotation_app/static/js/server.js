@@ -1,5 +1,7 @@
 // Talking to the server's JSON interface.
 
+import { _ } from "./speech.js";
+
 const TIMEOUT_MS = 20000;
 const LONGEST_AGAIN_MS = 120000;
 const meta = document.querySelector('meta[name="csrf-token"]');
@@ -18,7 +20,7 @@ export async function send(method, path, value, { keepalive = false } = {}) {
   const second = await once(method, path, value, keepalive);
   // Where the server doesn't take the browser's cookie it isn't the answer that is wrong.
   if (second.status !== 400 || session.data.signed_in) return second;
-  return { ...second, status: 401, data: { error: "Sign in again in another tab." } };
+  return { ...second, status: 401, data: { error: _("Sign in again in another tab.") } };
 }
 
 async function once(method, path, value, keepalive) {

@@ -4,6 +4,7 @@ import { $, announce, h, isShortcut } from "./dom.js";
 import { playerOf, watchToEnd } from "./player.js";
 import { subtasksFeedback } from "./practice.js";
 import { begin, payload } from "./work.js";
+import { _, number, pieces } from "./speech.js";
 
 const steps = $("steps");
 const player = playerOf(document.querySelector(".player"));
@@ -22,11 +23,11 @@ const work = begin({
   },
   body: (state) => state,
   problems({ subtasks, played_to_end }) {
-    const found = played_to_end ? [] : ["Watch the video to its end first."];
+    const found = played_to_end ? [] : [_("Watch the video to its end first.")];
     subtasks.forEach(({ start_s, text }, i) => {
-      if (!/[\p{L}\p{N}]/u.test(text)) found.push(`Say what is done in step ${i + 1}.`);
+      if (!/[\p{L}\p{N}]/u.test(text)) found.push(_("Say what is done in step %(number)s.", { number: i + 1 }));
       if (i && start_s <= subtasks[i - 1].start_s) {
-        found.push(`Step ${i + 1} must begin after the one before it.`);
+        found.push(_("Step %(number)s must begin after the one before it.", { number: i + 1 }));
       }
     });
     return found;
@@ -44,22 +45,22 @@ function row(number) {
       more,
     );
   line.append(
-    h("span", {}, "from ", h("input", {
-      type: "number", min: 0, step: "any", value: 0, readonly: number === 0, "aria-label": "Begins at, in seconds",
+    h("span", {}, ...pieces(_("from %(time)s s"), { time: h("input", {
+      type: "number", min: 0, step: "any", value: 0, readonly: number === 0, "aria-label": _("Begins at, in seconds"),
       onchange: (event) => changed({ start_s: rounded(Number(event.target.value) || 0) }),
-    }), " s"),
+    }) })),
     h("input", {
-      class: "what", maxlength: 300, dir: "auto", lang: "en", "aria-label": "What is done", placeholder: "What is done from then on", value: "",
+      class: "what", maxlength: 300, dir: "auto", "aria-label": _("What is done"), placeholder: _("What is done from then on"), value: "",
       oninput: (event) => changed({ text: event.target.value }, { silent: true }),
     }),
-    h("button", { type: "button", onclick: () => show(work.state.subtasks[at()].start_s) }, "Show"),
+    h("button", { type: "button", onclick: () => show(work.state.subtasks[at()].start_s) }, _("Show")),
   );
   if (number) {
     line.append(h("button", { type: "button", onclick: () => {
       const gone = at();
       work.change({ ...work.state, subtasks: work.state.subtasks.filter((_, i) => i !== gone) });
-      announce("Removed");
-    } }, "Remove"));
+      announce(_("Removed"));
+    } }, _("Remove")));
   }
   return line;
 }
@@ -89,7 +90,7 @@ function add() {
 watchToEnd(player, work.state.played_to_end, (watched) =>
   work.change({ ...work.state, played_to_end: true, ...watched }, { silent: true }),
 );
-video.addEventListener("timeupdate", () => ($("now").textContent = `${video.currentTime.toFixed(1)} s`));
+video.addEventListener("timeupdate", () => ($("now").textContent = _("%(time)s s", { time: number(video.currentTime) })));
 $("add").addEventListener("click", add);
 document.addEventListener("keydown", (event) => {
   if (event.key.toLowerCase() !== "n" || !isShortcut(event)) return;

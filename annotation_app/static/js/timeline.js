@@ -1,6 +1,7 @@
 // A part of a video: a timeline with a handle at each end, for the mouse, fingers and keys.
 
 import { h } from "./dom.js";
+import { _, number } from "./speech.js";
 
 const SECOND = 1;
 
@@ -12,11 +13,12 @@ const SECOND = 1;
 export function showTimeline({ duration, frame, marks = [], moved, chosen }) {
   const ends = [null, null];
   const NAMES = ["Start", "End"];
+  const LABELS = [_("Start of the part"), _("End of the part")];
   const selection = h("div", { class: "selection" });
   const cursor = h("div", { class: "now" });
   const handles = NAMES.map((name, i) =>
     h("div", {
-      class: `handle handle-${name.toLowerCase()}`, role: "slider", tabindex: 0, "aria-label": `${name} of the part`,
+      class: `handle handle-${name.toLowerCase()}`, role: "slider", tabindex: 0, "aria-label": LABELS[i],
       "aria-valuemin": 0, "aria-valuemax": duration, "data-key": name,
       onkeydown: (event) => byKey(i, event),
       onpointerdown: (event) => grab(event, (t) => put(i, t), () => tell()),
@@ -26,7 +28,7 @@ export function showTimeline({ duration, frame, marks = [], moved, chosen }) {
     class: "track",
     onpointerdown: (event) => event.target.closest(".handle") || grab(event, (t) => seek(t), () => {}),
   }, selection, ...marks.map(tick), cursor, ...handles);
-  const element = h("div", { class: "timeline" }, track);
+  const element = h("div", { class: "timeline", dir: "ltr" }, track);
 
   const place = (part, t) => part.style.setProperty("left", `${(100 * t) / duration}%`);
   function tick(t) {
@@ -90,7 +92,7 @@ export function showTimeline({ duration, frame, marks = [], moved, chosen }) {
       place(handle, t);
       handle.classList.toggle("unset", ends[i] === null);
       handle.setAttribute("aria-valuenow", t);
-      handle.setAttribute("aria-valuetext", ends[i] === null ? "not set" : `${t.toFixed(1)} seconds`);
+      handle.setAttribute("aria-valuetext", ends[i] === null ? _("not set") : _("%(time)s seconds", { time: number(t) }));
     });
     place(selection, rest(0));
     selection.style.setProperty("width", `${(100 * (rest(1) - rest(0))) / duration}%`);

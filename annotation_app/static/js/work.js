@@ -4,13 +4,14 @@ import { $, announce, h, isTyping, useSingleKeys, usesSingleKeys } from "./dom.j
 import { Drafts } from "./drafts.js";
 import { deliver, entries, put } from "./outbox.js";
 import { send } from "./server.js";
+import { _ } from "./speech.js";
 
 export const data = JSON.parse($("item").textContent);
 export const payload = data.payload;
 
 const LONGEST_HISTORY = 200;
 const HOLD_AGAIN_MS = 60000;
-const LOST = "Somebody else may have got this one meanwhile. You can go on, or load the page again for another.";
+const LOST = _("Somebody else may have got this one meanwhile. You can go on, or load the page again for another.");
 
 /**
  * Begin to work on the page's item.
@@ -60,8 +61,8 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     refresh();
     announce(word);
   }
-  const undo = () => step(past, future, "Undone");
-  const redo = () => step(future, past, "Done again");
+  const undo = () => step(past, future, _("Undone"));
+  const redo = () => step(future, past, _("Done again"));
 
   function tell(messages) {
     $("problems").replaceChildren(
@@ -94,44 +95,44 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     isSending = true;
     drafts.stop();
     $("submit").disabled = true;
-    show("saving", "Sending…");
+    show("saving", _("Sending…"));
     const result = await deliver(data.who, entry, (message) => show("waiting", message));
     isSending = false;
     if (entry.item !== data.item) return;
     if (result.kept) {
       drafts.forget();
-      show("saved", "Sent");
-      announce("Sent. The next one comes now.");
+      show("saved", _("Sent"));
+      announce(_("Sent. The next one comes now."));
       location.assign(result.next ?? data.next);
       return;
     }
     $("submit").disabled = false;
     drafts.resume();
-    show("local", "Not sent");
+    show("local", _("Not sent"));
     tell(result.problems.length ? result.problems.map((p) => p.message) : [result.error]);
   }
 
   async function practise() {
     const { good, text } = feedback(state);
-    const verdict = { true: "Well done. ", false: "Not quite. " }[good] ?? "Thank you. ";
+    const verdict = { true: _("Well done."), false: _("Not quite.") }[good] ?? _("Thank you.");
     const box = $("feedback");
     box.hidden = false;
     box.dataset.good = good ?? "open";
-    box.replaceChildren(h("p", {}, h("strong", {}, verdict), text));
+    box.replaceChildren(h("p", {}, h("strong", {}, verdict), " ", text));
     box.focus();
     if (good === false) return;
     // Kept before one can go on, and the focus stays where it is by then.
     if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
-    box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, "Go on")));
+    box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, _("Go on"))));
   }
 
   async function note(name) {
     $("note-text").value = "";
     $("note").returnValue = "";
     const isSkip = name === "skip";
-    $("note-title").textContent = isSkip ? "Skip this one?" : "What is the matter?";
-    $("note-ok").textContent = isSkip ? "Skip it" : "Send the report";
-    $("note-why").textContent = isSkip ? "Why? If you like, tell the people who run the study" : "Tell the people who run the study";
+    $("note-title").textContent = isSkip ? _("Skip this one?") : _("What is the matter?");
+    $("note-ok").textContent = isSkip ? _("Skip it") : _("Send the report");
+    $("note-why").textContent = isSkip ? _("Why? If you like, tell the people who run the study") : _("Tell the people who run the study");
     $("note").showModal();
     await new Promise((done) => $("note").addEventListener("close", done, { once: true }));
     if ($("note").returnValue !== "ok") return;
@@ -140,11 +141,11 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
       const path = `/api/items/${data.item}/${name}`;
       const sent = await send("POST", path, { uuid: uuid(), reason });
       if (sent.status !== 200) return tell([sent.data.error]);
-      if (name === "flag") return show("saved", "Reported. Thank you!");
+      if (name === "flag") return show("saved", _("Reported. Thank you!"));
       drafts.forget();
       location.assign(sent.data.next);
     } catch {
-      tell(["There is no network. Try again in a while."]);
+      tell([_("There is no network. Try again in a while.")]);
     }
   }
 
@@ -193,7 +194,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
 
   refresh();
   for (const id of ["submit", "skip", "flag"]) if ($(id)) $(id).disabled = false;
-  if (drafts.latest) show(drafts.isBehind ? "local" : "saved", "Your draft is back");
+  if (drafts.latest) show(drafts.isBehind ? "local" : "saved", _("Your draft is back"));
   if (!data.practice) sendLeft(sendOff);
   return { change, get state() { return state; } };
 }

@@ -13,7 +13,7 @@ from sqlalchemy import select
 from annotation_app.store.audit import trail
 from annotation_app.store.database import reading
 from annotation_app.store.models import Role, Study
-from annotation_app.studies.study_file import CONSENT
+from annotation_app.studies.study_file import CONSENT, STATEMENT, KnownCommand
 from annotation_app.study_setup.study_reading import read_study
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.signing_in import Member, signed_in
@@ -208,6 +208,49 @@ def test_previews_have_the_drafts_words(admin: Member) -> None:
     assert "/admin/studies/arm/video/0" in page
     with admin.client.get("/admin/studies/arm/video/0") as film:
         assert film.mimetype == "video/mp4"
+
+
+def test_attention_checks_are_made_of_known_commands(admin: Member, root: Path) -> None:
+    made(admin)
+    rate = {**TASKS, "do-rate": "on", "answers-rate": "3"}
+    known = {"known-0-text": "Push it.", "known-0-video": "push", "known-0-wrong_video": "lift"}
+    send(admin, "tasks", **rate, attention="0.7", **{**known, "known-0-text": ""})
+    page = admin.client.get("/admin/studies/arm/review").text
+    assert "Attention checks: Type a number of 0.5 or less." in page
+    assert "Command, text 1: This is empty." in page
+    send(admin, "tasks", **rate, attention="0.2")
+    page = admin.client.get("/admin/studies/arm/review").text
+    assert "Attention checks: There are no known commands to check with" in page
+    assert send(admin, "tasks", **rate, attention="0.2", **known).status_code == 303
+    assert send(admin, "review", confirm="on").status_code == 303
+    study = read_study(root / "arm.yaml")
+    assert study.attention_checks == 0.2
+    assert study.known_commands == (KnownCommand("Push it.", "push", "lift"),)
+    page = admin.client.get("/admin/studies/arm/tasks").text
+    assert 'value="Push it."' in page
+    assert page.count("<option selected>push</option>") == 1
+    send(admin, "tasks", **rate, attention="")
+    send(admin, "review", confirm="on")
+    assert read_study(root / "arm.yaml").known_commands == ()
+
+
+def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
+    usual = {"statement": STATEMENT, "label-thing": "Thing", "label-place": "Ecke"}
+    made(admin, {**TEXTS, **usual, "locale": "de"})
+    study = read_study(root / "arm.yaml")
+    assert (study.locale, study.statement) == ("de", STATEMENT)
+    page = admin.client.get("/admin/studies/arm/texts").text
+    assert '<option value="de" lang="de" selected>Deutsch</option>' in page
+    assert '<html lang="en"' in page
+    address = "/admin/studies/arm/preview"
+    told = admin.client.get(f"{address}/describe").text
+    assert '<html lang="de" dir="ltr">' in told
+    assert "Antwort prüfen" in told
+    assert '"place": "Ecke", "robot": "das Boot", "thing": "Ding"' in told
+    assert "Willkommen" in admin.client.get(f"{address}/welcome").text
+    assert "Ansehen" in admin.client.get(f"{address}/tasks").text
+    send(admin, "texts", **{**TEXTS, "locale": "fr"})
+    assert "pages don&#39;t speak fr" in admin.client.get("/admin/studies/arm/review").text
 
 
 def test_files_are_added_in_parts(admin: Member, root: Path) -> None:

@@ -235,7 +235,7 @@ def test_who_does_what_the_page_says_practises_without_a_wrong_turn(
     page.goto(f"{site.url}/practice/ground")
     for _ in range(12):
         told = page.locator(".ask").inner_text()
-        if "press Check my answer" in told:
+        if "press “Check my answer”" in told:
             break
         if "watch the video" in told:
             page.get_by_role("button", name="Play the video").click()

@@ -137,7 +137,7 @@ def test_an_invitation_works_once(app: Flask) -> None:
         assert token not in str([vars(link) for link in session.scalars(select(AccountLink))])
     path = account_links.path_of(token)
     guest, late = Member(app, "guest"), Member(app, "late")
-    assert "You are invited as an <strong>adjudicator" in guest.client.get(path).text
+    assert "You are invited. Your role: adjudicator." in guest.client.get(path).text
     for wrong, told in (
         ({"login": "guest", "password": PASSWORD, "again": "other"}, "differ"),
         ({"login": "guest", "password": "short", "again": "short"}, "10 to 200"),

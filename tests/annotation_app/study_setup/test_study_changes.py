@@ -45,6 +45,13 @@ def test_the_robots_name_is_in_the_statement_and_the_consent() -> None:
     assert altered(replace(BEFORE, robot="hand")) == told
 
 
+def test_another_language_alters_all_that_people_read() -> None:
+    assert altered(replace(BEFORE, locale="de")) == {
+        "locale": "2 people have agreed to the old one; 3 answers to describe came before; "
+        "1 answer to rate came before"
+    }
+
+
 def test_a_task_that_is_left_out_is_named() -> None:
     found = altered(replace(BEFORE, tasks={"describe": TaskConfig()}))
     assert found["tasks.rate.answers"] == "1 answer to rate came before"

@@ -98,11 +98,11 @@ def tree(notation: str) -> list[Any]:
         ([], "Mark at least one clause"),
         ([{"type": "OBJECT"}], "Mark at least one clause"),
         ([*tree("OBJ(f = tires)"), {"type": "PLACE"}], "has no words"),
-        ([{"type": "OBJECT", "f": [["tires", 3]]}], '"tires" is not in the command there'),
+        ([{"type": "OBJECT", "f": [["tires", 3]]}], "“tires” is not in the command there"),
         ([{"type": "THING", "f": [["tires", 12]]}], "Unknown type 'THING'"),
         (
             [{"type": "EVENT", "r": [["Pick", 0]], "l": [{"type": "OBJECT", "f": [["Pick", 0]]}]}],
-            '"Pick" is used twice',
+            "“Pick” is used twice",
         ),
         ([{"type": "OBJECT", "f": "tires"}], "Expected a list"),
     ],
@@ -123,7 +123,7 @@ def test_groundings_are_refused_in_plain_words(app: Flask) -> None:
         return {**right, "groundings": {**right["groundings"], "3": value}}
 
     told = {
-        'Show what "the tires" is': with_node({}),
+        "Show what “the tires” is": with_node({}),
         "isn't in this picture": with_node({"objects": ["tires-1"]}),
         "Choose either something": with_node({"places": [{"place": place}], "cant_tell": True}),
         "isn't on this map": with_node({"places": [{"place": "receiving"}]}),

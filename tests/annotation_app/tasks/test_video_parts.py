@@ -32,7 +32,7 @@ def test_one_step_is_the_whole_video_unless_somebody_says_otherwise() -> None:
 @pytest.mark.parametrize(
     ("trims", "whole", "told"),
     [
-        ({}, ["0"], 'shows "stop"'),
+        ({}, ["0"], "shows “stop”"),
         ({"9": (0.0, 1.0)}, ["0", "1"], "no such clause"),
         ({}, ["0", "1", "9"], "no such clause"),
         ({"1": (2.0, 1.0)}, ["0"], "begin before it ends"),
