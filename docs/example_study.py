@@ -51,6 +51,10 @@ STUDY = StudyConfig(
 )
 
 
+MOST = {"segment": 4, "ground": 2}
+"""How many of these one person does: some are left for the pictures."""
+
+
 @dataclass(frozen=True)
 class Example:
     """An app that is filled.
@@ -139,16 +143,15 @@ def _answer(app: Flask, people: list[Browser]) -> None:
         while (page := _taken(person, "describe")) is not None:
             scenario = _item(app, page).payload["video"]
             texts = [text for of, text in by_text if of == scenario]
-            person.answer(page["item"], described(texts[number]))
+            _send(person, page, described(texts[number]))
     for task, workers in (("segment", people[:2]), ("ground", people[2:4])):
         for person, errs in zip(workers, (False, True), strict=True):
-            for number in range(4):
+            for number in range(MOST[task]):
                 page = _taken(person, task)
                 if page is not None:
                     item = _item(app, page)
                     about = by_text[item.payload["video"], item.payload["text"]]
-                    body = _body(app, item, about, errs=errs and number == 0)
-                    person.answer(page["item"], body)
+                    _send(person, page, _body(app, item, about, errs=errs and number == 0))
     _rate(people)
 
 
@@ -158,8 +161,7 @@ def _rate(people: list[Browser]) -> None:
         for _ in range(4):
             page = _taken(person, "rate")
             if page is not None:
-                watched = {"played_to_end": True, "watched_s": 20.0}
-                person.answer(page["item"], {"rating": rating, **watched})
+                _send(person, page, {"rating": rating, "watched_s": 20.0})
     page = _taken(people[4], "check")
     if page is not None:
         note = {"uuid": str(uuid.uuid4()), "reason": "The video doesn't play."}
@@ -169,6 +171,12 @@ def _rate(people: list[Browser]) -> None:
 def _taken(person: Browser, task: str) -> dict[str, Any] | None:
     reply = person.lease(task, NAME)
     return reply.json if reply.status_code == 200 else None
+
+
+def _send(person: Browser, page: dict[str, Any], body: dict[str, Any]) -> None:
+    reply = person.answer(page["item"], body)
+    if reply.status_code != 200:
+        raise RuntimeError(reply.text)
 
 
 def _item(app: Flask, page: dict[str, Any]) -> Item:
