@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
-from PIL import Image
+from PIL import Image, ImageChops
 from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -32,7 +32,7 @@ SIZES = ((390, 844), (1024, 768), (1280, 800))
 SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
-COLOURS = 128
+DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
     "home": ("", "/"),
@@ -112,7 +112,7 @@ def main() -> None:
             take_report(browser, asked.out)
     if asked.docs:
         for name in DOCS:
-            smaller(asked.out / f"{name}-{SIZES[-1][0]}-light.png", f"{name}.png")
+            smaller(name, asked.out)
 
 
 def take(page: Page, address: str, out: Path, name: str, scheme: str) -> None:
@@ -142,13 +142,25 @@ def settle(page: Page, name: str) -> None:
             "const video = document.querySelector('video');"
             "video.muted = true; video.playbackRate = 16; video.play();"
         )
-        page.wait_for_timeout(6000)
+        page.get_by_text("You have watched it to the end").wait_for()
+    if name == "segment" and page.get_by_text("start from nothing").count():
+        page.get_by_text("start from nothing").click()
+        page.get_by_role("button", name="What is done?").click()
+        page.locator(".word").nth(2).click()
+        page.locator(".word").nth(3).click()
+        page.locator(".place").first.click()
 
 
-def smaller(file: Path, name: str) -> None:
-    """Put a picture into the documentation, in few colours."""
-    with Image.open(file) as picture:
-        few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+def smaller(name: str, out: Path) -> None:
+    """Put a picture into the documentation: without what is empty below, and in few colours."""
+    with Image.open(out / f"{name}-{SIZES[-1][0]}-light.png") as opened:
+        picture = opened.convert("RGB")
+    ground = Image.new("RGB", picture.size, picture.getpixel((0, picture.height - 1)))
+    box = ImageChops.difference(picture, ground).getbbox()
+    if box is not None:
+        picture = picture.crop((0, 0, picture.width, min(box[3] + MARGIN, picture.height)))
+    picture.thumbnail((DOCS_WIDTH, picture.height), Image.Resampling.LANCZOS)
+    few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     few.save(ROOT / "docs" / "annotation" / f"{name}.png", optimize=True)
 
 
