@@ -160,7 +160,7 @@ def smaller(name: str, out: Path) -> None:
     if box is not None:
         picture = picture.crop((0, 0, picture.width, min(box[3] + MARGIN, picture.height)))
     picture.thumbnail((DOCS_WIDTH, picture.height), Image.Resampling.LANCZOS)
-    few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3)
     few.save(ROOT / "docs" / "annotation" / f"{name}.png", optimize=True)
 
 
