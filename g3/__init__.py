@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Grounder", "GroundingModel", "SDCExtractor", "parse", "parse_many"]
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _MODULES = {
     "Grounder": "g3.inference.grounder",

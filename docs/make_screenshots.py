@@ -1,0 +1,195 @@
+"""Make pictures of every page of the app, and of a report, at three widths, by day and by night.
+
+``python docs/make_screenshots.py --out screenshots`` fills a study with the bundled corpus, opens
+each page in Chromium and writes ``PAGE-WIDTH-light.png`` and ``PAGE-WIDTH-dark.png``. It needs what
+the tests need. Videos and a report that are there already, in ``videos`` and ``report``, aren't
+made again. ``--only ground`` takes the pages whose names begin so. ``--docs`` also writes the
+pictures that the documentation shows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+from PIL import Image, ImageChops
+from playwright.sync_api import Browser, Page
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from docs.example_study import SCENARIOS, example, tasks  # noqa: E402 - runs as a script
+from tests.annotation_app.in_browser import launched, serving  # noqa: E402
+
+SIZES = ((390, 844), (1024, 768), (1280, 800))
+SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+DOCS = ("ground", "segment")
+"""Pages that the documentation shows, at the last size and by day."""
+DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
+STEPS = ("videos", "tasks", "people", "texts", "consent")
+PAGES = {
+    "home": ("", "/"),
+    "login": ("", "/login"),
+    "setup": ("", "/setup/<setup>"),
+    "welcome": ("", "/s/<study_name>/welcome"),
+    "not-there": ("", "/s/nothing"),
+    "crowd-preview": (
+        "",
+        "/crowd/<provider_name>/<offer>?assignmentId=ASSIGNMENT_ID_NOT_AVAILABLE",
+    ),
+    "crowd-finish": ("crowd", "/crowd/finish"),
+    "study": ("worker", "/s/<study_name>"),
+    **{f"practice-{name}": ("worker", f"/practice/{name}") for name in tasks()},
+    **{name: ("worker", f"/s/<study_name>/{name}") for name in tasks()},
+    "stopped": ("typist", "/s/<study_name>/describe"),
+    "try": ("admin", "/try"),
+    "account": ("admin", "/account"),
+    "dashboard": ("admin", "/dashboard/"),
+    "overview": ("admin", "/dashboard/<study_name>"),
+    "answers": ("admin", "/dashboard/<study_name>/answers"),
+    "answer": ("admin", "/dashboard/<study_name>/answers/<segment answer>"),
+    "answer-ground": ("admin", "/dashboard/<study_name>/answers/<ground answer>"),
+    "reports": ("admin", "/dashboard/<study_name>/reports"),
+    "disputes": ("admin", "/dashboard/<study_name>/queue"),
+    "dispute-segment": ("admin", "/dashboard/<study_name>/queue/<segment item>"),
+    "dispute-ground": ("admin", "/dashboard/<study_name>/queue/<ground item>"),
+    "dispute-edit": (
+        "admin",
+        "/dashboard/<study_name>/queue/<segment item>/edit?answer=<segment answer>",
+    ),
+    "disagreements": ("admin", "/dashboard/<study_name>/disagreements"),
+    "people": ("admin", "/dashboard/<study_name>/people"),
+    "person": ("admin", "/dashboard/<study_name>/people/<person_id>"),
+    "logins": ("admin", "/admin/logins"),
+    "a-login": ("admin", "/admin/logins/<person_id>"),
+    "block": ("admin", "/admin/logins/<person_id>/block"),
+    "remove": ("admin", "/admin/logins/<person_id>/remove"),
+    "tokens": ("admin", "/admin/tokens"),
+    "revoke": ("admin", "/admin/tokens/revoke?name=robot-lab"),
+    "audit": ("admin", "/admin/audit"),
+    "making-new": ("admin", "/admin/studies/new"),
+    **{f"making-{step}": ("admin", f"/admin/studies/<name>/{step}") for step in STEPS},
+    "making-preview": ("admin", "/admin/studies/<name>/preview/<page>"),
+    "making-review": ("admin", "/admin/studies/<name>/review"),
+    "making-started": ("admin", "/admin/studies/<study_name>/started"),
+}
+"""Each page: who opens it, and its address. What is in brackets is in `example_study`."""
+NO_PAGES = {
+    "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
+    "/admin/studies/<name>/video/<int:number>", "/media/<media_id>", "/try/<name>/<file>",
+    "/s/<study_name>/invitation/<token>",
+}  # fmt: skip
+"""What is a file, or leads on to another page."""
+
+
+def main() -> None:
+    """Make the pictures that are asked for."""
+    parser = argparse.ArgumentParser(description="Make pictures of all pages.")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
+    parser.add_argument("--only", default="", help="pages whose names begin so")
+    parser.add_argument("--docs", action="store_true", help="write those of the documentation too")
+    asked = parser.parse_args()
+    asked.out.mkdir(parents=True, exist_ok=True)
+    films = asked.out / "videos"
+    ct("render-videos", *SCENARIOS, "--out", str(films), "--fps", "15", "--quality", "draft")
+    with launched() as browser:
+        for name, cookie, address in addresses(films, asked.only):
+            for scheme in SCHEMES:
+                context = browser.new_context(color_scheme=scheme, reduced_motion="reduce")
+                if cookie is not None:
+                    site = "/".join(address.split("/")[:3])
+                    context.add_cookies([{"name": "session", "value": cookie, "url": site}])
+                take(context.new_page(), address, asked.out, name, scheme)
+                context.close()
+        if "report".startswith(asked.only):
+            take_report(browser, asked.out)
+    if asked.docs:
+        for name in DOCS:
+            smaller(name, asked.out)
+
+
+def take(page: Page, address: str, out: Path, name: str, scheme: str) -> None:
+    """Pictures of a page at each width."""
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.goto(address)
+        settle(page, name)
+        page.screenshot(path=out / f"{name}-{width}-{scheme}.png", full_page=True)
+
+
+def ct(*args: str) -> None:
+    """Run ``ct``."""
+    subprocess.run([sys.executable, "-m", "corpus_tools", *args], check=True, cwd=ROOT)  # noqa: S603
+
+
+def settle(page: Page, name: str) -> None:
+    """Wait until all is drawn, and take a task's page to where its work begins."""
+    page.wait_for_load_state("networkidle")
+    page.evaluate(
+        "Promise.all([...document.querySelectorAll('video')].map(video => new Promise(done => {"
+        " if (video.readyState > 1) done(); video.addEventListener('loadeddata', done);"
+        " video.addEventListener('error', done); setTimeout(done, 3000); })))"
+    )
+    if name == "ground" and page.locator('[data-key="play"]').count():
+        page.evaluate(
+            "const video = document.querySelector('video');"
+            "video.muted = true; video.playbackRate = 16; video.play();"
+        )
+        page.get_by_text("You have watched it to the end").wait_for()
+    if name == "segment" and page.get_by_text("start from nothing").count():
+        page.get_by_text("start from nothing").click()
+        page.get_by_role("button", name="What is done?").click()
+        page.locator(".word").nth(2).click()
+        page.locator(".word").nth(3).click()
+        page.locator(".place").first.click()
+
+
+def smaller(name: str, out: Path) -> None:
+    """Put a picture into the documentation: without what is empty below, and in few colours."""
+    with Image.open(out / f"{name}-{SIZES[-1][0]}-light.png") as opened:
+        picture = opened.convert("RGB")
+    ground = Image.new("RGB", picture.size, picture.getpixel((0, picture.height - 1)))
+    box = ImageChops.difference(picture, ground).getbbox()
+    if box is not None:
+        picture = picture.crop((0, 0, picture.width, min(box[3] + MARGIN, picture.height)))
+    picture.thumbnail((DOCS_WIDTH, picture.height), Image.Resampling.LANCZOS)
+    few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3)
+    few.save(ROOT / "docs" / "annotation" / f"{name}.png", optimize=True)
+
+
+def take_report(browser: Browser, out: Path) -> None:
+    """Make a report on the bundled corpus, and pictures of it."""
+    made = out / "report" / "report.html"
+    if not made.exists():
+        quick = ("--draws", "100", "--repeats", "0")
+        videos = ("--videos", str(out / "videos"))
+        ct("eval", "--report", str(made.parent), "--corpus", "warehouse", *quick, *videos)
+    for scheme in SCHEMES:
+        page = browser.new_page(color_scheme=scheme)
+        take(page, made.resolve().as_uri(), out, "report", scheme)
+        page.close()
+
+
+def addresses(films: Path, only: str) -> Iterator[tuple[str, str | None, str]]:
+    """The name of each page, the cookie of who opens it, and its address while it is served."""
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        example(Path(folder), films) as made,
+        serving(made.app) as site,
+    ):
+        for name, (who, path) in PAGES.items():
+            if name.startswith(only):
+                said = re.sub("<[^>]+>", lambda word: made.words[word[0]], path)
+                yield name, made.cookies[who], site + said
+
+
+if __name__ == "__main__":
+    main()
