@@ -8,7 +8,6 @@ import json
 import cv2
 import pytest
 
-from annotation_app.studies.study_reading import read_study
 from corpus_tools.cli.console import run
 from corpus_tools.world.looks.site_looks import SITES
 from corpus_tools.world.scenarios.scenario import SiteName
@@ -41,10 +40,8 @@ def test_each_kind_is_cut_out_as_each_camera_sees_it(made):
     assert page.std() > 20
 
 
-def test_the_study_can_be_read_and_asks_for_names(made):
-    study = read_study(made / "study.yaml")
-    assert study.videos == "things.csv"
-    assert list(study.tasks) == ["describe"]
+def test_the_study_can_be_started(made, capsys):
+    assert run(["annotate", "check", str(made / "study.yaml")]) == 0, capsys.readouterr()
 
 
 def test_unknown_kinds_are_refused(tmp_path, capsys):
