@@ -130,8 +130,9 @@ def _crop(kind: str, camera: str) -> Crop:
         picture, mask = frames.frame(0), (frames.objects == index).astype(np.uint8)
     box = cv2.boundingRect(mask)
     x, y, width, height = _around(box)
-    large = cv2.copyMakeBorder(picture, *[FRAME[0]] * 4, cv2.BORDER_REPLICATE)
-    x, y = x + FRAME[0], y + FRAME[0]
+    edge = FRAME[0]
+    large = cv2.copyMakeBorder(picture, edge, edge, edge, edge, cv2.BORDER_REPLICATE)
+    x, y = x + edge, y + edge
     part = np.ascontiguousarray(large[y : y + height, x : x + width])
     how = cv2.INTER_AREA if width > CROP[0] else cv2.INTER_CUBIC
     resized = np.asarray(cv2.resize(part, CROP, interpolation=how), np.uint8)

@@ -68,7 +68,8 @@ def _frame_times(last_ns: int, fps: int, speed: float) -> npt.NDArray[np.int64]:
     if speed == 1.0:
         return np.arange(last_ns * fps // NS_PER_S + 1, dtype=np.int64) * NS_PER_S // fps
     step = speed * NS_PER_S / fps
-    return np.rint(np.arange(int(last_ns / step) + 1) * step).astype(np.int64)
+    times: npt.NDArray[np.float64] = np.rint(np.arange(int(last_ns / step) + 1) * step)
+    return times.astype(np.int64)
 
 
 def _idle(recording: Recording, t_ns: npt.NDArray[np.int64]) -> BoolArray:

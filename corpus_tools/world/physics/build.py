@@ -118,11 +118,11 @@ def build_world(
 ) -> World:
     """Compile :func:`build_spec`."""
     model = build_spec(context, looks=looks, site=site, names=names).compile()
-    names = [item.id for item in context.objects]
-    body = [model.body(body_name(name)) for name in names]
-    robot = names.index(context.agent_id)
-    mocap = [i for i in range(len(names)) if body[i].mocapid[0] >= 0]
-    free = [i for i in range(len(names)) if i != robot and i not in mocap]
+    ids = [item.id for item in context.objects]
+    body = [model.body(body_name(name)) for name in ids]
+    robot = ids.index(context.agent_id)
+    mocap = [i for i in range(len(ids)) if body[i].mocapid[0] >= 0]
+    free = [i for i in range(len(ids)) if i != robot and i not in mocap]
     return World(
         context,
         model,
