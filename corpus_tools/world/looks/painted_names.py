@@ -49,7 +49,7 @@ def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
             nchannel=3,
             width=picture.shape[1],
             height=picture.shape[0],
-            data=picture.tobytes(),
+            data=picture.ravel().tolist(),
         )
         add_material(spec, name, name)
         spec.worldbody.add_geom(
