@@ -56,7 +56,7 @@ def list_(dataset: str, form: str) -> None:
 @scenarios.command()
 @FORMAT
 def kinds(form: str) -> None:
-    """List the kinds of objects and actions that scenarios can name.
+    """List the kinds of objects and actions of scenarios.
 
     \b
     Examples:
@@ -95,7 +95,7 @@ def kinds(form: str) -> None:
 @click.option("--force", is_flag=True, help="Replace a sheet that was written before.")
 @FORMAT
 def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -> None:
-    """Draw every kind of thing from each camera, for people to name.
+    """Draw every kind of thing as each camera sees it.
 
     OUT gets naming-sheet.jpg with all crops, a clip of each, things.csv, which says what they
     show, and study.yaml, a study in which people name them. KINDS are all kinds if none is given.
@@ -138,7 +138,7 @@ def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -
 @FORMAT
 @click.pass_context
 def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
-    """Check scenario files or folders, and list every problem by line.
+    """Check scenario files or folders: every problem, by line.
 
     The exit status is 0 if all are right and 2 if there are problems.
 
