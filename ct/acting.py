@@ -153,8 +153,8 @@ def render(
     what: Result | Path | str,
     out: Path | str,
     *,
-    camera: Literal["overview", "follow", "operator"] = "overview",
-    size: tuple[int, int] = (640, 480),
+    camera: Literal["overview", "track", "follow", "operator"] = "overview",
+    size: tuple[int, int] = (1280, 720),
     fps: int = 25,
     quality: Literal["draft", "standard", "high"] = "standard",
     force: bool = False,
@@ -169,7 +169,7 @@ def render(
         Of a scenario, a folder, which gets a folder with the video, its log and a picture, as by
         ``ct render-videos``. Of a plan, the video, ``NAME.mp4``; its log comes beside it.
     camera
-        All from above; behind the robot; or from the driver's seat.
+        All from above; from above, near what happens; behind the robot; or from the driver's seat.
     size
         Width and height in pixels, both even.
     fps

@@ -30,6 +30,8 @@ TRACK_S = 0.5
 """Time between the poses of moving things that people can see on the map."""
 MARGIN_M = 3.0
 ID_CHARACTERS = 10
+SAME_S = 1e-6
+"""Frames' times are rounded to nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +55,9 @@ class Scene:
     is_picture
         Whether only a picture is known, without a world: the context is the picture's plane then,
         with y upwards and a pixel as its unit, and nothing may be exported from it.
+    clock
+        Seconds of the video, and since its start on the context's clock, where the pace changes;
+        empty where both are the same.
     """
 
     context: Context
@@ -62,6 +67,23 @@ class Scene:
     segmentation: Mapping[str, Any]
     fps: float | None = None
     is_picture: bool = False
+    clock: tuple[tuple[float, float], ...] = ()
+
+    def since_start(self, video_s: float) -> float:
+        """Seconds since the start, on the context's clock, of what a second of the video shows."""
+        if not self.clock:
+            return video_s
+        video, happening = zip(*self.clock, strict=True)
+        return float(np.interp(video_s, video, happening))
+
+    def video_times(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """The seconds of the video at which times of the context's clock are seen."""
+        since = t - self.start_s
+        if not self.clock:
+            return since
+        video, happening = zip(*self.clock, strict=True)
+        seen: npt.NDArray[np.float64] = np.interp(since, happening, video)
+        return seen
 
 
 def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
@@ -150,7 +172,14 @@ def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Sc
         segmentation=segmentation,
         fps=manifest.get("fps"),
         is_picture=is_picture,
+        clock=_clock(manifest),
     )
+
+
+def _clock(manifest: Mapping[str, Any]) -> tuple[tuple[float, float], ...]:
+    """Where video and world differ in pace, as ``--speed`` and ``--skip-idle`` make it."""
+    knots = tuple((float(video), float(log)) for video, log in manifest.get("clock", ()))
+    return knots if any(abs(video - log) > SAME_S for video, log in knots) else ()
 
 
 def _plane(segmentation: Mapping[str, Any], name: str) -> Context:
@@ -332,7 +361,7 @@ def map_turn(scene: Scene) -> float:
 
 
 def _track(item: PhysicalObject, scene: Scene) -> Any:
-    t = item.trajectory.t - scene.start_s
+    t = scene.video_times(item.trajectory.t)
     moments = np.arange(0.0, float(t[-1]) + TRACK_S, TRACK_S)
     columns = [
         np.interp(moments, t, values)

@@ -131,7 +131,8 @@ def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Groundin
     """What the robot does: all of the log, or a part."""
     agent = world.context.agent
     if trim is not None:
-        agent = trimmed(agent, world.start_s + trim[0], world.start_s + trim[1])
+        start, end = (world.start_s + world.scene.since_start(moment) for moment in trim)
+        agent = trimmed(agent, start, end)
     return agent if sdc.type == "EVENT" else GroundedPath(agent.trajectory)
 
 

@@ -32,7 +32,8 @@ log = logging.getLogger(__name__)
 STATE, TREE, PICTURE, VIDEO = "state.json", "tree.svg", "picture.png", "video.mp4"
 PLANS = 10
 """How many plans are compared for what else a clause may mean."""
-FPS = 10
+FPS, SIZE = 10, (640, 480)
+"""Small, as somebody waits for it."""
 TELL_S = 0.3
 """Seconds between reports of progress, at least."""
 
@@ -298,7 +299,7 @@ def _filmed(
     from corpus_tools.video.manifest import Settings  # noqa: PLC0415
     from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
-    how = Settings(fps=FPS, quality="standard")
+    how = Settings(size=SIZE, fps=FPS, quality="standard")
     moments = sampled(recording, how.fps)
     world = build_world(recording.start)
     with open_frames(world, moments, how.camera, how.size, how.quality) as frames:

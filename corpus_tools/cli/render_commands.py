@@ -42,15 +42,15 @@ SMALLEST, LARGEST = 64, 4096
 @click.option("--only", metavar="PATTERN", help='Only those whose names match, such as "dock_*".')
 @click.option(
     "--camera",
-    type=click.Choice(["overview", "follow", "operator"]),
+    type=click.Choice(["overview", "track", "follow", "operator"]),
     default="overview",
     show_default=True,
-    help="All from above; behind the robot; from the driver's seat.",
+    help="All from above; from above, near what happens; behind the robot; from the driver's seat.",
 )
 @click.option(
     "--size",
     metavar="WxH",
-    default="640x480",
+    default="1280x720",
     show_default=True,
     help="Width and height in pixels.",
 )
@@ -68,6 +68,15 @@ SMALLEST, LARGEST = 64, 4096
     show_default=True,
     help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
 )
+@click.option(
+    "--speed",
+    type=click.FloatRange(0.1, 20),
+    default=1.0,
+    show_default=True,
+    help="Seconds of what happens that a second of video shows. The log keeps its times.",
+)
+@click.option("--skip-idle", is_flag=True, help="Cut short where nothing moves for over 2 s.")
+@click.option("--names", is_flag=True, help="Paint the names of places on the ground.")
 @WORKERS
 @click.option("--force", is_flag=True, help="Make again what is there already.")
 @FORMAT
@@ -84,6 +93,9 @@ def render_videos(
     size: str,
     fps: int,
     quality: Literal["draft", "standard", "high"],
+    speed: float,
+    skip_idle: bool,
+    names: bool,
     workers: Workers,
     force: bool,
     form: str,
@@ -101,9 +113,10 @@ def render_videos(
     \b
     Examples:
       ct render-videos --out videos
-      ct render-videos dock_pick_up_tires --out videos --camera follow --size 1280x720
+      ct render-videos dock_pick_up_tires --out videos --camera follow --size 640x480
       ct render-videos my_scenario.yaml --out videos --quality draft
       ct render-videos --corpus aaai11 --only "*_tire_*" --out replays --jobs 4
+      ct render-videos --corpus aaai11 --out replays --camera track --speed 2 --skip-idle
       ct render-videos --out videos --json
       ct render-videos --out /shared/videos --scheduler tcp://head:8786
     """
@@ -132,7 +145,7 @@ def render_videos(
             fix=f"the names are: {', '.join(item.name for item in items) or 'none'}",
         )
     out.mkdir(parents=True, exist_ok=True)
-    settings = Settings(camera, pixels, fps, quality)
+    settings = Settings(camera, pixels, fps, quality, speed, skip_idle, names)
     outcomes = _produce(chosen, out, settings, workers=workers, force=force)
     ctx.exit(_report(outcomes, out, form))
 
@@ -145,7 +158,7 @@ def _size(text: str) -> tuple[int, int]:
     if any(length % 2 or not SMALLEST <= length <= LARGEST for length in size):
         raise click.UsageError(
             f"--size: {text!r} is not WIDTHxHEIGHT in even numbers from {SMALLEST} to {LARGEST}, "
-            "such as 640x480."
+            "such as 1280x720."
         )
     return size
 

@@ -56,7 +56,7 @@ def list_(dataset: str, form: str) -> None:
 @scenarios.command()
 @FORMAT
 def kinds(form: str) -> None:
-    """List the kinds of objects and actions that scenarios can name.
+    """List the kinds of objects and actions of scenarios.
 
     \b
     Examples:
@@ -84,12 +84,61 @@ def kinds(form: str) -> None:
     tell(form, {"kinds": things, "actions": actions}, *lines)
 
 
+@scenarios.command("naming-sheet")
+@click.argument("kinds", nargs=-1)
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder to write; it appears when all is in it.",
+)
+@click.option("--force", is_flag=True, help="Replace a sheet that was written before.")
+@FORMAT
+def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -> None:
+    """Draw every kind of thing as each camera sees it.
+
+    OUT gets naming-sheet.jpg with all crops, a clip of each, things.csv, which says what they
+    show, and study.yaml, a study in which people name them. KINDS are all kinds if none is given.
+
+    \b
+    Examples:
+      ct scenarios naming-sheet --out naming
+      ct scenarios naming-sheet crate box-pallet --out naming --force --json
+    """
+    from corpus_tools.world.state.thing_kinds import KINDS
+    from g3.errors import CorpusError
+
+    if unknown := [kind for kind in kinds if kind not in KINDS]:
+        raise CorpusError(
+            f"there is no kind {unknown[0]!r}", fix=f"the kinds are: {', '.join(KINDS)}"
+        )
+    # Before MuJoCo is imported, which reads what this chooses.
+    from corpus_tools.video.drawing.gl import choose_back_end
+
+    choose_back_end()
+
+    from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.video.naming_sheet import SHEET, crops, write_sheet
+
+    found = []
+    with progress_bar("drawing") as progress:
+        for crop in crops(kinds):
+            found.append(crop)
+            progress(crop.kind, len(found), 3 * (len(kinds) or len(KINDS)))
+    write_sheet(found, out, force=force)
+    rows = [
+        {"kind": c.kind, "camera": c.camera, "width_px": c.pixels[0], "height_px": c.pixels[1]}
+        for c in found
+    ]
+    tell(form, {"folder": out, "things": rows}, f"{len(found)} clips, and {out / SHEET}")
+
+
 @scenarios.command()
 @click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
 @FORMAT
 @click.pass_context
 def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
-    """Check scenario files or folders, and list every problem by line.
+    """Check scenario files or folders: every problem, by line.
 
     The exit status is 0 if all are right and 2 if there are problems.
 

@@ -14,11 +14,19 @@ from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 
 
-def film(recording: Recording, path: Path, how: Settings | None = None) -> None:
-    """Draw a recording into an MP4 file, as :class:`Settings` has it by default."""
+def film(
+    recording: Recording, path: Path, how: Settings | None = None, *, site: str = "yard"
+) -> None:
+    """Draw a recording into an MP4 file, as :class:`Settings` has it by default.
+
+    Parameters
+    ----------
+    site
+        What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
+    """
     how = how or Settings()
-    shown = sampled(recording, how.fps)
-    world = build_world(recording.start)
+    shown = sampled(recording, how.fps, speed=how.speed, skip_idle=how.skip_idle)
+    world = build_world(recording.start, site=site, names=how.names)
     new = path.with_name(f".{path.name}.new.mp4")
     try:
         with open_frames(world, shown, how.camera, how.size, how.quality) as frames:

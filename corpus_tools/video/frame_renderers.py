@@ -14,6 +14,7 @@ from corpus_tools.video.drawing.canvas import Image, open_canvas, sun_of
 from corpus_tools.video.drawing.composite import FINER, Composite
 from corpus_tools.video.drawing.drawn_moments import moving_objects
 from corpus_tools.video.drawing.full import Full
+from corpus_tools.video.drawing.pasted import Pasted
 from corpus_tools.video.drawing.shaded import Shaded
 from corpus_tools.video.drawing.shadows import LARGEST_MAP
 from corpus_tools.video.encode import Quality
@@ -75,7 +76,9 @@ def open_frames(
     ) as canvas:
         canvas.show(recording, 0)
         objects = canvas.objects(cameras[0], size)[::-1]
-        if not shaded:
+        if quality == "draft" and len(cameras) == 1:
+            frame = Pasted(canvas, recording, cameras[0], size).frame
+        elif not shaded:
             frame = Full(canvas, recording, cameras, size, shadows=best).frame
         elif len(cameras) == 1:
             frame = Composite(canvas, recording, cameras[0], size).frame

@@ -61,6 +61,8 @@ class Story:
         What the log keeps.
     record
         Makes it happen, and gives the recording.
+    site
+        What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """
 
     id: str
@@ -68,6 +70,7 @@ class Story:
     fingerprint: str
     metadata: Mapping[str, str]
     record: Callable[[], Recording]
+    site: str = "yard"
 
 
 Item: TypeAlias = ScenarioItem | ContextItem
@@ -125,6 +128,7 @@ def story_of(item: Item) -> Story:
         digest,
         {FINGERPRINT: digest},
         lambda: _executed(scenario),
+        scenario.layout.site,
     )
 
 

@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from corpus_tools import __version__
 from corpus_tools.video.drawing.camera import Camera
+from corpus_tools.video.drawing.drawn_moments import clock
 from corpus_tools.video.encode import Quality
 from corpus_tools.video.items import Story
 from corpus_tools.world.state.recording import Recording
@@ -45,17 +47,26 @@ class Settings:
         Frames per second.
     quality
         How well they are drawn and encoded.
+    speed
+        Seconds of what happens that a second of video shows.
+    skip_idle
+        Whether long stretches in which nothing moves are cut short.
+    names
+        Whether the names of places are painted on the ground.
     """
 
     camera: str = "overview"
-    size: tuple[int, int] = (640, 480)
+    size: tuple[int, int] = (1280, 720)
     fps: int = 25
     quality: Quality = "standard"
+    speed: float = 1.0
+    skip_idle: bool = False
+    names: bool = False
 
 
 def input_hash(story: Story, settings: Settings) -> str:
     """Digest of what determines the files: what happens, the settings and the program."""
-    parts = [story.id, story.title, story.fingerprint, asdict(settings), _program()]
+    parts = [story.id, story.title, story.fingerprint, story.site, asdict(settings), _program()]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
 
 
@@ -75,7 +86,12 @@ def manifest(
     files
         The other files of the folder by name.
     """
-    first = cameras[0]
+    first, times = cameras[0], clock(recording, settings.fps)
+    video_s, log_s = zip(*times, strict=True)
+
+    def shown_s(seconds: float) -> float:
+        return float(np.round(np.interp(seconds, log_s, video_s), 6))
+
     content: dict[str, Any] = {
         "schema_version": SCHEMA_VERSION,
         "program": {"name": PROGRAM, "version": __version__},
@@ -86,6 +102,7 @@ def manifest(
         "duration_s": len(recording.t_ns) / settings.fps,
         "frames": len(recording.t_ns),
         "fps": settings.fps,
+        "clock": times,
         "camera": {
             "name": settings.camera,
             "fixed": len(cameras) == 1,
@@ -96,8 +113,8 @@ def manifest(
             {
                 "action": step.action,
                 "arguments": dict(step.arguments),
-                "start_s": step.start_s,
-                "end_s": step.end_s,
+                "start_s": shown_s(step.start_s),
+                "end_s": shown_s(step.end_s),
             }
             for step in recording.steps
         ],

@@ -65,8 +65,8 @@ def produce(
     for left in out.glob(f".{item.name}.*"):
         shutil.rmtree(left, ignore_errors=True)
     recording = story.record()
-    shown = sampled(recording, settings.fps)
-    world = build_world(recording.start)
+    shown = sampled(recording, settings.fps, speed=settings.speed, skip_idle=settings.skip_idle)
+    world = build_world(recording.start, site=story.site, names=settings.names)
     metadata = {"program": __version__, **story.metadata}
     files = {LOG: to_bytes(recording, name=story.id, metadata=metadata)}
     with (

@@ -102,6 +102,10 @@ ELSEWHERE = {
         "physics of twenty scenarios",
     ),
     r"ct follow": ("tests/corpus_tools/cli/test_follow_commands.py", "trains for a minute"),
+    r"ct scenarios naming-sheet": (
+        "tests/corpus_tools/video/test_naming_sheet.py",
+        "draws sixty pictures",
+    ),
     r"ct scenarios log": ("tests/corpus_tools/world/scenarios/test_scenario_logs.py", "physics"),
 }
 """What isn't run here, the file that runs the like, and why."""

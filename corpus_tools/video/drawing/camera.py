@@ -72,9 +72,23 @@ MARGIN = 0.04
 """What stays free along the picture's edges, as a part of its width and height."""
 AROUND_M = 1.0
 """How far around what it shows the picture reaches at least."""
-NEAR_M = 6.0
+NEAR_M = 4.0
 """What stands so near to what happens is in the picture, too."""
 OVERVIEW_FOVY = math.radians(38)
+MOST_ROUNDS = 4
+"""How often the picture is made larger for what its edge would cut off."""
+
+BEFORE_S, AFTER_S = 2.0, 5.0
+"""Which part of the robot's way :func:`track` has in the picture."""
+LOOK_AGAIN_S = 0.5
+TRACK_AROUND_M = 2.5
+"""How far around that its picture reaches at least."""
+BESIDE_M, LOAD_NEAR_M = 5.0, 6.0
+"""What stands, and what will be moved, is in its picture from so near to the robot."""
+SMOOTH_S = 3.0
+"""How slowly it moves."""
+OPENING_S = 2.0
+"""How long everything is seen first; for as long it draws near."""
 
 
 def overview(recording: Recording, size: tuple[int, int]) -> list[Camera]:
@@ -83,20 +97,50 @@ def overview(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     What moves, what the steps name and what stands near that is in the picture. The camera
     looks as the robot does at the start, so that left and right are the robot's.
     """
+    ahead = _looking(recording)
     points = _extent(recording)
-    yaw = float(heading(recording.orientation[0, _robot(recording)]))
-    ahead = np.array(
-        [*(math.cos(ELEVATION) * np.array([math.cos(yaw), math.sin(yaw)])), -math.sin(ELEVATION)]
-    )
-    unit = Camera(np.zeros(3), ahead, OVERVIEW_FOVY)
-    around = np.array([[x, y, 0.0] for x in (-AROUND_M, AROUND_M) for y in (-AROUND_M, AROUND_M)])
-    local = (points[:, None] + around).reshape(-1, 3) @ unit.axes.T
-    slope_y = math.tan(OVERVIEW_FOVY / 2) * (1 - 2 * MARGIN)
-    slope_x = slope_y * size[0] / size[1]
-    z = min(_apex(local[:, 0], local[:, 2], slope_x), _apex(local[:, 1], local[:, 2], slope_y))
-    depth = local[:, 2] - z
-    position = np.array([*(_middle(local[:, i], depth) for i in range(2)), z]) @ unit.axes
-    return [Camera(position, position + ahead, OVERVIEW_FOVY)]
+    others = [_corners(recording, i) for i in range(len(recording.start.objects))]
+    camera = _framing(points, ahead, size, AROUND_M)
+    # What the picture's edge would cut off is shown whole.
+    for _ in range(MOST_ROUNDS):
+        cut = [corners for corners in others if _is_cut(camera, corners, size)]
+        if not cut:
+            break
+        points = np.concatenate((points, *cut))
+        camera = _framing(points, ahead, size, AROUND_M)
+    return [camera]
+
+
+def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
+    """A camera that begins as :func:`overview` and then keeps near what happens.
+
+    It looks the same way all the time, and moves slowly: what the robot passes in the next
+    seconds, and what stands beside it, is in the picture.
+    """
+    ahead, t = _looking(recording), recording.t_s
+    (whole,) = overview(recording, size)
+    still = recording.position[0]
+    robot, moved = _robot(recording), (recording.position != still).any(axis=(0, 2))
+    wide = [i for i, moves in enumerate(moved) if moves and i != robot]
+    centres = np.arange(0.0, t[-1] + LOOK_AGAIN_S, LOOK_AGAIN_S)
+    near = []
+    for centre in centres:
+        first, last = np.searchsorted(t, (centre - BEFORE_S, centre + AFTER_S))
+        window = slice(int(first), max(int(last), int(first) + 1))
+        way = recording.position[window, robot]
+        points = [_placed(recording, robot, window)]
+        for i in range(len(moved)):
+            at = recording.position[min(window.start, len(t) - 1), i]
+            reach = np.linalg.norm(way[:, :2] - at[:2], axis=1).min()
+            if i != robot and reach < (LOAD_NEAR_M if i in wide else BESIDE_M):
+                points.append(_placed(recording, i, window))
+        near.append(_framing(np.concatenate(points), ahead, size, TRACK_AROUND_M).position)
+    path = np.stack([np.interp(t, centres, column) for column in np.array(near).T], axis=1)
+    path = _smooth(t, path, seconds=SMOOTH_S)
+    start = np.clip((t - OPENING_S) / OPENING_S, 0.0, 1.0)
+    share = (start * start * (3 - 2 * start))[:, None]
+    path = whole.position * (1 - share) + path * share
+    return [Camera(position, position + ahead, OVERVIEW_FOVY) for position in path]
 
 
 def follow(recording: Recording, size: tuple[int, int]) -> list[Camera]:
@@ -131,11 +175,44 @@ def operator(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     return [Camera(e, e + d, math.radians(62)) for e, d in zip(eye, look, strict=True)]
 
 
-CAMERAS = MappingProxyType({"overview": overview, "follow": follow, "operator": operator})
+CAMERAS = MappingProxyType(
+    {"overview": overview, "track": track, "follow": follow, "operator": operator}
+)
 
 
 def _robot(recording: Recording) -> int:
     return [item.id for item in recording.start.objects].index(recording.start.agent_id)
+
+
+def _looking(recording: Recording) -> FloatArray:
+    """Down and to where the robot looks at the start, shape (3,)."""
+    yaw = float(heading(recording.orientation[0, _robot(recording)]))
+    level = math.cos(ELEVATION)
+    return np.array([level * math.cos(yaw), level * math.sin(yaw), -math.sin(ELEVATION)])
+
+
+def _framing(
+    points: FloatArray, ahead: FloatArray, size: tuple[int, int], around_m: float
+) -> Camera:
+    """The nearest camera that looks ahead and sees all points (n, 3), and so far around them."""
+    unit = Camera(np.zeros(3), ahead, OVERVIEW_FOVY)
+    around = np.array([[x, y, 0.0] for x in (-around_m, around_m) for y in (-around_m, around_m)])
+    local = (points[:, None] + around).reshape(-1, 3) @ unit.axes.T
+    slope_y = math.tan(OVERVIEW_FOVY / 2) * (1 - 2 * MARGIN)
+    slope_x = slope_y * size[0] / size[1]
+    z = min(_apex(local[:, 0], local[:, 2], slope_x), _apex(local[:, 1], local[:, 2], slope_y))
+    depth = local[:, 2] - z
+    position = np.array([*(_middle(local[:, i], depth) for i in range(2)), z]) @ unit.axes
+    return Camera(position, position + ahead, OVERVIEW_FOVY)
+
+
+def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
+    """Whether a part of a thing is in the picture, and a part of it isn't."""
+    pixels, depth = camera.project(corners, size)
+    seen = ((pixels >= 0) & (pixels <= size)).all(axis=1) & (depth > 0)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    touches = bool((depth > 0).all() and (high > 0).all() and (low < size).all())
+    return touches and not seen.all()
 
 
 def _extent(recording: Recording) -> FloatArray:
@@ -171,7 +248,13 @@ def _extent(recording: Recording) -> FloatArray:
 
 def _corners(recording: Recording, i: int) -> FloatArray:
     """Corners of an object's box at moments from the first to the last, shape (n, 3)."""
-    moments = np.unique(np.linspace(0, len(recording.t_ns) - 1, 50).astype(int))
+    return _placed(recording, i, slice(0, len(recording.t_ns)))
+
+
+def _placed(recording: Recording, i: int, window: slice) -> FloatArray:
+    """The same from the first to the last moment of a window."""
+    last = min(window.stop, len(recording.t_ns)) - 1
+    moments = np.unique(np.linspace(min(window.start, last), last, 50).astype(int))
     shape, poses = shape_of(recording.start.objects[i]), recording.position[moments, i]
     if (poses == poses[0]).all():
         moments, poses = moments[:1], poses[:1]

@@ -137,7 +137,7 @@ class Canvas:
         *,
         groups: Iterable[int] = (BACKDROP, STILL, MOVING),
         part: Rectangle | None = None,
-        rows: int = 1,
+        rows: float = 1,
         sun: bool = True,
         other_light: bool = True,
         shadows: bool = False,
@@ -174,7 +174,7 @@ class Canvas:
         flags = mujoco.mjtRndFlag
         self._render(
             part.width,
-            part.height * rows,
+            int(part.height * rows),
             {flags.mjRND_SHADOW: shadows, flags.mjRND_SKYBOX: sky, flags.mjRND_HAZE: sky},
         )
 

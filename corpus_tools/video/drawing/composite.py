@@ -14,6 +14,7 @@ import numpy as np
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
 from corpus_tools.video.drawing.drawn_moments import same_state
+from corpus_tools.video.drawing.moving_parts import moving_parts
 from corpus_tools.video.drawing.shadows import Shadows, ahead_of, lit, merged, places, shade
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
@@ -21,8 +22,6 @@ from g3.groundings import FloatArray
 
 FINER = 2
 """How many times wider and higher pictures are than frames."""
-PAD = 4
-"""Pixels of frames around what moves that are drawn anew: shadows' edges are soft."""
 SOFT = 5
 """Width of shadows' edges, pixels of the finer pictures."""
 TOUCHING_M = 0.02
@@ -64,7 +63,15 @@ class Composite:
             return self._last[1]
         self._canvas.show(self._recording, k)
         frame = self._background.copy()
-        for part, corners in self._parts():
+        parts = moving_parts(
+            self._canvas,
+            self._geoms,
+            self._camera,
+            self._size,
+            light=self._shadows.axes[2],
+            ground_m=self._ground,
+        )
+        for part, corners in parts:
             self._draw_part(frame, part, corners)
         picture = np.ascontiguousarray(frame[::-1])
         self._last = k, picture
@@ -92,38 +99,6 @@ class Composite:
         """Edge of a shadow map's texels that suits pixels so far ahead."""
         pixel = ahead_m * 2 * np.tan(self._camera.fovy / 2) / self._size[1]
         return float(np.clip(pixel / TEXELS_PER_PIXEL, FINEST_M, COARSEST_M))
-
-    def _parts(self) -> list[tuple[Rectangle, FloatArray]]:
-        """Parts of the frame where something moves, and corners around what it is."""
-        found: list[tuple[Rectangle, FloatArray]] = []
-        of = self._canvas.object_of_geom[self._geoms]
-        for item in np.unique(of):
-            corners = self._canvas.corners(self._geoms[of == item])
-            rectangle = self._covering(corners)
-            if rectangle is None:
-                continue
-            # Parts that overlap become one, which may overlap others.
-            while other := next((o for o in found if o[0].overlaps(rectangle)), None):
-                found = [o for o in found if o is not other]
-                rectangle = other[0].union(rectangle)
-                corners = np.concatenate((other[1], corners))
-            found.append((rectangle, corners))
-        return found
-
-    def _covering(self, corners: FloatArray) -> Rectangle | None:
-        """The part of the frame with what is inside corners (n, 3), and its shadow."""
-        light = self._shadows.axes[2]
-        height = np.maximum(corners[:, 2:] - self._ground, 0)
-        shadow = corners + height / max(1e-3, -light[2]) * light
-        pixels, depth = self._camera.project(np.concatenate((corners, shadow)), self._size)
-        if (depth < self._clip[0]).any():
-            return Rectangle(0, 0, *self._size)
-        pixels[:, 1] = self._size[1] - pixels[:, 1]
-        low = np.clip(np.floor(pixels.min(axis=0)).astype(int) - PAD, 0, self._size)
-        high = np.clip(np.ceil(pixels.max(axis=0)).astype(int) + PAD, 0, self._size)
-        if (low >= high).any():
-            return None
-        return Rectangle(*low.tolist(), *(high - low).tolist())
 
     def _draw_part(self, frame: Image, part: Rectangle, corners: FloatArray) -> None:
         canvas, shadows, fine = self._canvas, self._shadows, part.scaled(FINER)

@@ -3,22 +3,46 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from corpus_tools.world.state.recording import NS_PER_S, Recording
+from g3.geometry.plane import BoolArray
+
+SAME = 1e-6
+"""Metres, or parts of a quaternion, that nobody sees."""
 
 
-def sampled(recording: Recording, fps: int) -> Recording:
-    """The recording at the times of a video's frames.
+SEEN = 0.002
+"""Metres, or parts of a quaternion, from which somebody might see a difference."""
+STILL_S = 2.0
+"""What is idle for longer than this is cut to this."""
+
+
+def sampled(
+    recording: Recording, fps: int, *, speed: float = 1.0, skip_idle: bool = False
+) -> Recording:
+    """The recording at the times of a video's frames, by its own clock.
 
     Between moments positions and heights are interpolated, and orientations along the
     shorter arc. Where a recording was made at the video's rate, its moments come through
     unchanged.
+
+    Parameters
+    ----------
+    fps
+        Frames per second of the video.
+    speed
+        How many seconds of the recording a second of the video shows.
+    skip_idle
+        Whether to leave out the middle of stretches longer than :data:`STILL_S` in which
+        nothing moves.
     """
-    last_ns = int(recording.t_ns[-1])
-    count = last_ns * fps // NS_PER_S + 1
-    t_ns = np.arange(count, dtype=np.int64) * NS_PER_S // fps
+    t_ns = _frame_times(int(recording.t_ns[-1]), fps, speed)
+    if skip_idle:
+        t_ns = t_ns[~_idle(recording, t_ns)]
     after = np.clip(np.searchsorted(recording.t_ns, t_ns, side="right"), 1, None)
     after = np.minimum(after, len(recording.t_ns) - 1)
     before = np.maximum(after - 1, 0)
@@ -39,10 +63,64 @@ def sampled(recording: Recording, fps: int) -> Recording:
     )
 
 
+def _frame_times(last_ns: int, fps: int, speed: float) -> npt.NDArray[np.int64]:
+    """Times of frames from 0 to the last, nanoseconds."""
+    if speed == 1.0:
+        return np.arange(last_ns * fps // NS_PER_S + 1, dtype=np.int64) * NS_PER_S // fps
+    step = speed * NS_PER_S / fps
+    times: npt.NDArray[np.float64] = np.rint(np.arange(int(last_ns / step) + 1) * step)
+    return times.astype(np.int64)
+
+
+def _idle(recording: Recording, t_ns: npt.NDArray[np.int64]) -> BoolArray:
+    """Which times are in the middle of long stretches in which nothing moves, shape (n,)."""
+    state = np.concatenate(
+        (
+            recording.position.reshape(len(recording.t_ns), -1),
+            recording.orientation.reshape(len(recording.t_ns), -1),
+            recording.fork_height_m[:, None],
+        ),
+        axis=1,
+    )
+    changes = recording.t_ns[:-1][(np.abs(np.diff(state, axis=0)) > SAME).any(axis=1)]
+    ends = np.concatenate(([0], changes, recording.t_ns[-1:]))
+    keep = int(STILL_S / 2 * NS_PER_S)
+    idle = np.zeros(len(t_ns), dtype=bool)
+    for start, end in pairwise(ends):
+        if end - start > 2 * keep:
+            idle |= (t_ns > start + keep) & (t_ns < end - keep)
+    return idle
+
+
+def clock(recording: Recording, fps: int) -> list[tuple[float, float]]:
+    """Which time of a log each moment of its video shows.
+
+    Parameters
+    ----------
+    recording
+        Sampled at the video's frames.
+
+    Returns
+    -------
+    list
+        Seconds of the video and of the log at the beginning, where the pace changes, and at the
+        end, when the last frame has been shown. Between two of them both grow evenly.
+    """
+    t_ns = recording.t_ns
+    pace = np.diff(t_ns) if len(t_ns) > 1 else np.array([NS_PER_S // fps])
+    # Times are rounded to nanoseconds.
+    turns = np.flatnonzero(np.abs(np.diff(pace)) > 2) + 1
+    knots = [(k / fps, int(t_ns[k]) / NS_PER_S) for k in (0, *turns.tolist())]
+    return [*knots, (len(t_ns) / fps, int(t_ns[-1] + pace[-1]) / NS_PER_S)]
+
+
 def moving_objects(recording: Recording) -> list[int]:
-    """Indices of the robot and of all objects that are not always where they were at first."""
-    moved = (recording.position != recording.position[0]).any(axis=(0, 2))
-    turned = (recording.orientation != recording.orientation[0]).any(axis=(0, 2))
+    """Indices of the robot and of all objects that don't stay where they were at first.
+
+    Physics lets loads settle by less than anybody can see; they count as standing still.
+    """
+    moved = (np.abs(recording.position - recording.position[0]) > SEEN).any(axis=(0, 2))
+    turned = (np.abs(recording.orientation - recording.orientation[0]) > SEEN).any(axis=(0, 2))
     objects = recording.start.objects
     return [
         i

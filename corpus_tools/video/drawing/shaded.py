@@ -6,7 +6,6 @@ depths show: one drawing is enough. Edges are smoothed in the finished picture.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,8 +16,10 @@ import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import MOVING, Canvas, Depth, Image
+from corpus_tools.video.drawing.moving_parts import covering, with_shadow
 from corpus_tools.video.drawing.shadows import Float32Array, ShadowMap, Shadows, places, shade
 from corpus_tools.video.drawing.smoothing import smoothed
+from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
@@ -28,7 +29,7 @@ BEHIND_M = 0.015
 """How far from what shades it something must be: else what light only grazes would be speckled."""
 SOFT = 3
 """Width of shadows' edges, pixels."""
-ROWS = 2
+ROWS = 1.5
 """Rows that are drawn for each of a frame's: thin level lines on the ground need them."""
 TURNED, RAISED_M = 0.0015, 0.004
 """From which difference of a quaternion's component, or of the forks' height, shadows change."""
@@ -57,7 +58,11 @@ class Shaded:
         size: tuple[int, int],
     ) -> None:
         self._canvas, self._recording, self._cameras, self._size = canvas, recording, cameras, size
+        self._ground = ground_of(recording.start)
         canvas.show(recording, 0)
+        canvas.draw(cameras[0], size)
+        self._clip = canvas.clip()
+        self._rows = ((np.arange(size[1]) + 0.5) * ROWS).astype(int)
         self._shadows = Shadows(canvas, TEXEL_M)
         self._share = _sunshine(canvas)
         geoms = canvas.geoms_of(MOVING)
@@ -70,9 +75,9 @@ class Shaded:
         canvas, camera = self._canvas, self._cameras[k]
         canvas.show(self._recording, k)
         canvas.draw(camera, self._size, rows=ROWS)
-        fine, depth = canvas.pixels(), canvas.depth()[ROWS // 2 :: ROWS]
+        fine, depth = canvas.pixels(), canvas.depth()[self._rows]
         picture = np.asarray(cv2.resize(fine, self._size, interpolation=cv2.INTER_AREA), np.uint8)
-        nearness = _nearness(depth, canvas.clip())
+        nearness = _nearness(depth, self._clip)
         rays, eye = places(camera, self._size, self._shadows.axes)
         sun = self._sun(k, rays / nearness + eye)
         x, y, width, height = cv2.boundingRect(cv2.bitwise_not(sun))
@@ -86,11 +91,21 @@ class Shaded:
     def _sun(self, k: int, place: Float32Array) -> Image:
         """How much sun comes to places, as :func:`shade` gives it."""
         still = self._shadows.still
-        suns = [] if still is None else [shade(still, place, still.bias, SOFT)]
-        for item in self._geoms:
+        if still is None:
+            sun = np.full(place.shape[1:], 255, np.uint8)
+        else:
+            sun = shade(still, place, still.bias, SOFT)
+        for item, geoms in self._geoms.items():
+            corners = with_shadow(self._canvas.corners(geoms), self._shadows.axes[2], self._ground)
+            part = covering(corners, self._cameras[k], self._size, near_m=self._clip[0])
+            if part is None:
+                continue
             map_, shift = self._casting(item, k)
-            suns.append(shade(map_, place, max(map_.bias, BEHIND_M) + shift, SOFT))
-        return functools.reduce(np.minimum, suns)
+            here = part.slices
+            behind = max(map_.bias, BEHIND_M) + shift
+            sunny = shade(map_, place[:, here[0], here[1]], behind, SOFT)
+            sun[here] = np.minimum(sun[here], sunny)
+        return sun
 
     def _casting(self, item: int, k: int) -> tuple[ShadowMap, float]:
         """Where an object that moves stops the sunlight, and how far along it the map is moved.

@@ -35,7 +35,7 @@ _PATCHES = (
     "carton-top", "tyre", "hazard", "wheel", "vest",
     "crate", "grille", "window", "plate", "cone",
     "bricks", "washer", "fridge", "vents", "corrugated",
-    "doors", "earth", "sign",
+    "doors", "earth", "sign", "cladding", "roller",
 )
 # fmt: on
 _COLUMNS, _SWATCH_WIDTH, _SWATCH_HEIGHT = 4, 32, 16

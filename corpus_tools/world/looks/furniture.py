@@ -18,7 +18,7 @@ from g3.groundings import FloatArray
 
 @look("shelf")
 def shelf(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A rack with three floors of goods."""
+    """A rack with three floors of goods: cartons and plastic bins."""
     rng = variation(body)
     low, part = shape.low, inside(shape.low, shape.high)
     post = np.minimum(0.09 / shape.size[:2], 0.1)
@@ -58,7 +58,8 @@ def _goods(low: FloatArray, high: FloatArray, floor: int, rng: np.random.Generat
         end = np.array([start[0] + 0.88 * pitch, high[1] - 0.08 * size[1], low[2] + height])
         what = (bay + 2 * floor) % 3
         if what == 0:
-            parts.append(box(start, end, patch("crate"), without="-z"))
+            bin_ = colour("sky", 0.6, 0.85)
+            parts.append(box(start, end, bin_, tops=colour("sky", 0.5, 0.5), without="-z"))
         else:
             parts += cartons(start, end, rng)
     return parts

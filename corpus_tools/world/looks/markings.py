@@ -17,7 +17,7 @@ from g3.short_repr import short_repr
 
 MARGIN_M = 7.0
 """From the outermost object or place to the edge of the yard."""
-LINE_M = 0.12
+LINE_M = 0.15
 """Width of painted lines."""
 PAINT_M = 0.008
 """How far paint lies above the ground, so that it is seen from far away."""
@@ -88,25 +88,27 @@ def markings(context: Context, yard: Yard, ground_m: float) -> list[Part]:
 
 def barrier(yard: Yard, ground_m: float) -> list[Part]:
     """Low concrete walls around the yard, in pieces."""
-    walls = []
+    return [barrier_side(yard, ground_m, quarter) for quarter in range(4)]
+
+
+def barrier_side(yard: Yard, ground_m: float, quarter: int) -> Part:
+    """The low wall of one side: right of the yard's direction, then before it, and so on."""
     finish = colour("concrete", 0.75, 1.1)
-    for quarter in range(4):
-        along, across = yard.half[quarter % 2], yard.half[1 - quarter % 2]
-        n = max(1, min(_MOST_PIECES, round(2 * along / _PIECE)))
-        half = 0.975 * along / n
-        wall = join(
-            tapered(
-                (x - half, -0.25 - across, 0.0),
-                (x + half, 0.25 - across, 0.75),
-                (x - half, -0.1 - across),
-                (x + half, 0.1 - across),
-                finish,
-                without="-z",
-            )
-            for x in (2 * np.arange(n) + 1 - n) / n * along
+    along, across = yard.half[quarter % 2], yard.half[1 - quarter % 2]
+    n = max(1, min(_MOST_PIECES, round(2 * along / _PIECE)))
+    half = 0.975 * along / n
+    wall = join(
+        tapered(
+            (x - half, -0.25 - across, 0.0),
+            (x + half, 0.25 - across, 0.75),
+            (x - half, -0.1 - across),
+            (x + half, 0.1 - across),
+            finish,
+            without="-z",
         )
-        walls.append(moved(wall, (*yard.middle, ground_m), yard.yaw + np.pi / 2 * quarter))
-    return walls
+        for x in (2 * np.arange(n) + 1 - n) / n * along
+    )
+    return moved(wall, (*yard.middle, ground_m), yard.yaw + np.pi / 2 * quarter)
 
 
 def _line(axis: int, along: tuple[float, float], across: float, finish: Finish) -> Part:
@@ -134,7 +136,7 @@ def _zone(hull: FloatArray, z: float) -> list[Part]:
         ends = _crossing(inner, normal, offset, slant)
         if ends is not None:
             a, b = ends
-            shift = 0.3 * LINE_M * normal
+            shift = 0.4 * LINE_M * normal
             stripe = np.array([[a - shift, b - shift, b + shift, a + shift]])
             parts.append(_flat(stripe, z, pale))
     return parts

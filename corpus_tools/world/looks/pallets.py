@@ -10,12 +10,16 @@ import numpy as np
 from corpus_tools.world.looks.atlas import board, colour, patch
 from corpus_tools.world.looks.drawing import draw, variation
 from corpus_tools.world.looks.look_registry import look
-from corpus_tools.world.looks.parts import Part, box, join
+from corpus_tools.world.looks.parts import Part, box, inside, join, quad
 from corpus_tools.world.looks.wheels import tyre
 from corpus_tools.world.state.dimensions import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
+_SLATS = 5
+"""Of each side of a crate."""
+_OUT = 0.012
+"""How far its posts stand out, as a part of its width."""
 _SLIT = 0.005
 """Half of what is between two cartons."""
 
@@ -57,9 +61,37 @@ def box_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m
 
 @look("crate")
 def crate(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A wooden crate on feet."""
+    """A wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
     base, low, high = _feet(shape)
-    draw(spec, body, [base, box(low, high, patch("crate"))])
+    part = inside(low, high)
+    dark, thin = colour("black", 0.5, 0.8), 0.035
+    parts = [base, part((thin, 1 - thin), (thin, 1 - thin), (0.0, 0.96), dark, without="-z")]
+    ends = np.linspace(0.0, 1.0, _SLATS + 1)
+    for k, (a, b) in enumerate(pairwise(ends)):
+        slat = a, b - 0.3 * (b - a) * (k < _SLATS - 1)
+        for side in ((0.0, thin), (1 - thin, 1.0)):
+            parts.append(part((0.0, 1.0), side, slat, board(k), along=True))
+            parts.append(part(side, (thin, 1 - thin), slat, board(k + 4), along=True))
+        lid = a, b - 0.22 * (b - a) * (k < _SLATS - 1)
+        parts.append(part(lid, (0.0, 1.0), (0.96, 0.985), board(k + 2), along=True))
+    corners = ((-_OUT, 0.1), (0.9, 1 + _OUT))
+    for x in corners:
+        parts.append(part(x, (0.0, 1.0), (0.985, 1.0), board(5), along=True))
+        parts += [part(x, y, (0.0, 1.0), board(3), along=True, without="-z") for y in corners]
+    parts.append(_braces(low, high))
+    draw(spec, body, parts)
+
+
+def _braces(low: FloatArray, high: FloatArray) -> Part:
+    """A board across each side, from one lower corner to the other upper one."""
+    ends = np.array([(0.1, 0.0), (0.24, 0.0), (0.9, 1.0), (0.76, 1.0)])
+    out = 1 + _OUT
+    sides = []
+    for axis, at, forth in ((0, -_OUT, 0), (0, out, 1), (1, -_OUT, 1), (1, out, 0)):
+        along = ends if forth else ends * (-1, 1) + (1, 0)
+        corners = np.insert(along, axis, at, axis=1)
+        sides.append(quad(low + corners * (high - low), board(axis + 1)))
+    return join(sides)
 
 
 def cartons(

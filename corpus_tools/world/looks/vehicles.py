@@ -51,6 +51,7 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
         rod((leg, middle, ground), (leg, middle, frame), 0.05, colour("steel")),
         box((leg - 0.12, middle - 0.12, ground), (leg + 0.12, middle + 0.12, ground + 0.03), _DARK),
         *_rear_lights(low[0], middle, width, frame - 0.02),
+        *_tail(low[0], middle, width, (frame, float(high[2])), ground),
     ]
     draw(spec, body, parts)
 
@@ -216,6 +217,34 @@ def _rear_lights(x: float, middle: float, width: float, top: float) -> list[Part
             for y, name in lamps
         ),
     ]
+
+
+def _tail(
+    x: float, middle: float, width: float, deck: tuple[float, float], ground: float
+) -> list[Part]:
+    """What is at the rear of trailers only: striped boards, red triangles, and mudflaps."""
+    bottom, top = deck
+    z, half = (bottom + 0.1 * (top - bottom), top - 0.1 * (top - bottom)), 0.32 * (deck[0] - ground)
+    parts = []
+    for side in (-1, 1):
+        edge, inner = middle + side * 0.47 * width, middle + side * 0.24 * width
+        ends = (min(edge, inner), max(edge, inner))
+        stripes = patch("cone", t=(0.1, 0.9))
+        parts.append(quad([(x - 0.012, y, h) for y, h in _turned_back(ends, z)], stripes))
+        centre, base = middle + side * 0.12 * width, bottom - 0.02
+        red = colour("red", 1.0, 1.1)
+        corners = [(centre + half, base - 1.7 * half), (centre - half, base - 1.7 * half)]
+        corners += [(centre, base), (centre, base)]
+        parts.append(quad([(x - 0.02, y, h) for y, h in corners], red))
+        flap = middle + side * (width / 2 - 0.22)
+        low = (x + 0.02, flap - 0.16, ground + 0.06)
+        parts.append(box(low, (x + 0.04, flap + 0.16, bottom), colour("black", 0.8, 1.0)))
+    return parts
+
+
+def _turned_back(y: tuple[float, float], z: tuple[float, float]) -> list[tuple[float, float]]:
+    """Corners of a rectangle that faces backwards; its finish is on its side."""
+    return [(y[1], z[1]), (y[1], z[0]), (y[0], z[0]), (y[0], z[1])]
 
 
 def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:

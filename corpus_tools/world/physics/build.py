@@ -60,7 +60,9 @@ class World:
     forks_qpos: int
 
 
-def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
+def build_spec(
+    context: Context, *, looks: bool = True, site: str = "yard", names: bool = False
+) -> mujoco.MjSpec:
     """A world with the objects of a context.
 
     Objects' bodies are called by :func:`body_name` and have their poses as frames. What the
@@ -71,6 +73,11 @@ def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
     ----------
     looks
         Whether to add what is only there to be seen.
+    site
+        What it looks like around the objects: one of
+        :data:`~corpus_tools.world.looks.site_looks.SITES`.
+    names
+        Whether the names of places are painted on the ground.
     """
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP_S
@@ -98,18 +105,24 @@ def build_spec(context: Context, *, looks: bool = True) -> mujoco.MjSpec:
         if looks:
             look_of(kind.name)(spec, body, shape_of(item), ground - pose.xyz[0, 2])
     if looks:
-        add_surroundings(spec, context, ground)
+        add_surroundings(spec, context, ground, site)
+        if names:
+            from corpus_tools.world.looks.painted_names import add_names  # noqa: PLC0415 - OpenCV
+
+            add_names(spec, context, ground)
     return spec
 
 
-def build_world(context: Context, *, looks: bool = True) -> World:
+def build_world(
+    context: Context, *, looks: bool = True, site: str = "yard", names: bool = False
+) -> World:
     """Compile :func:`build_spec`."""
-    model = build_spec(context, looks=looks).compile()
-    names = [item.id for item in context.objects]
-    body = [model.body(body_name(name)) for name in names]
-    robot = names.index(context.agent_id)
-    mocap = [i for i in range(len(names)) if body[i].mocapid[0] >= 0]
-    free = [i for i in range(len(names)) if i != robot and i not in mocap]
+    model = build_spec(context, looks=looks, site=site, names=names).compile()
+    ids = [item.id for item in context.objects]
+    body = [model.body(body_name(name)) for name in ids]
+    robot = ids.index(context.agent_id)
+    mocap = [i for i in range(len(ids)) if body[i].mocapid[0] >= 0]
+    free = [i for i in range(len(ids)) if i != robot and i not in mocap]
     return World(
         context,
         model,

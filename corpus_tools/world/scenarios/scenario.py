@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
@@ -22,6 +22,7 @@ ROBOT = "forklift"
 Point: TypeAlias = tuple[float, float]
 Length: TypeAlias = Annotated[float, msgspec.Meta(gt=0)]
 Size: TypeAlias = tuple[Length, Length]
+SiteName: TypeAlias = Literal["yard", "depot", "hall"]
 
 
 class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -107,6 +108,8 @@ class Layout:
         Where things can be.
     objects, places
         By id.
+    site
+        What is around: an open yard, the yard before a warehouse, or a hall.
     """
 
     name: str
@@ -116,6 +119,7 @@ class Layout:
     bounds: Bounds
     objects: Mapping[str, Thing]
     places: Mapping[str, Region]
+    site: SiteName = "yard"
 
 
 @short_repr

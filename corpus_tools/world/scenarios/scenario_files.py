@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
-from corpus_tools.world.scenarios.scenario import Bounds, Point, Region, Robot, Thing
+from corpus_tools.world.scenarios.scenario import Bounds, Point, Region, Robot, SiteName, Thing
 from corpus_tools.world.state.robot_script import ACTIONS
 from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS, OTHER
 
@@ -51,6 +51,7 @@ class LayoutFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bounds: Bounds
     at: Point = (0.0, 0.0)
     yaw_deg: float = 0.0
+    site: SiteName = "yard"
     objects: dict[str, Thing] = {}
     places: dict[str, Region] = {}
 

@@ -22,6 +22,7 @@ from corpus_tools.world.scenarios.scenario import (
     Region,
     Robot,
     Scenario,
+    SiteName,
     Thing,
 )
 from corpus_tools.world.scenarios.scenario_files import (
@@ -120,9 +121,10 @@ def layout_of(document: Document, path: Path) -> tuple[Layout | None, list[Forma
     title, bounds = form.value("title", str), form.value("bounds", Bounds)
     at, yaw_deg = form.value("at", Point, (0.0, 0.0)), form.value("yaw_deg", float, 0.0)
     objects, places = form.values("objects", Thing), form.values("places", Region)
+    site = form.value("site", SiteName, "yard")
     if form.problems:
         return None, form.errors()
-    layout = Layout(path.stem, title, at, yaw_deg, bounds, objects, places)
+    layout = Layout(path.stem, title, at, yaw_deg, bounds, objects, places, site)
     return layout, [document.error(problem) for problem in layout_problems(layout)]
 
 

@@ -85,9 +85,14 @@ def test_the_manifest_tells_the_files(rendered):
     assert manifest["settings"] == {
         "camera": "overview",
         "fps": 4,
+        "names": False,
         "quality": "draft",
         "size": [160, 120],
+        "skip_idle": False,
+        "speed": 1.0,
     }
+    # 33 frames at 4 a second: the video's times are the log's.
+    assert manifest["clock"] == [[0.0, 0.0], [8.25, 8.25]]
     assert set(manifest["files"]) == FILES - {"manifest.json"}
     for name, file in manifest["files"].items():
         data = (folder / name).read_bytes()
@@ -115,6 +120,19 @@ def test_the_video_is_as_the_manifest_says(rendered):
     # Its index comes first, so that it plays before it is loaded.
     data = (folder / "video.mp4").read_bytes()
     assert data.index(b"moov") < data.index(b"mdat")
+
+
+def test_a_faster_video_tells_the_times_of_its_log(corpus, rendered, tmp_path):
+    result = render(
+        "--corpus", corpus, "--only", NAMES[1], "--out", tmp_path, "--speed", "2", *FAST
+    )
+    assert result.returncode == 0, result.stderr
+    manifest = json.loads((tmp_path / NAMES[1] / "manifest.json").read_text())
+    assert manifest["frames"] == 17  # 8 s in 4, at 4 frames a second
+    assert manifest["duration_s"] == 4.25
+    assert manifest["clock"] == [[0.0, 0.0], [4.25, 8.5]]
+    log = (tmp_path / NAMES[1] / "log.mcap").read_bytes()
+    assert log == (rendered / NAMES[1] / "log.mcap").read_bytes()
 
 
 def test_the_log_holds_what_the_video_shows(rendered):

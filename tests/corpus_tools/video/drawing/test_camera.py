@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corpus_tools.video.drawing.camera import CAMERAS, Camera, overview
+from corpus_tools.video.drawing.camera import CAMERAS, Camera, overview, track
 from corpus_tools.world.state.recording import upright
 from corpus_tools.world.state.shapes import shape_of
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, drive
@@ -95,3 +95,40 @@ def test_the_follower_moves_smoothly():
     eyes = np.array([camera.position for camera in cameras])
     # The robot starts at full speed, 3.4 m/s: the camera takes its time.
     assert np.abs(np.diff(eyes, n=2, axis=0)).max() < 3.4 / 50 / 5
+
+
+@pytest.mark.parametrize("apart", np.linspace(0, 14, 15))
+def test_the_overview_cuts_nothing_off(apart):
+    recording = drive()
+    position = recording.position.copy()
+    position[:, CRATE] += (apart, apart / 2, 0)
+    recording = replace(recording, position=position)
+    (camera,) = overview(recording, SIZE)
+    low, high = (getattr(shape_of(recording.start.objects[CRATE]), end) for end in ("low", "high"))
+    box = np.stack(np.meshgrid(*np.stack((low, high), axis=1)), axis=-1).reshape(8, 3)
+    pixels, _ = camera.project(box + position[0, CRATE], SIZE)
+    inside = ((pixels >= 0) & (pixels <= SIZE)).all(axis=1)
+    assert inside.all() or not inside.any()
+
+
+def test_tracking_begins_with_the_overview_and_comes_nearer():
+    recording = drive(rate_hz=10, still_s=10)
+    position = recording.position.copy()
+    position[:, CRATE, 0] += 40
+    # A step names the crate, so that the overview shows it.
+    step = replace(recording.steps[0], arguments=(("object", "crate"),))
+    recording = replace(recording, position=position, steps=(step,))
+    cameras, (whole,) = track(recording, SIZE), overview(recording, SIZE)
+    assert cameras[0].position == pytest.approx(whole.position)
+    robot = recording.position[:, [ROBOT]]
+    far = [np.linalg.norm(c.position - at) for c, at in zip(cameras, robot, strict=True)]
+    assert far[-1] < 0.6 * far[0]
+    for camera, at in zip(cameras, robot, strict=True):
+        pixels, ahead = camera.project(at, SIZE)
+        assert (ahead > 0).all()
+        assert ((pixels > 0) & (pixels < SIZE)).all()
+        assert camera.axes == pytest.approx(whole.axes)
+    eyes = np.array([camera.position for camera in cameras])
+    # In two seconds it comes as near as it will be: at most 6 / 2² of the way a second squared.
+    way = np.linalg.norm(eyes[-1] - eyes[0])
+    assert np.linalg.norm(np.diff(eyes, n=2, axis=0), axis=1).max() < 2 * way * 0.1**2

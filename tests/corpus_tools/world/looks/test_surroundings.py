@@ -11,7 +11,9 @@ from hypothesis import given, settings
 
 from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
+from corpus_tools.world.looks.painted_names import add_names
 from corpus_tools.world.looks.parts import join
+from corpus_tools.world.looks.site_looks import SITES
 from g3.geometry.plane import rotate
 from g3.groundings import Context, PhysicalObject, Place, Prism
 from tests.strategies import contexts
@@ -94,3 +96,45 @@ def test_the_sun_throws_shadows_and_the_ground_throws_none() -> None:
     assert [geom.castshadow for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE] == [
         False
     ] * planes.sum()
+
+
+@pytest.mark.parametrize("site", SITES)
+def test_walls_are_at_the_edge_and_face_inwards(site: str) -> None:
+    context = world(RECEIVING, yaw=0.4)
+    yard = yard_of(context)
+    surface = join(SITES[site].walls(context, yard, 0.25))
+    assert surface.at[:, 2].min() == pytest.approx(0.25)
+    flat = rotate(surface.at[:, :2] - yard.middle, np.full(len(surface.at), -yard.yaw))
+    # Inside is free of anything up to the height of the forklift.
+    low = surface.at[:, 2] < 0.25 + 3
+    assert (np.abs(flat[low]) > yard.half - 1).any(axis=1).all()
+    if site == "hall":
+        outward = (surface.normal[:, :2] * (surface.at[:, :2] - yard.middle)).sum(axis=1)
+        assert (outward <= 1e-9).all()
+        assert (surface.normal[:, 2] <= 1e-9).all(), "the roof is seen from below only"
+
+
+def test_a_warehouse_is_where_the_robot_looks_to() -> None:
+    context = world(RECEIVING, yaw=0.4)
+    surface = join(SITES["depot"].walls(context, yard_of(context), 0.0))
+    front = surface.at[surface.at[:, 2] > 2] - context.agent.trajectory.xyz[0]
+    assert (front[:, :2] @ (np.cos(0.4), np.sin(0.4)) > 5).all()
+
+
+def test_grass_grows_outdoors_only() -> None:
+    for site in SITES:
+        spec = mujoco.MjSpec()
+        add_surroundings(spec, world(RECEIVING), 0.0, site)
+        assert (spec.material("grass") is not None) == (site != "hall")
+
+
+def test_names_are_painted_where_they_are_asked_for() -> None:
+    spec = mujoco.MjSpec()
+    add_names(spec, world(RECEIVING, replace(RECEIVING, name="")), 0.0)
+    model = spec.compile()
+    assert model.ngeom == 1
+    # The robot looks along x: the name is before the area, which begins at 10 and is at y 2.
+    assert model.geom_pos[0, 0] < 10
+    assert model.geom_pos[0, 1] == pytest.approx(2)
+    letters = model.tex_data.reshape(-1, 3).astype(int).sum(axis=1)
+    assert 0.05 < (letters < 200).mean() < 0.5
