@@ -42,6 +42,8 @@ from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Event, Handout, Item, Person, Slot, Study, queue_of
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
+from annotation_app.work.answer_flags import odd_below
+from annotation_app.work.answer_gist import gist_of
 from benchmarks.timing import best, heading
 
 PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
@@ -88,8 +90,9 @@ def fill(session: Session, answers: int) -> str:
                            "body": body})  # fmt: skip
             given.append(
                 {**common, "id": number, "task": "rate", "subject": f"{i}", "event_id": number,
-                 "body": body, "surplus": False, "adopted": True, "seconds": seconds,
-                 "provenance": None}
+                 "study_id": study, "kind": "usual", "body": body, "gist": gist_of("rate", body),
+                 "surplus": False, "adopted": True, "seconds": seconds,
+                 "odd_below_s": odd_below(payload, body, None), "provenance": None}
             )  # fmt: skip
             slots.append({"item_id": item, "person_id": who, "expires_at": NOW, "answered": True,
                           "queue": queue, "rank": items[-1]["rank"]})  # fmt: skip

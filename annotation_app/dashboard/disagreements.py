@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Event, Item, Record, TaskName
+from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, PLACE, THING, WORDS, Part
 from annotation_app.tasks.task_registry import find_task, tasks
 
@@ -89,13 +89,11 @@ def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Reco
     rows = session.execute(
         select(Item, Answer.body)
         .join(Answer, Answer.item_id == Item.id)
-        .join(Event, Event.id == Answer.event_id)
         .where(
-            Item.study_id == study_id,
-            Item.task.in_([task.name for task in tasks() if task.has_disputes]),
-            Item.attention.is_(False),
+            Answer.study_id == study_id,
+            Answer.task.in_([task.name for task in tasks() if task.has_disputes]),
+            Answer.kind == "usual",
             Answer.excluded.is_(False),
-            Event.name != "adjudicate",
         )
         .order_by(Answer.id)
     )
