@@ -12,7 +12,6 @@ import csv
 import io
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -44,7 +43,7 @@ from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_gist import gist_of
-from benchmarks.timing import best, heading
+from benchmarks.timing import best, heading, most_mib
 
 PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
 """Answers to an item, and by a person."""
@@ -147,7 +146,7 @@ def export_alone(database: str, form: str) -> None:
     with opened(database) as engine, reading(engine, one_state=True) as session:
         study = session.scalars(select(Study)).one()
         with tempfile.TemporaryFile() as file:
-            before, start = _most_mib(), time.perf_counter()
+            before, start = most_mib(), time.perf_counter()
             if form == AT_ONCE:
                 found = list(rows(session, study))
                 text = io.StringIO()
@@ -156,13 +155,7 @@ def export_alone(database: str, form: str) -> None:
             else:
                 TABLES[form].write(session, study, file)
             seconds = time.perf_counter() - start
-    print(json.dumps([seconds, _most_mib() - before]))
-
-
-def _most_mib() -> float:
-    """The most memory so far; what getrusage tells includes that of the parent."""
-    status = Path("/proc/self/status").read_text()
-    return int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) / 1024
+    print(json.dumps([seconds, most_mib() - before]))
 
 
 def measure(database: str, answers: int) -> dict[str, float]:
