@@ -107,11 +107,11 @@ async def run(ports: Sequence[int], signed: Sequence[str], at_once: int, each: i
     found = await asyncio.gather(*map(submitted, clients, paths))
     seconds = [s for of_worker in found for s in of_worker]
     wall_s = time.perf_counter() - start
-    each = {name: 1000 * (s - before[name]) / len(seconds) for name, s in processor_s().items()}
+    processor = {n: 1000 * (s - before[n]) / len(seconds) for n, s in processor_s().items()}
     for client in clients:
         client.close()
     p50, p95, longest = 1000 * np.percentile(seconds, [50, 95, 100])
-    return Figures(len(seconds) / wall_s, p50, p95, longest, each)
+    return Figures(len(seconds) / wall_s, p50, p95, longest, processor)
 
 
 def processor_s() -> dict[str, float]:
