@@ -2,9 +2,9 @@
 
 Studies of more and more answers are filled: each item of a video was rated by several people. Then
 it shows what processor time the dashboard's pages and somebody's progress take, and how much memory
-exports take above that of the idle process. Each export is made in a process of its own. PostgreSQL's
-own time doesn't count here. ``each read`` is what is simpler: to read all answers rather than to
-count in indexes.
+exports take above that of the idle process. Each export is made in a process of its own. What
+PostgreSQL takes doesn't count. ``each read`` is what is simpler: to read all answers rather than
+to count in indexes.
 """
 
 from __future__ import annotations

@@ -25,6 +25,7 @@ from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_statistics import Statistics, statistics
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.streamed_statistics import statistics_of_files
+from corpus_tools.importers.authored.bundled import resolve
 
 WAYS: Mapping[str, Callable[[Path], Statistics]] = {
     "line by line": statistics_of_files,
@@ -59,18 +60,19 @@ def alone(folder: Path, way: str) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, prog="python -m benchmarks.counting")
-    parser.add_argument("corpus", type=Path)
+    parser.add_argument("corpus", nargs="?", default="warehouse", help="a folder (warehouse)")
     parser.add_argument("--times", type=int, nargs="+", default=[10, 100])
     parser.add_argument("--alone", choices=WAYS, help="one way")
     given = parser.parse_args()
+    corpus = resolve(given.corpus)
     if given.alone:
-        alone(given.corpus, given.alone)
+        alone(corpus, given.alone)
         return
     for times in given.times:
-        heading(f"{given.corpus.name}, {times} times")
+        heading(f"{given.corpus}, {times} times")
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "corpus"
-            write_corpus(repeated(load_corpus(given.corpus), times), path)
+            write_corpus(repeated(load_corpus(corpus), times), path)
             said = set()
             for way in WAYS:
                 command = [sys.executable, "-m", "benchmarks.counting", str(path), "--alone", way]
