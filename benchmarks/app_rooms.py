@@ -75,9 +75,11 @@ def measure(room: Room, program: list[str], folder: Path, url: str) -> Figures:
     with tempfile.TemporaryDirectory(dir=folder) as instance:
         database = new_database(url) if room.database == "postgresql" else None
         config = open_instance(Path(instance) / "instance", database)
-        signed = cookies(config, add_study(config, folder / "videos", room.workers))
+        signed = cookies(
+            config, add_study(config, folder / "videos", room.workers, room.workers, 1)
+        )
         with servers(config, room.processes, threads=8, program=program) as running:
-            return asyncio.run(run([server.port for server in running], signed, room.at_once))
+            return asyncio.run(run([server.port for server in running], signed, room.at_once, 1))
 
 
 def compare(name: str, rounds: int) -> None:

@@ -1,8 +1,12 @@
 """Submissions alone, as fast as they go: ``python -m benchmarks.app_submissions``.
 
-Each worker has leased an item to rate; then all send their answers, some at a time, to servers
-before PostgreSQL. What the servers, the database and the workers' own program take of the
-processor is counted apart (from /proc, so on Linux only).
+Each worker has leased an item to rate; then all send their answers, some at a time. With ``--each``
+they go on with the next items, whose leases count, too:
+
+    --databases sqlite --workers 50 --slots 15000 --each 20 --at-once 50
+
+What the servers, PostgreSQL and the workers' own program take of the processor is counted apart
+(from /proc, so on Linux only).
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,13 +37,14 @@ PAIRS = 20
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
-def add_study(config: Config, videos: Path, workers: int) -> list[str]:
+def add_study(config: Config, videos: Path, workers: int, slots: int, each: int) -> list[str]:
     """Fill a new database with pairs to rate; return the workers' ids."""
+    pairs = max(PAIRS, 2 * each)
     study = StudyConfig(
         name=STUDY,
         title="Load",
-        tasks={"rate": TaskConfig(answers=-(-workers // PAIRS), practice=False)},
-        pairs=tuple(RatedPair(f"Go to number {i}.", "one", "two") for i in range(PAIRS)),
+        tasks={"rate": TaskConfig(answers=-(-slots // pairs), practice=False)},
+        pairs=tuple(RatedPair(f"Go to number {i}.", "one", "two") for i in range(pairs)),
     )
     with opened(config.database) as engine:
         migrate(engine)
@@ -50,8 +56,9 @@ def add_study(config: Config, videos: Path, workers: int) -> list[str]:
 
 async def lease(client: Client) -> str:
     """The path for the answer to an item that is now the worker's."""
-    _, session = await client.request("GET", "/api/session", None, PATIENCE_S)
-    client.csrf = session["csrf"]
+    if not client.csrf:
+        _, session = await client.request("GET", "/api/session", None, PATIENCE_S)
+        client.csrf = session["csrf"]
     path = f"/api/studies/{STUDY}/tasks/rate/lease"
     status, page = await client.request("POST", path, {}, PATIENCE_S)
     assert status == 200, page
@@ -78,7 +85,7 @@ class Figures:
     processor: dict[str, float]
 
 
-async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> Figures:
+async def run(ports: Sequence[int], signed: Sequence[str], at_once: int, each: int) -> Figures:
     clients = [Client(ports[i % len(ports)], cookie) for i, cookie in enumerate(signed)]
     gate = asyncio.Semaphore(at_once)
 
@@ -86,19 +93,25 @@ async def run(ports: Sequence[int], signed: Sequence[str], at_once: int) -> Figu
         async with gate:
             return await lease(client)
 
-    async def submitted(client: Client, path: str) -> float:
+    async def submitted(client: Client, path: str) -> list[float]:
         async with gate:
-            return await submit(client, path)
+            seconds = [await submit(client, path)]
+        for _ in range(each - 1):
+            path = await leased(client)
+            async with gate:
+                seconds.append(await submit(client, path))
+        return seconds
 
     paths = await asyncio.gather(*map(leased, clients))
     before, start = processor_s(), time.perf_counter()
-    seconds = await asyncio.gather(*map(submitted, clients, paths))
+    found = await asyncio.gather(*map(submitted, clients, paths))
+    seconds = [s for of_worker in found for s in of_worker]
     wall_s = time.perf_counter() - start
-    each = {name: 1000 * (s - before[name]) / len(seconds) for name, s in processor_s().items()}
+    processor = {n: 1000 * (s - before[n]) / len(seconds) for n, s in processor_s().items()}
     for client in clients:
         client.close()
     p50, p95, longest = 1000 * np.percentile(seconds, [50, 95, 100])
-    return Figures(len(seconds) / wall_s, p50, p95, longest, each)
+    return Figures(len(seconds) / wall_s, p50, p95, longest, processor)
 
 
 def processor_s() -> dict[str, float]:
@@ -125,26 +138,40 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1000)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--at-once", type=int, nargs="+", default=[2, 8, 32])
+    parser.add_argument("--databases", nargs="+", default=["postgresql"])
+    parser.add_argument("--slots", type=int, default=0, help="at least (one for each answer)")
+    parser.add_argument("--each", type=int, default=1, help="answers of a worker")
     given = parser.parse_args()
 
     from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
     from tests.annotation_app.postgres import cluster  # noqa: PLC0415
     from tests.annotation_app.rendered import render  # noqa: PLC0415
 
-    load = os.getloadavg()[0]
-    print(f"PostgreSQL, {given.processes} processes, {os.cpu_count()} cores, load {load:.1f}")
-    with tempfile.TemporaryDirectory() as folder, cluster(durable=True) as url:
+    slots = max(given.slots, given.workers * given.each)
+    with tempfile.TemporaryDirectory() as folder:
         videos = render(Path(folder) / "videos", ("one", "two"))
-        for at_once in given.at_once:
-            config = open_instance(Path(folder) / f"{at_once}", new_database(url))
-            signed = cookies(config, add_study(config, videos, given.workers))
-            with servers(config, given.processes, threads=8) as running:
-                found = asyncio.run(run([server.port for server in running], signed, at_once))
+        for database in given.databases:
+            load = os.getloadavg()[0]
             print(
-                f"  {at_once:3} at once: {found.per_s:5.0f} submissions/s, p50 {found.p50:.0f} ms, "
-                f"p95 {found.p95:.0f} ms; processor time each: "
-                + ", ".join(f"{name} {ms:.1f} ms" for name, ms in found.processor.items())
+                f"{database}, {given.processes} processes, {os.cpu_count()} cores, load {load:.1f}"
             )
+            with cluster(durable=True) if database == "postgresql" else nullcontext() as url:
+                for at_once in given.at_once:
+                    instance = Path(folder) / f"{database}-{at_once}"
+                    config = open_instance(instance, new_database(url) if url else None)
+                    people = add_study(config, videos, given.workers, slots, given.each)
+                    signed = cookies(config, people)
+                    with servers(config, given.processes, threads=8) as running:
+                        ports = [server.port for server in running]
+                        show(at_once, asyncio.run(run(ports, signed, at_once, given.each)))
+
+
+def show(at_once: int, found: Figures) -> None:
+    print(
+        f"  {at_once:3} at once: {found.per_s:5.0f} submissions/s, p50 {found.p50:.0f} ms, "
+        f"p95 {found.p95:.0f} ms; processor time each: "
+        + ", ".join(f"{name} {ms:.1f} ms" for name, ms in found.processor.items())
+    )
 
 
 if __name__ == "__main__":

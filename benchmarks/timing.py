@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -80,3 +82,9 @@ def table() -> None:
     heading("| What | Beside | Our time / theirs | Limit |\n|---|---|---:|---|")
     for one in COMPARISONS:
         print(f"| {one.what} | {one.peer} | {one.ratio:.2f} | {one.limit} |")
+
+
+def most_mib() -> float:
+    """The most memory so far; what getrusage tells includes that of the parent."""
+    status = Path("/proc/self/status").read_text()
+    return int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) / 1024

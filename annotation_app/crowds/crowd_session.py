@@ -152,7 +152,7 @@ def read_wishes(
     FormatError
         If an amount isn't one, or the study has no bonus.
     """
-    with reading(session.engine) as reader:
+    with reading(session.engine, one_state=True) as reader:
         flagged = frozenset(flagged_people(reader, session.study.id))
     return Wishes(
         approve=not no_approve,

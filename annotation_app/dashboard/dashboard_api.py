@@ -89,7 +89,7 @@ _VIEWS = {
 def _answering(view: _View) -> Callable[..., Response]:
     @limited(reads)
     def answer(study_name: str) -> Response:
-        with reading(installation().engine) as session:
+        with reading(installation().engine, one_state=True) as session:
             required_reader(session, view.role)
             study = find_study(session, study_name)
             data = view.compute(session, study.id)

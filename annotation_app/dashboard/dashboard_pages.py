@@ -56,7 +56,7 @@ def studies() -> str:
 @blueprint.get("/<study_name>")
 def overview(study_name: str) -> str:
     """How a study is going. Names of videos and people's work are for adjudicators."""
-    with reading(installation().engine) as session:
+    with reading(installation().engine, one_state=True) as session:
         person, study = _opened(session, study_name, "annotator")
         by_video = progress_by_video(session, study.id, now=now())
         sees_all = RANKS[person.role] >= RANKS["adjudicator"]
@@ -91,7 +91,7 @@ def overview(study_name: str) -> str:
 @blueprint.get("/<study_name>/people")
 def people(study_name: str) -> str:
     """Everybody who has answered."""
-    with reading(installation().engine) as session:
+    with reading(installation().engine, one_state=True) as session:
         person, study = _opened(session, study_name, "adjudicator")
         return _page("people.html", person, study=study, workers=workers(session, study.id))
 

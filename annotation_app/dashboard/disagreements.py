@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.dashboard.compared_answers import compared_answers
 from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, PLACE, THING, WORDS, Part
 from annotation_app.tasks.task_registry import find_task, tasks
@@ -85,10 +85,17 @@ def _count(
 
 
 def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Record]]]:
-    """Items with the answers of several people."""
-    disputed = [task.name for task in tasks() if task.has_disputes]
+    """Items with the answers of several people; adjudicators have seen what others answered."""
     rows = session.execute(
-        compared_answers(study_id, Item, Answer.body).where(Item.task.in_(disputed))
+        select(Item, Answer.body)
+        .join(Answer, Answer.item_id == Item.id)
+        .where(
+            Answer.study_id == study_id,
+            Answer.task.in_([task.name for task in tasks() if task.has_disputes]),
+            Answer.kind == "usual",
+            Answer.excluded.is_(False),
+        )
+        .order_by(Answer.id)
     )
     bodies: dict[str, tuple[Item, list[Record]]] = {}
     for item, body in rows:

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import Any, get_type_hints
 
+import msgspec
 import numpy as np
-from sqlalchemy import and_, func, select
+from sqlalchemy import (
+    BindParameter,
+    ColumnElement,
+    Float,
+    Select,
+    String,
+    and_,
+    bindparam,
+    func,
+    select,
+)
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Event, Item, Record, Slot, TaskName
+from annotation_app.store.models import Answer, Item, Record, Slot, TaskName
 from annotation_app.tasks.task_registry import task_names, tasks
+
+QUARTILES = 0.25, 0.5, 0.75
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +59,9 @@ class Duration:
 
 def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Progress]:
     """Progress of each task for each video, in the order of tasks."""
-    video = func.nullif(Item.video, "")
-    leased = and_(Slot.answered.is_(False), Slot.person_id.is_not(None), Slot.expires_at >= now)
+    # By what an index has in this order, so that nothing is sorted.
+    video = Item.video
+    leased = and_(Slot.answered.is_(False), Slot.expires_at >= now)
     rows = session.execute(
         select(
             Item.task,
@@ -59,7 +76,7 @@ def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Pr
         .group_by(Item.task, video)
     )
     known = task_names()
-    found = [Progress(*row) for row in rows if row[0] in known]
+    found = [Progress(task, name or None, *counts) for task, name, *counts in rows if task in known]
     return sorted(found, key=lambda p: (known.index(p.task), p.video or ""))
 
 
@@ -83,20 +100,27 @@ def progress_by_task(by_video: list[Progress]) -> list[Progress]:
 
 def durations(session: Session, study_id: str) -> list[Duration]:
     """How long items take, by task, as far as that is known."""
-    rows = session.execute(
-        select(Answer.task, Answer.seconds)
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id, Answer.excluded.is_(False))
-    )
-    seconds: dict[TaskName, list[float]] = {}
-    for task, taken in rows:
-        if taken is not None:
-            seconds.setdefault(task, []).append(taken)
-    return [
-        Duration(task, len(seconds[task]), *map(float, np.percentile(seconds[task], (25, 50, 75))))
-        for task in task_names()
-        if task in seconds
-    ]
+    found = []
+    for task in task_names():
+        timed = (
+            Answer.study_id == study_id,
+            Answer.task == task,
+            Answer.excluded.is_(False),
+            Answer.seconds.is_not(None),
+        )
+        count = session.scalars(select(func.count()).where(*timed)).one()
+        if count:
+            in_order = select(Answer.seconds).where(*timed).order_by(Answer.seconds)
+            quartiles = (_quantile(session, in_order, part * (count - 1)) for part in QUARTILES)
+            found.append(Duration(task, count, *quartiles))
+    return found
+
+
+def _quantile(session: Session, in_order: Select[float | None], place: float) -> float:
+    """A number at a place in an order, or between the two beside it, as NumPy has it."""
+    before = math.floor(place)
+    beside = session.scalars(in_order.offset(before).limit(2)).all()
+    return float(np.percentile(np.array(beside, dtype=np.float64), 100 * (place - before)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,56 +138,83 @@ def histories(session: Session, study_id: str, *, now: float, moments: int = 40)
     Answers that were left out don't count, nor do attention checks.
     """
     rows = session.execute(
-        select(Answer.task, Answer.at)
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id, Item.attention.is_(False), Answer.excluded.is_(False))
-    )
-    times: dict[TaskName, list[float]] = {}
-    for task, came_at in rows:
-        times.setdefault(task, []).append(came_at)
-    if not times:
+        select(Answer.task, func.min(Answer.at), func.max(Answer.at))
+        .where(*_counting(study_id))
+        .group_by(Answer.task)
+    ).all()
+    if not rows:
         return []
-    every = [came_at for of_task in times.values() for came_at in of_task]
     # Clocks may have been set back since.
-    at = np.linspace(min(every), max(now, *every), moments)
+    last = max(now, *(latest for _, _, latest in rows))
+    at = np.linspace(min(first for _, first, _ in rows), last, moments).tolist()
+    answered = {task for task, _, _ in rows}
     return [
-        History(
-            task,
-            tuple(at.tolist()),
-            tuple(np.searchsorted(np.sort(times[task]), at, side="right").tolist()),
-        )
+        History(task, tuple(at), _cumulative(session, study_id, task, at))
         for task in task_names()
-        if task in times
+        if task in answered
     ]
+
+
+def _cumulative(
+    session: Session, study_id: str, task: TaskName, at: Sequence[float]
+) -> tuple[int, ...]:
+    """How many answers there were by each time: an index counts those between two times."""
+    about = {"of_study": study_id, "of_task": task}
+    between = (
+        session.scalars(_BETWEEN, {**about, "after": after, "until": until}).one()
+        for after, until in pairwise((-math.inf, *at))
+    )
+    return tuple(accumulate(between))
+
+
+def _counting(study_id: str | BindParameter[str]) -> tuple[ColumnElement[bool], ...]:
+    """That an answer counts: it wasn't left out, and isn't to an attention check."""
+    return (
+        Answer.study_id == study_id,
+        Answer.kind.in_(("usual", "adjudicated")),
+        Answer.excluded.is_(False),
+    )
+
+
+_BETWEEN = select(func.count()).where(
+    *_counting(bindparam("of_study", type_=String)),
+    Answer.task == bindparam("of_task", type_=String),
+    Answer.at > bindparam("after", type_=Float),
+    Answer.at <= bindparam("until", type_=Float),
+)
 
 
 def collected(session: Session, study_id: str) -> Record:
     """What people have given so far: the counts of all tasks, ``annotators`` and ``surplus``."""
-    rows = session.execute(
-        select(
-            Answer.task,
-            Answer.body,
-            Answer.adopted,
-            and_(Answer.surplus, Event.name != "adjudicate"),
-        )
-        .join(Item, Item.id == Answer.item_id)
-        .join(Event, Event.id == Answer.event_id)
-        .where(Item.study_id == study_id, Item.attention.is_(False), Answer.excluded.is_(False))
-    ).all()
+    counting = _counting(study_id)
     answers: dict[TaskName, list[tuple[Record, bool]]] = {}
-    for task_name, body, adopted, _ in rows:
+    gists = (
+        select(Answer.task, Answer.gist, Answer.adopted, func.count())
+        .where(*counting, Answer.gist.is_not(None))
+        .group_by(Answer.task, Answer.gist, Answer.adopted)
+    )
+    for task_name, gist, adopted, count in session.execute(gists):
+        same = [(msgspec.json.decode(gist or ""), adopted)] * count
+        answers.setdefault(task_name, []).extend(same)
+    others = select(Answer.task, Answer.body, Answer.adopted)
+    for task_name, body, adopted in session.execute(
+        others.where(*counting, Answer.gist.is_(None)).order_by(Answer.id)
+    ):
         answers.setdefault(task_name, []).append((body, adopted))
     found: Record = {}
     for task in tasks():
         if task.counts is not None:
             found |= dataclasses.asdict(task.counts.of(answers.get(task.name, [])))
-    people = (
-        select(func.count(Answer.person_id.distinct()))
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id)
+    # An index has them in this order, so that nothing is sorted.
+    people = select(Answer.person_id).where(Answer.study_id == study_id).group_by(Answer.person_id)
+    late = select(func.count()).where(
+        Answer.study_id == study_id,
+        Answer.kind == "usual",
+        Answer.excluded.is_(False),
+        Answer.surplus,
     )
-    found["annotators"] = session.scalar(people) or 0
-    found["surplus"] = sum(is_late for _, _, _, is_late in rows)
+    found["annotators"] = session.scalars(select(func.count()).select_from(people.subquery())).one()
+    found["surplus"] = session.scalars(late).one()
     return found
 
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from sqlalchemy import select
+import msgspec
+from sqlalchemy import ColumnElement, Integer, bindparam, case, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import subject_of
+from annotation_app.store.database import core
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
-from annotation_app.tasks.task_record import Task
-from annotation_app.tasks.task_registry import find_task, tasks
+from annotation_app.tasks.task_registry import task_names, tasks
 from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
 
 FEWEST = 5
@@ -24,6 +26,8 @@ FAST = 1 / 3
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3
 FEWEST_FLAGS = {UNREAD: 3, WATCHED_LONGER: 2}
 """How often an answer must be odd for its author to be."""
+
+_ANSWER = core(Answer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,47 +55,59 @@ class Worker:
     reasons: tuple[str, ...]
 
 
-_Medians: TypeAlias = dict[str, dict[TaskName, float]]
-"""Seconds for an item, by person and task."""
+@dataclass(frozen=True, slots=True)
+class _Median:
+    """Of the seconds for an item, and of how many items."""
+
+    seconds: float
+    items: int
+
+
+_Medians: TypeAlias = dict[str, dict[TaskName, _Median]]
+"""By person and task."""
+_Numbers: TypeAlias = Sequence[Any]
+"""Person, task, how many answers they have given to it, and of how many the time is known."""
 
 
 @dataclass(slots=True)
 class _Work:
     answers: int = 0
-    seconds: dict[TaskName, list[float]] = field(default_factory=dict)
     checks: list[bool] = field(default_factory=list)
     bodies: dict[TaskName, list[Record]] = field(default_factory=dict)
     flags: Counter[str] = field(default_factory=Counter)
 
 
 def workers(session: Session, study_id: str) -> list[Worker]:
-    """Everybody who has answered, those to look at first."""
+    """Everybody who has answered, those to look at first.
+
+    Parameters
+    ----------
+    session
+        It must read one state: what is counted first must be there when the rest is read.
+    """
+    of_one = Answer.person_id, Answer.task
+    numbers: _Numbers = session.execute(
+        select(*of_one, func.count(), func.count(Answer.seconds))
+        .where(Answer.study_id == study_id)
+        .group_by(*of_one)
+        .order_by(*of_one)
+    ).all()
     work: dict[str, _Work] = {}
-    rows = session.execute(
-        select(
-            Answer.person_id,
-            Answer.task,
-            Answer.seconds,
-            Answer.body,
-            Answer.provenance,
-            Item.attention,
-            Item.payload,
-        )
-        .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study_id)
-        .order_by(Answer.id)
-    )
-    for person_id, task, seconds, body, provenance, attention, payload in rows:
-        check = payload if attention else None
-        mine = work.setdefault(person_id, _Work())
-        mine.flags.update(answer_flags(payload, body, provenance, seconds))
-        _add(mine, find_task(task), seconds, body, check)
-    medians = {
-        person_id: {task: median(seconds) for task, seconds in mine.seconds.items()}
-        for person_id, mine in work.items()
-    }
-    people = session.scalars(select(Person).where(Person.id.in_(work)))
-    found = [_worker(person, work[person.id], medians) for person in people]
+    for person_id, _, count, _ in numbers:
+        work.setdefault(person_id, _Work()).answers += count
+    for person_id, passed in _checks(session, study_id):
+        work[person_id].checks.append(passed)
+    for person_id, task_name, bodies in _told(session, study_id):
+        work[person_id].bodies.setdefault(task_name, []).extend(bodies)
+    for person_id, flags in _flags(session, study_id):
+        work[person_id].flags.update(flags)
+    medians = _medians(session, numbers, study_id)
+    others = _by_task(medians)
+    answered = select(Answer.person_id).where(Answer.study_id == study_id)
+    people = session.scalars(select(Person).where(Person.id.in_(answered)))
+    found = [
+        _worker(person, work[person.id], medians.get(person.id, {}), others) for person in people
+    ]
     return sorted(found, key=lambda worker: (-len(worker.reasons), -worker.answers, worker.subject))
 
 
@@ -100,21 +116,120 @@ def flagged_people(session: Session, study_id: str) -> Iterator[str]:
     return (worker.person_id for worker in workers(session, study_id) if worker.reasons)
 
 
-def _add(
-    mine: _Work, task: Task | None, seconds: float | None, body: Record, check: Record | None
-) -> None:
-    mine.answers += 1
-    if task is None:
-        return
-    if seconds is not None:
-        mine.seconds.setdefault(task.name, []).append(seconds)
-    if check is not None and task.passes is not None:
-        mine.checks.append(task.passes(check, body))
-    elif task.oddities is not None:
-        mine.bodies.setdefault(task.name, []).append(body)
+def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
+    """For each attention check who had it, and whether they passed."""
+    passing = {task.name: task.passes for task in tasks() if task.passes is not None}
+    rows = session.execute(
+        select(Answer.person_id, Answer.task, Answer.item_id, Answer.gist, _unless_gist())
+        .where(Answer.study_id == study_id, Answer.kind == "check", Answer.task.in_(passing))
+        .order_by(Answer.id)
+    )
+    items = select(Item.id, Item.payload).where(Item.study_id == study_id, Item.attention.is_(True))
+    payloads: dict[str, Record] = dict(session.execute(items).all())
+    known: dict[tuple[str, str], bool] = {}
+    for person_id, task_name, item_id, gist, body in rows:
+        key = (item_id, gist or "")
+        if gist is None or key not in known:
+            known[key] = passing[task_name](payloads[item_id], _told_by(gist, body))
+        yield person_id, known[key]
 
 
-def _worker(person: Person, mine: _Work, medians: _Medians) -> Worker:
+def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list[Record]]]:
+    """What people answered to tasks that look at all of it; the same is told at once."""
+    looking = [task.name for task in tasks() if task.oddities is not None]
+    checking = [task.name for task in tasks() if task.passes is not None]
+    told = (
+        Answer.study_id == study_id,
+        Answer.task.in_(looking),
+        or_(Answer.kind != "check", Answer.task.not_in(checking)),
+    )
+    columns = Answer.person_id, Answer.task, Answer.gist
+    gists = select(*columns, func.count()).where(*told, Answer.gist.is_not(None)).group_by(*columns)
+    for person_id, task_name, gist, count in session.execute(gists):
+        yield person_id, task_name, [msgspec.json.decode(gist or "")] * count
+    bodies = select(Answer.person_id, Answer.task, Answer.body)
+    for person_id, task_name, body in session.execute(
+        bodies.where(*told, Answer.gist.is_(None)).order_by(Answer.id)
+    ):
+        yield person_id, task_name, [body]
+
+
+def _unless_gist() -> ColumnElement[Record | None]:
+    """An answer's body, if it has no gist."""
+    return case((Answer.gist.is_(None), Answer.body))
+
+
+def _told_by(gist: str | None, body: Record | None) -> Record:
+    found: Record | None = body if gist is None else msgspec.json.decode(gist)
+    return found or {}
+
+
+def _flags(session: Session, study_id: str) -> Iterator[tuple[str, Iterator[str]]]:
+    """What is odd about single answers, of those that may be odd."""
+    rows = session.execute(
+        select(Answer.person_id, Item.payload, Answer.body, Answer.provenance, Answer.seconds)
+        .join(Item, Item.id == Answer.item_id)
+        .where(
+            Answer.study_id == study_id,
+            or_(Answer.odd_below_s.is_(None), Answer.seconds < Answer.odd_below_s),
+        )
+        .order_by(Answer.id)
+    )
+    for person_id, payload, body, provenance, seconds in rows:
+        yield person_id, answer_flags(payload, body, provenance, seconds)
+
+
+def _medians(session: Session, numbers: _Numbers, study_id: str) -> _Medians:
+    """The database gives the one or two times in the middle: all would take more time to read."""
+    known = task_names()
+    found: _Medians = {}
+    for person_id, task_name, _, number in numbers:
+        if number and task_name in known:
+            about = {"of_study": study_id, "who": person_id, "of_task": task_name}
+            place = {"before": (number - 1) // 2, "middle": 2 - number % 2}
+            seconds = median(session.scalars(_IN_THE_MIDDLE, {**about, **place}).all())
+            found.setdefault(person_id, {})[task_name] = _Median(seconds, number)
+    return found
+
+
+_IN_THE_MIDDLE = (
+    select(_ANSWER.c.seconds)
+    .where(
+        _ANSWER.c.study_id == bindparam("of_study"),
+        _ANSWER.c.person_id == bindparam("who"),
+        _ANSWER.c.task == bindparam("of_task"),
+        _ANSWER.c.seconds.is_not(None),
+    )
+    .order_by(_ANSWER.c.seconds)
+    .offset(bindparam("before", type_=Integer))
+    .limit(bindparam("middle", type_=Integer))
+)
+
+
+def _by_task(medians: _Medians) -> dict[TaskName, list[float]]:
+    """All people's medians, in order."""
+    found: dict[TaskName, list[float]] = {}
+    for mine in medians.values():
+        for task_name, one in mine.items():
+            found.setdefault(task_name, []).append(one.seconds)
+    return {task_name: sorted(seconds) for task_name, seconds in found.items()}
+
+
+def median_of_others(ordered: Sequence[float], own: float) -> float | None:
+    """The median of numbers in order without one that is among them; None if nothing is left."""
+    left, out = len(ordered) - 1, bisect_left(ordered, own)
+    if not left:
+        return None
+    low, high = (ordered[i + (i >= out)] for i in ((left - 1) // 2, left // 2))
+    return low if left % 2 else (low + high) / 2
+
+
+def _worker(
+    person: Person,
+    mine: _Work,
+    medians: Mapping[TaskName, _Median],
+    ordered: Mapping[TaskName, Sequence[float]],
+) -> Worker:
     failed = mine.checks.count(False)
     return Worker(
         person_id=person.id,
@@ -122,25 +237,25 @@ def _worker(person: Person, mine: _Work, medians: _Medians) -> Worker:
         provider=person.provider,
         is_blocked=person.blocked_at is not None,
         answers=mine.answers,
-        median_s=medians[person.id],
+        median_s={task_name: one.seconds for task_name, one in medians.items()},
         checks=len(mine.checks),
         failed=failed,
-        reasons=tuple(_reasons(person.id, mine, failed, medians)),
+        reasons=tuple(_reasons(mine, failed, medians, ordered)),
     )
 
 
-def _reasons(person_id: str, mine: _Work, failed: int, medians: _Medians) -> Iterator[str]:
+def _reasons(
+    mine: _Work,
+    failed: int,
+    medians: Mapping[TaskName, _Median],
+    ordered: Mapping[TaskName, Sequence[float]],
+) -> Iterator[str]:
     if failed >= FAILED_CHECKS and failed > FAILED_SHARE * len(mine.checks):
         yield f"failed {failed} of {len(mine.checks)} attention checks"
-    for name, own in medians[person_id].items():
-        others = [
-            theirs[name]
-            for other, theirs in medians.items()
-            if other != person_id and name in theirs
-        ]
-        if len(mine.seconds[name]) >= FEWEST and others and own < FAST * median(others):
-            usual = median(others)
-            yield f"too fast: {own:.0f} s for an item of {name}, others take {usual:.0f} s"
+    for name, own in medians.items():
+        usual = median_of_others(ordered[name], own.seconds)
+        if own.items >= FEWEST and usual is not None and own.seconds < FAST * usual:
+            yield f"too fast: {own.seconds:.0f} s for an item of {name}, others take {usual:.0f} s"
     yield from (f"{flag}: {_times(n)}" for flag, n in mine.flags.items() if n >= FEWEST_FLAGS[flag])
     for task in tasks():
         if task.oddities is not None:

@@ -57,6 +57,8 @@ def submit(
     body: Record,
     now: float,
     provenance: Record | None = None,
+    gist: str | None = None,
+    odd_below_s: float | None = None,
     adopted: bool = True,
 ) -> Receipt:
     """Keep an answer to an item. The same event sent again gives the same receipt.
@@ -78,6 +80,10 @@ def submit(
         What is to be kept of it: it has been validated.
     provenance
         What a suggestion had to do with it.
+    gist
+        What is counted and compared of it.
+    odd_below_s
+        How long it must take not to be odd.
     adopted
         Whether it is adopted at once.
     """
@@ -97,11 +103,15 @@ def submit(
         return _receipt(session, who, uuid)
     answer = {
         "item_id": item.id,
+        "study_id": item.study_id,
+        "kind": "check" if item.attention else "usual",
         "person_id": who,
         "task": item.task,
         "subject": item.subject,
         "event_id": added,
         "body": body,
+        "gist": gist,
+        "odd_below_s": odd_below_s,
         "provenance": provenance,
         "adopted": adopted,
         "at": now,

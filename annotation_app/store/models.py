@@ -93,6 +93,7 @@ class Item(Base):
     __table_args__ = (
         UniqueConstraint("study_id", "task", "subject"),
         Index("ix_item_video", "study_id", "video"),
+        Index("ix_item_progress", "study_id", "attention", "task", "video", "id"),
         Index("ix_item_author", "author_id"),
         _of_some_rows(
             "ix_item_attention",
@@ -231,6 +232,9 @@ class Event(Base):
     at: Mapped[float]
 
 
+LONGEST_GIST = 1000
+
+
 class Answer(Base):
     """What somebody answered to an item.
 
@@ -242,15 +246,51 @@ class Answer(Base):
     __table_args__ = (
         UniqueConstraint("item_id", "person_id"),
         UniqueConstraint("person_id", "task", "subject"),
+        # The dashboard counts in these alone, mostly in their order.
+        Index("ix_answer_people", "study_id", "person_id", "task", "gist", "kind", "seconds"),
+        Index("ix_answer_times", "study_id", "task", "kind", "excluded", "at"),
+        Index("ix_answer_seconds", "study_id", "task", "excluded", "seconds"),
+        Index("ix_answer_items", "study_id", "task", "kind", "excluded", "item_id", "gist"),
+        Index(
+            "ix_answer_gists",
+            "study_id",
+            "task",
+            "gist",
+            "adopted",
+            "kind",
+            "excluded",
+            "surplus",
+        ),
+        _of_some_rows(
+            "ix_answer_whole",
+            "study_id",
+            "task",
+            sqlite="gist IS NULL",
+            postgresql="gist IS NULL",
+        ),
+        _of_some_rows(
+            "ix_answer_odd",
+            "study_id",
+            sqlite="odd_below_s IS NULL OR seconds < odd_below_s",
+            postgresql="odd_below_s IS NULL OR seconds < odd_below_s",
+        ),
     )
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
+    study_id: Mapped[str] = mapped_column(server_default="")
+    """The item's."""
+    kind: Mapped[Literal["usual", "check", "adjudicated"]] = mapped_column(
+        String(20), server_default="usual"
+    )
+    """``check`` is to an attention check, ``adjudicated`` that of somebody who decides."""
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
     task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), unique=True)
     body: Mapped[Record]
+    gist: Mapped[str | None] = mapped_column(String(LONGEST_GIST))
+    """The part of the body that is counted and compared, as JSON; None if that is all of it."""
     surplus: Mapped[bool]
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
     """Whether the next task's items, and exports, are made of it."""
@@ -258,6 +298,8 @@ class Answer(Base):
     """Whether somebody has left it out; the last :class:`Remark` says why."""
     seconds: Mapped[float | None]
     """How long the item was with the person; None where the clocks don't show it."""
+    odd_below_s: Mapped[float | None]
+    """An answer that took as long isn't odd (`annotation_app.work.answer_flags`)."""
     provenance: Mapped[Record | None]
     """Whether a suggestion was shown, and what became of it (`annotation_app.work.offers`)."""
     at: Mapped[float]

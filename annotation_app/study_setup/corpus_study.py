@@ -28,6 +28,8 @@ from annotation_app.store.models import (
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
 from annotation_app.tasks.exported_groundings import shown_groundings
+from annotation_app.work.answer_flags import odd_below
+from annotation_app.work.answer_gist import gist_of
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from g3.annotation import Annotation, Command
@@ -256,11 +258,15 @@ class AnswerLoader:
         answers = [
             Answer(
                 item_id=event.item_id,
+                study_id=self.study.id,
+                kind="usual",
                 person_id=event.person_id,
                 task=g.task,
                 subject=g.subject,
                 event_id=event.id,
                 body=g.body,
+                gist=gist_of(g.task, g.body),
+                odd_below_s=odd_below(g.payload, g.body, None),
                 surplus=False,
                 adopted=True,
                 seconds=None,

@@ -262,5 +262,6 @@ CHECK = Task(
     tables={"checks.csv": AnswerTable("Checked negatives (CSV)", "text/csv", _table)},
     counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
     agreement=_measured,
+    gist=lambda body: {"verdicts": body["verdicts"]},
     disputed=_disputed,
 )

@@ -186,5 +186,6 @@ RATE = Task(
     export=_export,
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
     agreement=_measured,
+    gist=lambda body: {"rating": body["rating"]},
     oddities=_oddities,
 )

@@ -25,6 +25,8 @@ from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
 from annotation_app.work import adjudicating, adoption, offers
+from annotation_app.work.answer_flags import odd_below
+from annotation_app.work.answer_gist import gist_of
 from annotation_app.work.answer_reading import read_answer
 from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
@@ -168,6 +170,8 @@ def answer(item_id: str) -> Response:
             sent=request.body,
             body=kept,
             provenance=provenance,
+            gist=gist_of(found.task, kept),
+            odd_below_s=odd_below(found.payload, kept, provenance),
             now=now(),
             adopted=task_of(found.task).adjudication is None,
         )

@@ -16,6 +16,8 @@ from annotation_app.items.submissions import add_event
 from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import makers, task_of
+from annotation_app.work.answer_flags import odd_below
+from annotation_app.work.answer_gist import gist_of
 
 _ANSWERED = (
     select(Answer, Item, Study)
@@ -99,6 +101,7 @@ def adjudicate(
     if answer is None:
         answer = Answer(
             item_id=item.id,
+            study_id=item.study_id,
             person_id=person.id,
             task=item.task,
             subject=item.subject,
@@ -107,6 +110,9 @@ def adjudicate(
         )
         session.add(answer)
     answer.event_id, answer.body, answer.at = event, body, now
+    answer.kind = "check" if item.attention else "adjudicated"
+    answer.gist = gist_of(item.task, body)
+    answer.odd_below_s = odd_below(item.payload, body, answer.provenance)
     answer.adopted = answer.excluded = False
     session.flush()
     adopt(session, study, item, answer)

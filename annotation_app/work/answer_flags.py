@@ -5,6 +5,7 @@ A flag is a reason to look, not a verdict: exports and the dashboard's page of p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from annotation_app.store.models import Record
@@ -14,6 +15,7 @@ QUICK_S, QUICK_WORD_S = 2.0, 0.5
 second."""
 SLACK_S = 2.0
 """Players round, and a page's clock doesn't begin with the server's."""
+MARGIN = 1e-3
 
 UNREAD = "unchanged suggestion, sent before it could be read"
 WATCHED_LONGER = "watched longer than the item was there"
@@ -26,6 +28,23 @@ def is_untouched(provenance: Record | None) -> bool:
         and provenance["suggestion"] == "shown"
         and bool(provenance["unchanged"])
     )
+
+
+def odd_below(payload: Record, body: Record, provenance: Record | None) -> float | None:
+    """How long an answer must take so that :func:`answer_flags` surely finds nothing odd.
+
+    It is a little longer than need be, so that rounding doesn't matter. Parameters are as there.
+
+    Returns
+    -------
+    float or None
+        In seconds; None where it may be odd however long it took.
+    """
+    words = len(payload.get("text", "").split())
+    read = QUICK_S + QUICK_WORD_S * words if is_untouched(provenance) else 0.0
+    watched = (body.get("watched_s", 0.0) - SLACK_S) / body.get("speed", 1.0)
+    found = max(read, watched) * (1 + MARGIN) + MARGIN
+    return found if math.isfinite(found) else None
 
 
 def answer_flags(

@@ -59,11 +59,11 @@ def stats(path: Path, form: str) -> None:
       ct corpus stats aaai11
       ct corpus stats aaai11 --json
     """
-    from corpus_tools.corpus.corpus_statistics import statistics
     from corpus_tools.corpus.display import statistics_table
-    from corpus_tools.importers.authored.bundled import open_corpus
+    from corpus_tools.corpus.streamed_statistics import statistics_of_files
+    from corpus_tools.importers.authored.bundled import resolve
 
-    counted = statistics(open_corpus(str(path)))
+    counted = statistics_of_files(resolve(str(path)))
     tell(form, counted, statistics_table(counted))
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_records import SDCRecord
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
-from g3.annotation import SOURCES, UNKNOWNS, Annotation, TaskOutcome, Unknown
+from g3.annotation import SOURCES, UNKNOWNS, Command, TaskOutcome, Unknown
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 from g3.short_repr import short_repr
 
@@ -55,36 +57,96 @@ class Statistics(msgspec.Struct, frozen=True):
     outcomes: dict[str, int]
 
 
+class Tally:
+    """Counts annotations one by one, so that a corpus needn't be in memory."""
+
+    def __init__(self) -> None:
+        self.sources: Counter[str] = Counter()
+        self.clauses: Counter[str] = Counter()
+        self.implicit = 0
+        self.labels: Counter[tuple[str, bool]] = Counter()
+        self.commands: set[str] = set()
+        """The ids of those that have a positive annotation."""
+
+    def add(
+        self,
+        source: str,
+        command: str,
+        clauses: Iterable[SDC | SDCRecord],
+        labels: Iterable[tuple[bool | None, Sequence[object]]],
+    ) -> None:
+        """Count an annotation.
+
+        Parameters
+        ----------
+        clauses
+            All of its trees.
+        labels
+            For each clause whether its groundings are right, and the groundings.
+        """
+        self.sources[source] += 1
+        self.labels.update(
+            (source, label) for label, groundings in labels if groundings and label is not None
+        )
+        if source != "positive":
+            return
+        self.commands.add(command)
+        for sdc in clauses:
+            self.clauses[sdc.type] += 1
+            self.implicit += is_implicit(sdc)
+
+
 def statistics(corpus: Corpus) -> Statistics:
     """Count what is in a corpus."""
-    positives = [a for a in corpus.annotations if a.source == "positive"]
-    commands = {a.command.id: a.command for a in positives}.values()
-    videos = {command.video for command in commands if command.video}
-    clauses = [sdc for a in positives for sdc in breadth_first(a.sdcs)]
+    tally = Tally()
+    for a in corpus.annotations:
+        labels = zip(a.correct, a.groundings, strict=True)
+        tally.add(a.source, a.command.id, breadth_first(a.sdcs), labels)
     same = sum(j.command_video == j.shown_video for j in corpus.judgments)
     return Statistics(
         name=corpus.name,
         hash=corpus.hash,
-        videos=len(videos),
-        subjects=len({command.subject for command in commands if command.subject}),
-        commands=len(commands),
-        commands_typed=len(corpus.commands),
-        commands_per_video=len(commands) / len(videos) if videos else 0.0,
-        sdcs=len(clauses),
-        sdcs_by_type=_by_type(clauses),
-        implicit=sum(sdc.is_implicit for sdc in clauses),
-        annotations=dict(Counter(a.source for a in corpus.annotations)),
-        examples_by_source={
-            source: _examples([a for a in corpus.annotations if a.source == source])
-            for source in SOURCES
-        },
         contexts=len(corpus.contexts),
         judgments=len(corpus.judgments),
         judgments_same=same,
         judgments_different=len(corpus.judgments) - same,
-        scenarios=tuple(sorted({command.scenario for command in corpus.commands.values()})),
         outcomes=_outcomes(corpus),
+        **of_annotations(tally, corpus.commands.values()),
     )
+
+
+def of_annotations(tally: Tally, commands: Iterable[Command]) -> dict[str, Any]:
+    """The fields of `Statistics` that commands and their annotations make."""
+    typed, videos, subjects, scenarios = 0, set(), set(), set()
+    for command in commands:
+        typed += 1
+        scenarios.add(command.scenario)
+        if command.id in tally.commands:
+            videos.add(command.video)
+            subjects.add(command.subject)
+    videos.discard("")
+    subjects.discard("")
+    return {
+        "videos": len(videos),
+        "subjects": len(subjects),
+        "commands": len(tally.commands),
+        "commands_typed": typed,
+        "commands_per_video": len(tally.commands) / len(videos) if videos else 0.0,
+        "sdcs": tally.clauses.total(),
+        "sdcs_by_type": {name: tally.clauses[name] for name in SDC_TYPES},
+        "implicit": tally.implicit,
+        "annotations": dict(tally.sources),
+        "examples_by_source": {
+            source: Examples(true=tally.labels[source, True], false=tally.labels[source, False])
+            for source in SOURCES
+        },
+        "scenarios": tuple(sorted(scenarios)),
+    }
+
+
+def is_implicit(sdc: SDC | SDCRecord) -> bool:
+    """Whether a clause has no words: the robot that an imperative doesn't name."""
+    return not any((sdc.words, sdc.relation, sdc.figure, sdc.landmark1, sdc.landmark2))
 
 
 def _outcomes(corpus: Corpus) -> dict[str, int]:
@@ -104,18 +166,3 @@ def _outcomes(corpus: Corpus) -> dict[str, int]:
 
 def _unknown(outcomes: Sequence[TaskOutcome], what: Unknown) -> int:
     return sum(what in outcome.unknown for outcome in outcomes)
-
-
-def _by_type(clauses: list[SDC]) -> dict[str, int]:
-    counts = Counter(sdc.type for sdc in clauses)
-    return {name: counts[name] for name in SDC_TYPES}
-
-
-def _examples(annotations: list[Annotation]) -> Examples:
-    labels = [
-        label
-        for annotation in annotations
-        for label, groundings in zip(annotation.correct, annotation.groundings, strict=True)
-        if groundings
-    ]
-    return Examples(true=labels.count(True), false=labels.count(False))

@@ -7,7 +7,7 @@ nothing, and every other change is found.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import msgspec
 
@@ -23,6 +23,7 @@ from corpus_tools.corpus.corpus_records import (
     Manifest,
 )
 from corpus_tools.corpus.encoding import Tables, content_hash
+from corpus_tools.corpus.trajectory_arrays import Arrays
 from g3.errors import FormatError
 
 
@@ -70,20 +71,42 @@ def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[Format
         )
 
 
+def is_as_written(manifest: Manifest, found: Mapping[str, str], arrays: Arrays) -> bool:
+    """Whether files are those that a manifest was written with, byte by byte.
+
+    Parameters
+    ----------
+    found
+        For the name of each JSONL file the digest of its bytes.
+    arrays
+        The trajectories.
+    """
+    whole = {MANIFEST: _of_manifest(manifest), TRAJECTORIES: _of_arrays(arrays)}
+    digests = {**found, **{name: _digest(parts) for name, parts in whole.items()}}
+    return manifest.schema_version == SCHEMA_VERSION and manifest.digests == digests
+
+
+def _of_manifest(manifest: Manifest) -> list[bytes]:
+    return [msgspec.json.encode(msgspec.structs.replace(manifest, digests={}))]
+
+
+def _of_arrays(arrays: Arrays) -> list[bytes]:
+    return [
+        part
+        for name, array in arrays.items()
+        for part in (f"{name} {array.shape}\n".encode(), array.tobytes())
+    ]
+
+
 def _digests(manifest: Manifest, tables: Tables) -> dict[str, str]:
     encoder = msgspec.json.Encoder()
-    rest = msgspec.structs.replace(manifest, digests={})
     contents = {
-        MANIFEST: [encoder.encode(rest)],
+        MANIFEST: _of_manifest(manifest),
         CONTEXTS: [encoder.encode_lines(tables.contexts)],
         COMMANDS: [encoder.encode_lines(tables.commands)],
         ANNOTATIONS: [encoder.encode_lines(tables.annotations)],
         JUDGMENTS: [encoder.encode_lines(tables.judgments)],
-        TRAJECTORIES: [
-            part
-            for name, array in tables.trajectories.items()
-            for part in (f"{name} {array.shape}\n".encode(), array.tobytes())
-        ],
+        TRAJECTORIES: _of_arrays(tables.trajectories),
     }
     if tables.outcomes:
         contents[OUTCOMES] = [encoder.encode_lines(tables.outcomes)]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -30,23 +31,19 @@ def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal")
     float or None
         1 for perfect agreement, 0 for chance. None without variation, where it is undefined.
     """
-    paired = [list(unit) for unit in units if len(unit) > 1]
-    ratings = [rating for unit in paired for rating in unit]
-    totals = Counter(ratings)
+    paired = Counter(tuple(unit) for unit in units if len(unit) > 1)
+    totals = _totals(paired)
     if len(totals) < 2:
         return None
-    if level == "nominal":
-        expected = float(_unlike(ratings))
-        observed = sum(_unlike(unit) / (len(unit) - 1) for unit in paired)
-    else:
+    differences: Callable[[Counter[Any]], float] = _unlike
+    if level != "nominal":
         scale = _ranks(totals) if level == "ordinal" else {value: value for value in totals}
-        mean = np.mean([scale[rating] for rating in ratings])
-        numbers = {value: float(scale[value] - mean) for value in totals}
-        expected = _squared([numbers[rating] for rating in ratings])
-        observed = sum(
-            _squared([numbers[rating] for rating in unit]) / (len(unit) - 1) for unit in paired
-        )
-    return 1.0 - (len(ratings) - 1) * observed / expected
+        mean = sum(scale[value] * count for value, count in totals.items()) / totals.total()
+        differences = partial(_squared, {value: float(scale[value] - mean) for value in totals})
+    observed = sum(
+        count * differences(Counter(unit)) / (len(unit) - 1) for unit, count in paired.items()
+    )
+    return 1.0 - (totals.total() - 1) * observed / differences(totals)
 
 
 def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> float | None:
@@ -62,27 +59,38 @@ def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> float | None:
     float or None
         None if units have different numbers of ratings, or there is no variation.
     """
-    rated = [list(unit) for unit in units]
-    if not rated or len({len(unit) for unit in rated}) > 1 or len(rated[0]) < 2:
+    rated = Counter(tuple(unit) for unit in units)
+    sizes = {len(unit) for unit in rated}
+    if len(sizes) != 1 or (n := sizes.pop()) < 2:
         return None
-    totals = Counter(rating for unit in rated for rating in unit)
+    totals = _totals(rated)
     if len(totals) < 2:
         return None
-    n = len(rated[0])
-    observed = 1.0 - float(np.mean([_unlike(unit) for unit in rated])) / (n * (n - 1))
+    unlike = sum(count * _unlike(Counter(unit)) for unit, count in rated.items())
+    observed = 1.0 - unlike / rated.total() / (n * (n - 1))
     chance = sum(count**2 for count in totals.values()) / totals.total() ** 2
     return (observed - chance) / (1.0 - chance)
 
 
-def _unlike(ratings: Sequence[Hashable]) -> int:
+def _totals(units: Counter[tuple[Any, ...]]) -> Counter[Any]:
+    """How often each rating was given. Units that are the same are counted, not repeated."""
+    totals: Counter[Any] = Counter()
+    for unit, count in units.items():
+        for rating in unit:
+            totals[rating] += count
+    return totals
+
+
+def _unlike(ratings: Counter[Any]) -> float:
     """How many ordered pairs of ratings differ."""
-    return int(len(ratings) ** 2 - sum(count**2 for count in Counter(ratings).values()))
+    return float(ratings.total() ** 2 - sum(count**2 for count in ratings.values()))
 
 
-def _squared(numbers: Sequence[float]) -> float:
-    """The sum of squared differences over ordered pairs."""
-    values = np.array(numbers)
-    return float(2 * (len(values) * (values**2).sum() - values.sum() ** 2))
+def _squared(numbers: Mapping[Any, float], ratings: Counter[Any]) -> float:
+    """The sum of squared differences over ordered pairs of ratings, of which each is a number."""
+    values = np.array([numbers[rating] for rating in ratings])
+    counts = np.array([*ratings.values()], dtype=np.float64)
+    return float(2 * (counts.sum() * counts @ values**2 - (counts @ values) ** 2))
 
 
 def _ranks(totals: Counter[Any]) -> dict[Any, float]:

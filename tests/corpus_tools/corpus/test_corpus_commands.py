@@ -8,7 +8,9 @@ from click.testing import CliRunner
 from corpus_tools.cli.corpus_commands import corpus as corpus_commands
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_statistics import statistics
-from g3.errors import CorpusError
+from corpus_tools.corpus.streamed_statistics import statistics_of_files
+from corpus_tools.importers.authored.bundled import resolve
+from g3.errors import CorpusError, FormatError
 
 
 def run(*args):
@@ -27,6 +29,28 @@ def test_statistics(small_corpus):
     assert (examples.true, examples.false) == (2, 0)
     assert (counted.judgments_same, counted.judgments_different) == (1, 1)
     assert counted.scenarios == ("s",)
+
+
+def test_files_are_counted_as_the_corpus_that_they_hold(corpus_path):
+    for folder in (corpus_path, resolve("warehouse")):
+        assert statistics_of_files(folder) == statistics(load_corpus(folder))
+
+
+def test_files_that_somebody_has_written_anew_are_read(corpus_path):
+    wanted = statistics(load_corpus(corpus_path))
+    path = corpus_path / "commands.jsonl"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    assert statistics_of_files(corpus_path) == wanted
+
+
+@pytest.mark.parametrize("name", ["annotations", "commands", "contexts", "judgments"])
+def test_files_that_are_damaged_are_not_counted(corpus_path, name):
+    path = corpus_path / f"{name}.jsonl"
+    content = path.read_bytes()
+    for damaged in (content[:-9], content.replace(b"p", b"q"), content + content, b"{}\n"):
+        path.write_bytes(damaged)
+        with pytest.raises(FormatError):
+            statistics_of_files(corpus_path)
 
 
 def test_stats_as_a_table_has_the_papers_figures(corpus_path):

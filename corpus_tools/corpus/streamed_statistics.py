@@ -1,0 +1,108 @@
+"""Counting what is in a corpus's files, line by line: memory doesn't grow with annotations.
+
+Only files that are byte by byte what a program wrote are counted so, which the digests of
+corpus.json tell: then nothing else about them need be checked.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from corpus_tools.corpus import digests
+from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
+from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    TRAJECTORIES,
+    AnnotationRecord,
+    CommandRecord,
+    JudgmentRecord,
+    Manifest,
+    SDCRecord,
+)
+from corpus_tools.corpus.corpus_statistics import Statistics, Tally, of_annotations, statistics
+from corpus_tools.corpus.decoding import command
+from corpus_tools.corpus.trajectory_arrays import read_arrays
+from g3.annotation import Command
+
+
+def statistics_of_files(folder: Path) -> Statistics:
+    """Count what is in a corpus, as :func:`~corpus_tools.corpus.corpus_statistics.statistics` does.
+
+    Raises
+    ------
+    FormatError
+        If something is wrong with the corpus.
+    """
+    manifest = read_manifest(folder)
+    if not manifest.counts.outcomes:
+        try:
+            counted = _counted(folder, manifest)
+        except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+            counted = None
+        if counted is not None:
+            return counted
+    return statistics(load_corpus(folder))  # or it tells what is wrong
+
+
+def _counted(folder: Path, manifest: Manifest) -> Statistics | None:
+    """None if the files aren't what was written."""
+    tally, commands, same = Tally(), list[Command](), 0
+
+    def count_annotation(line: bytes) -> None:
+        record = annotations.decode(line)
+        labels = zip(record.correct, record.groundings, strict=True)
+        tally.add(record.source, record.command, _all_clauses(record), labels)
+
+    def count_judgment(line: bytes) -> None:
+        nonlocal same
+        record = judgments.decode(line)
+        same += record.command_video == record.shown_video
+
+    annotations = msgspec.json.Decoder(AnnotationRecord)
+    judgments = msgspec.json.Decoder(JudgmentRecord)
+    typed = msgspec.json.Decoder(CommandRecord)
+    counting: dict[str, Callable[[bytes], Any]] = {
+        CONTEXTS: lambda _line: None,
+        COMMANDS: lambda line: commands.append(command(typed.decode(line))),
+        ANNOTATIONS: count_annotation,
+        JUDGMENTS: count_judgment,
+    }
+    found = {name: _each_line(folder / name, count) for name, count in counting.items()}
+    if not digests.is_as_written(manifest, found, read_arrays(folder / TRAJECTORIES)):
+        return None
+    return Statistics(
+        name=manifest.name,
+        hash=manifest.hash,
+        contexts=manifest.counts.contexts,
+        judgments=manifest.counts.judgments,
+        judgments_same=same,
+        judgments_different=manifest.counts.judgments - same,
+        outcomes={},
+        **of_annotations(tally, commands),
+    )
+
+
+def _each_line(path: Path, count: Callable[[bytes], Any]) -> str:
+    """Hand each line of a file on; the digest of all of them."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        for line in file:
+            digest.update(line)
+            count(line)
+    return f"sha256:{digest.hexdigest()}"
+
+
+def _all_clauses(record: AnnotationRecord) -> Iterator[SDCRecord]:
+    pending = [*record.sdcs]
+    while pending:
+        sdc = pending.pop()
+        yield sdc
+        pending += (*sdc.figure, *sdc.landmark1, *sdc.landmark2)
