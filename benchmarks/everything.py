@@ -28,7 +28,7 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield [*bench, "benchmarks.jobs"]
     yield [*bench, "benchmarks.script_execution", "--generated", "200"]
     yield [*bench, "benchmarks.episodes"]
-    yield [*bench, "benchmarks.counting"]
+    yield [*bench, "benchmarks.corpus_counting"]
     yield [*bench, "benchmarks.app_requests"]
     yield [*bench, "benchmarks.app"]
     alone = ["--databases", "sqlite", "--processes", "1", "--think", "5"]

@@ -121,7 +121,7 @@ def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
     passing = {task.name: task.passes for task in tasks() if task.passes is not None}
     rows = session.execute(
         select(Answer.person_id, Answer.task, Answer.item_id, Answer.gist, _unless_gist())
-        .where(Answer.study_id == study_id, Answer.kind == "check", Answer.task.in_(passing))
+        .where(Answer.study_id == study_id, Answer.kind == "attention", Answer.task.in_(passing))
         .order_by(Answer.id)
     )
     items = select(Item.id, Item.payload).where(Item.study_id == study_id, Item.attention.is_(True))
@@ -141,7 +141,7 @@ def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list
     told = (
         Answer.study_id == study_id,
         Answer.task.in_(looking),
-        or_(Answer.kind != "check", Answer.task.not_in(checking)),
+        or_(Answer.kind != "attention", Answer.task.not_in(checking)),
     )
     columns = Answer.person_id, Answer.task, Answer.gist
     gists = select(*columns, func.count()).where(*told, Answer.gist.is_not(None)).group_by(*columns)

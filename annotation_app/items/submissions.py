@@ -104,7 +104,7 @@ def submit(
     answer = {
         "item_id": item.id,
         "study_id": item.study_id,
-        "kind": "check" if item.attention else "usual",
+        "kind": "attention" if item.attention else "usual",
         "person_id": who,
         "task": item.task,
         "subject": item.subject,

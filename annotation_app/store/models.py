@@ -280,7 +280,7 @@ class Answer(Base):
     item_id: Mapped[str] = mapped_column(ForeignKey("item.id"))
     study_id: Mapped[str] = mapped_column(server_default="")
     """The item's."""
-    kind: Mapped[Literal["usual", "check", "adjudicated"]] = mapped_column(
+    kind: Mapped[Literal["usual", "attention", "adjudicated"]] = mapped_column(
         String(20), server_default="usual"
     )
     """``check`` is to an attention check, ``adjudicated`` that of somebody who decides."""

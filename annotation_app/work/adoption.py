@@ -110,7 +110,7 @@ def adjudicate(
         )
         session.add(answer)
     answer.event_id, answer.body, answer.at = event, body, now
-    answer.kind = "check" if item.attention else "adjudicated"
+    answer.kind = "attention" if item.attention else "adjudicated"
     answer.gist = gist_of(item.task, body)
     answer.odd_below_s = odd_below(item.payload, body, answer.provenance)
     answer.adopted = answer.excluded = False

@@ -168,7 +168,7 @@ def follow(
     wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
     if not wanted:
         sys.exit(NOTHING)
-    done = None if plan_only else _carry_out(state, result, video)
+    done = None if plan_only else _carry_out(state, result, video, scenario)
     _report(done, result, form, video)
     if done is not None and done.failure is not None:
         sys.exit(FAILED)
@@ -269,7 +269,9 @@ def _confirmed(result: Result, shown: Shown) -> bool:
     return False
 
 
-def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
+def _carry_out(
+    state: State, result: Result, video: Path | None = None, scenario: str | None = None
+) -> Execution:
     from corpus_tools.following.bundled_grounder import to_script
 
     assert result.plan is not None  # noqa: S101 - the callers have looked
@@ -288,15 +290,16 @@ def _carry_out(state: State, result: Result, video: Path | None) -> Execution:
     told = to_script(state, result.plan.actions)
     done = execute(state.context, told.script, places=told.places, forks_m=state.forks_m)
     if video is not None:
-        _film(done, video)
+        _film(done, video, scenario)
     return done
 
 
-def _film(done: Execution, video: Path) -> None:
+def _film(done: Execution, video: Path, scenario: str | None) -> None:
+    from corpus_tools.following.start_states import scenario_site
     from corpus_tools.logs.log_writing import write_log
     from corpus_tools.video.films import film
 
-    film(done.recording, video)
+    film(done.recording, video, site=scenario_site(scenario) if scenario else "yard")
     write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
 
 
@@ -353,7 +356,7 @@ def _after(state: State, result: Result, shown: Shown) -> State:
     if shown.plan_only:
         _report(None, result, shown.form, None)
         return result.plan.state
-    done = _carry_out(state, result, None)
+    done = _carry_out(state, result)
     _report(done, result, shown.form, None)
     held = result.plan.state.held if done.failure is None else state.held
     return state_after(done.recording, held)

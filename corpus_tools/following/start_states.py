@@ -7,6 +7,7 @@ from pathlib import Path
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
+from corpus_tools.world.scenarios.scenario import Scenario, SiteName
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.actions.robot_state import State, start_state
 from g3.errors import CorpusError
@@ -22,8 +23,16 @@ def scenario_start(name_or_path: str | Path) -> State:
     FormatError
         If there is none, or something in it is wrong.
     """
-    path = scenario_file(str(name_or_path), dataset_folder(DATASET))
-    return start_state(scenario_context(read_scenario(path)))
+    return start_state(scenario_context(_read(name_or_path)))
+
+
+def scenario_site(name_or_path: str | Path) -> SiteName:
+    """What is around a scenario in pictures, such as a hall; the scenario as above."""
+    return _read(name_or_path).layout.site
+
+
+def _read(name_or_path: str | Path) -> Scenario:
+    return read_scenario(scenario_file(str(name_or_path), dataset_folder(DATASET)))
 
 
 def context_start(name: str) -> State:

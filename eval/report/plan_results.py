@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -221,8 +220,10 @@ def read_plans(path: Path) -> Plans:
     """
     try:
         text = path.read_bytes()
+        document = msgspec.json.decode(text, type=dict[str, Any])
+        if "planned" in document:
+            raise ValueError("it is the result of a rating set")
         found = msgspec.json.decode(text, type=PlanFile)
-        document: dict[str, Any] = json.loads(text)
     except OSError as error:
         raise FormatError(f"it can't be read: {error.strerror}", where=str(path)) from error
     except (msgspec.MsgspecError, ValueError) as error:
@@ -231,8 +232,7 @@ def read_plans(path: Path) -> Plans:
         found.rows, found.comparisons, found.judge_validity
     )
     if not automatic.rows:
-        what = "it is the result of a rating set" if "planned" in document else "it has no rows"
-        raise FormatError(f"this is no Table 3: {what}", where=str(path), fix=MADE_BY)
+        raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
     lacking = [name for name in ALONE if name not in {row.configuration for row in automatic.rows}]
     if lacking:
         raise FormatError(

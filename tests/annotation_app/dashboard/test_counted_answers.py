@@ -41,7 +41,7 @@ from tests.annotation_app.dashboard.test_pages import ONE, adjudicate, dispute, 
 from tests.annotation_app.old_installations import old_installation
 
 NOW = 1000.0
-KINDS = "usual", "usual", "usual", "check", "adjudicated"
+KINDS = "usual", "usual", "usual", "attention", "adjudicated"
 
 
 class Row(NamedTuple):
@@ -77,7 +77,7 @@ def fill(session: Session, seed: int) -> str:
     for number in range(40):
         task = ["describe", "rate", "check", "check", "gone"][rng.integers(5)]
         kind = str(rng.choice(KINDS))
-        is_check = kind == "check" and task == "rate"
+        is_check = kind == "attention" and task == "rate"
         payload = {"text": "Go to the truck.", "video": f"v{number % 3}"[: number % 4]}
         item = Item(
             id=new_id(), study_id=study.id, task=task, subject=str(number), rank=0.0,
@@ -106,7 +106,7 @@ def _add(session: Session, rng: np.random.Generator, item: Item, person: Person,
     session.add(
         Answer(
             item_id=item.id, study_id=item.study_id, person_id=person.id, task=item.task,
-            kind="check" if item.attention else kind, subject=item.subject, event_id=event.id,
+            kind="attention" if item.attention else kind, subject=item.subject, event_id=event.id,
             body=body, gist=gist_of(item.task, body), surplus=bool(rng.random() < 0.2),
             adopted=bool(rng.random() < 0.5), excluded=bool(rng.random() < 0.2),
             seconds=None if rng.random() < 0.1 else round(float(rng.lognormal(2)), 3),
@@ -274,14 +274,14 @@ def _check_columns(session: Session, *, is_filled: bool) -> None:
     kinds = {"submit": "usual", "adjudicate": "adjudicated"}
     for answer, item, event in rows:
         assert answer.study_id == item.study_id
-        assert answer.kind == ("check" if item.attention else kinds[event])
+        assert answer.kind == ("attention" if item.attention else kinds[event])
         if not is_filled or answer.task == "rate":
             assert answer.gist == gist_of(answer.task, answer.body)
         enough = odd_below(item.payload, answer.body, answer.provenance)
         assert enough is not None
         assert answer.odd_below_s is not None
         assert answer.odd_below_s >= enough if is_filled else answer.odd_below_s == enough
-    assert {answer.kind for answer, _, _ in rows} == {"usual", "check", "adjudicated"}
+    assert {answer.kind for answer, _, _ in rows} == {"usual", "attention", "adjudicated"}
     assert any(answer.gist for answer, _, _ in rows)
 
 

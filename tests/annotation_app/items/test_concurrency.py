@@ -18,7 +18,7 @@ from tests.annotation_app.rendered import render
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "processes", "workers", "films", "answers", "kills"),
-    [("sqlite", 1, 60, 2, 12, 1), ("sqlite", 3, 200, 8, 90, 14), ("postgresql", 2, 500, 2, 12, 1)],
+    [("sqlite", 1, 60, 2, 12, 1), ("sqlite", 3, 200, 5, 60, 6), ("postgresql", 2, 500, 2, 12, 1)],
 )
 def test_nothing_is_lost_nor_doubled(
     config: Config,
@@ -50,19 +50,19 @@ def test_nothing_is_lost_when_the_database_is_killed(config: Config, tmp_path: P
             cluster.stop("immediate")
             cluster.start()
 
-        troubles: list[Callable[[], None]] = [kill] * 6
+        troubles: list[Callable[[], None]] = [kill] * 3
         own = replace(config, database=new_database(cluster.url))
         tally = run_load(
             own,
-            rendered(tmp_path, 8),
+            rendered(tmp_path, 5),
             workers=200,
-            answers=90,
+            answers=60,
             processes=2,
             think_s=0.5,
             kills=0,
             database_troubles=troubles,
         )
-        check_all(own, tally, 8 * 90)
+        check_all(own, tally, 5 * 60)
     assert tally.broken["put off"] > 0
 
 

@@ -36,6 +36,7 @@ def test_no_other_module_knows_a_task_by_its_name() -> None:
         f"{path.relative_to(APP)}:{node.lineno}"
         for path in APP.rglob("*.py")
         if path.parent != APP / "tasks" and path.relative_to(APP).as_posix() not in STUDIES
+        if "migrations" not in path.parts  # they are about the tasks that there were
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Constant) and node.value in task_names()
     ]

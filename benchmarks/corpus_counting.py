@@ -1,4 +1,4 @@
-"""Counting a large corpus: ``python -m benchmarks.counting CORPUS``.
+"""Counting a large corpus: ``python -m benchmarks.corpus_counting CORPUS``.
 
 The corpus is repeated under new ids. Its files are counted line by line, as ``ct corpus stats``
 does, and beside it as it is simpler: the corpus is read first. Each is done in a process of its
@@ -59,7 +59,9 @@ def alone(folder: Path, way: str) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, prog="python -m benchmarks.counting")
+    parser = argparse.ArgumentParser(
+        description=__doc__, prog="python -m benchmarks.corpus_counting"
+    )
     parser.add_argument("corpus", nargs="?", default="warehouse", help="a folder (warehouse)")
     parser.add_argument("--times", type=int, nargs="+", default=[10, 100])
     parser.add_argument("--alone", choices=WAYS, help="one way")
@@ -75,7 +77,14 @@ def main() -> None:
             write_corpus(repeated(load_corpus(corpus), times), path)
             said = set()
             for way in WAYS:
-                command = [sys.executable, "-m", "benchmarks.counting", str(path), "--alone", way]
+                command = [
+                    sys.executable,
+                    "-m",
+                    "benchmarks.corpus_counting",
+                    str(path),
+                    "--alone",
+                    way,
+                ]
                 done = subprocess.run(command, check=True, capture_output=True, text=True)
                 seconds, mib, found = json.loads(done.stdout)
                 print(f"  {way:<14}{seconds:7.2f} s{mib:8.0f} MiB")
