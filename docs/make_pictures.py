@@ -17,7 +17,7 @@ OUT = Path(__file__).resolve().parent / "follow"
 COMMAND = "Put the tire pallet on the truck"
 CLAUSES = "EVENT(r = Put, l = OBJ(f = the tire pallet), l2 = PLACE(r = on, l = OBJ(f = the truck)))"
 SCENARIO = "hall_put_tires_in_storage"
-SIZE = (560, 420)
+SIZE = (640, 360)
 SPEED_UP, FRAMES_S = 5, 10
 QUALITY = 50
 
