@@ -41,13 +41,14 @@ def run() -> None:
         scene = scene_of(context, object_groups(context))
         heading(f"Base features of candidates: {objects} objects, {len(scene.groups)} with groups")
         for name, (kind, text, related) in CLAUSES.items():
-            extract = partial(_extract, scene, kind, text, related)
-            seconds, n = best(extract, clock=time.process_time)
+            action = partial(extract, scene, kind, text, related)
+            seconds, n = best(action, clock=time.process_time)
             each = f"{n} candidates, {1e6 * seconds / n:.1f} µs each"
             show(name, n / seconds, "candidates/s", each)
 
 
-def _extract(scene: Scene, kind: SDCType, text: str, related: bool) -> int:
+def extract(scene: Scene, kind: SDCType, text: str, related: bool) -> int:
+    """Compute all base features; how many candidates there are."""
     batch = _batch(scene, kind, text, related)
     for feature in select():
         if kind in feature.types:

@@ -24,6 +24,7 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield [*bench, "benchmarks", *(["--slu-core", str(slu_core)] if slu_core else [])]
     yield [*bench, "benchmarks.rendering"]
     yield [*bench, "benchmarks.cold_start"]
+    yield [*bench, "benchmarks.own_rooms"]
     yield [*bench, "benchmarks.inference"]
     yield [*bench, "benchmarks.jobs"]
     yield [*bench, "benchmarks.script_execution", "--generated", "200"]

@@ -20,9 +20,10 @@ from sqlalchemy.orm import Session
 from annotation_app.crowds.platform import LostReplyError, PlatformError
 from annotation_app.people.participants import subject_of
 from annotation_app.store.audit import COMMAND_LINE, note
+from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
-from annotation_app.store.models import LedgerEntry, Participation, Person, Study
+from annotation_app.store.models import Person, Study
 
 What: TypeAlias = Literal["publish", "approve", "reject", "bonus", "partial payment"]
 State: TypeAlias = Literal["attempted", "in doubt", "done", "refused"]

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard.answer_browsing import remarks
-from annotation_app.people.browser_sessions import required_person
+from annotation_app.dashboard.answer_pages import opened_study
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Study
@@ -25,7 +25,6 @@ from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import UUID
 from annotation_app.web.needs_login import refused
 from annotation_app.work import adjudicating
-from annotation_app.work.handing_out import find_study
 from annotation_app.work.page_data import page_data
 from annotation_app.work.reviewing import LONGEST_REMARK
 
@@ -39,7 +38,7 @@ WHO_CHARACTERS = 8
 def disputes(study_name: str) -> str:
     """What people disagree about."""
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         return flask.render_template(
             "dashboard/queue.html",
             person=person,
@@ -53,7 +52,7 @@ def disputes(study_name: str) -> str:
 def following(study_name: str) -> ResponseReturnValue:
     """The first item that is to be decided, or the list if there is none."""
     with reading(installation().engine) as session:
-        _, study = _opened(session, study_name)
+        _, study = opened_study(session, study_name)
         return _following(session, study)
 
 
@@ -61,7 +60,7 @@ def following(study_name: str) -> ResponseReturnValue:
 def dispute(study_name: str, item_id: str) -> str:
     """The answers to an item, side by side."""
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         return _comparison(session, person, study, *_item(session, study, item_id))
 
 
@@ -70,7 +69,7 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
     """Adopt one of the answers, or ask one more person."""
     form = flask.request.form
     with transaction(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         item, adjudication = _item(session, study, item_id)
         uuid, comment = _uuid(form.get("uuid", "")), form.get("comment", "")
         choice = form.get("choice", "")
@@ -99,7 +98,7 @@ def edit(study_name: str, item_id: str) -> str:
     number = flask.request.args.get("answer", "")
     salt = installation().salt
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         item, adjudication = _item(session, study, item_id)
         answer = session.get(Answer, int(number)) if _is_id(number) else None
         if answer is None or answer.item_id != item.id:
@@ -166,10 +165,6 @@ def _following(session: Session, study: Study) -> ResponseReturnValue:
         else flask.url_for("adjudication.disputes", study_name=study.name)
     )
     return flask.redirect(address, 303)
-
-
-def _opened(session: Session, study_name: str) -> tuple[Person, Study]:
-    return required_person(session, "adjudicator"), find_study(session, study_name)
 
 
 def _item(session: Session, study: Study, item_id: str) -> tuple[Item, Adjudication]:

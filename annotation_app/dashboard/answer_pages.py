@@ -31,7 +31,7 @@ def answers(study_name: str) -> str:
     """What people have answered, newest first."""
     wanted = browsing.read_wanted(flask.request.args)
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         found, older = browsing.find_answers(session, study.id, wanted)
         return flask.render_template(
             "dashboard/answers.html",
@@ -51,7 +51,7 @@ def answers(study_name: str) -> str:
 def answer(study_name: str, answer_id: int) -> str:
     """An answer, with all that was said about it."""
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         return _answer_page(session, person, study, answer_of(session, study, answer_id))
 
 
@@ -60,7 +60,7 @@ def review(study_name: str, answer_id: int) -> ResponseReturnValue:
     """Leave an answer out, send it back, take that back, or comment on it."""
     form = flask.request.form
     with transaction(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         found = answer_of(session, study, answer_id)
         try:
             with session.begin_nested():
@@ -86,7 +86,7 @@ def reports(study_name: str) -> str:
     """Problems that people reported, and why they skipped items."""
     before = browsing.read_before(flask.request.args)
     with reading(installation().engine) as session:
-        person, study = _opened(session, study_name)
+        person, study = opened_study(session, study_name)
         found, older = browsing.find_reports(session, study.id, before=before)
         return flask.render_template(
             "dashboard/reports.html", person=person, study=study, found=found, older=older
@@ -180,5 +180,6 @@ def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
     return found
 
 
-def _opened(session: Session, study_name: str) -> tuple[Person, Study]:
+def opened_study(session: Session, study_name: str) -> tuple[Person, Study]:
+    """Who adjudicates, and the study."""
     return required_person(session, "adjudicator"), find_study(session, study_name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import flask
 import msgspec
@@ -15,7 +15,7 @@ from annotation_app.dashboard.exports import export_response
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
-from annotation_app.web.api import read_request
+from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, reads, submissions
 from annotation_app.web.readers import required_reader
 from annotation_app.work.handing_out import find_study
@@ -47,7 +47,7 @@ def read_answers(study_name: str) -> Response:
         required_reader(session, "adjudicator")
         study = find_study(session, study_name)
         found, older = browsing.find_answers(session, study.id, wanted)
-    return _reply({"study": study_name, "data": found, "before": older})
+    return json_reply({"study": study_name, "data": found, "before": older})
 
 
 @blueprint.get("/<study_name>/answers/<answer_id>")
@@ -60,7 +60,7 @@ def read_answer(study_name: str, answer_id: str) -> Response:
         found = answer_of(session, study, _number(answer_id))
         (one,) = browsing.shown(session, study.id, [found.id])
         said = browsing.remarks(session, found.id)
-    return _reply({**asdict(one), "remarks": said})
+    return json_reply({**asdict(one), "remarks": said})
 
 
 @blueprint.post("/<study_name>/answers/<answer_id>/review")
@@ -74,7 +74,7 @@ def review_answer(study_name: str, answer_id: str) -> Response:
         found = answer_of(session, study, _number(answer_id))
         act(session, study, found, person, action=request.action, text=request.text)
         (one,) = browsing.shown(session, study.id, [found.id])
-    return _reply(one)
+    return json_reply(one)
 
 
 @blueprint.get("/<study_name>/reports")
@@ -86,7 +86,7 @@ def read_reports(study_name: str) -> Response:
         required_reader(session, "adjudicator")
         study = find_study(session, study_name)
         found, older = browsing.find_reports(session, study.id, before=before)
-    return _reply({"study": study_name, "data": found, "before": older})
+    return json_reply({"study": study_name, "data": found, "before": older})
 
 
 @blueprint.get("/<study_name>/export/<form>")
@@ -99,7 +99,3 @@ def read_export(study_name: str, form: str) -> Response:
 def _number(text: str) -> int:
     """The id that an address names; one that is nobody's if it is no number."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
-
-
-def _reply(value: Any) -> Response:
-    return Response(msgspec.json.encode(value), mimetype="application/json")

@@ -30,6 +30,7 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
 from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import task_names
+from annotation_app.web.api import json_reply
 from annotation_app.web.limits import limited, reads
 from annotation_app.web.readers import required_reader
 from annotation_app.work.handing_out import find_study
@@ -46,7 +47,9 @@ def studies() -> Response:
     """The names of all studies."""
     with reading(installation().engine) as session:
         required_reader(session, "annotator")
-        return _reply({"studies": list(session.scalars(select(Study.name).order_by(Study.name)))})
+        return json_reply(
+            {"studies": list(session.scalars(select(Study.name).order_by(Study.name)))}
+        )
 
 
 class _View(NamedTuple):
@@ -93,7 +96,7 @@ def _answering(view: _View) -> Callable[..., Response]:
             required_reader(session, view.role)
             study = find_study(session, study_name)
             data = view.compute(session, study.id)
-            return _reply({"study": study.name, "at": now(), "data": data})
+            return json_reply({"study": study.name, "at": now(), "data": data})
 
     return answer
 
@@ -161,7 +164,3 @@ def _operation(
             **{str(status): refused for status in (401, 403, 429, *refusals)},
         },
     }
-
-
-def _reply(value: Any) -> Response:
-    return Response(msgspec.json.encode(value), mimetype="application/json")

@@ -27,7 +27,7 @@ from annotation_app.study_setup.study_reading import read_study
 from annotation_app.study_setup.study_starting import StudyParts, prepare_parts, put_parts
 from annotation_app.study_setup.study_writing import comments, in_order, write_study
 from annotation_app.tasks.task_registry import find_task
-from annotation_app.web.needs_login import refused
+from annotation_app.web.needs_login import cannot_be_done, refused
 from annotation_app.work.handing_out import find_study
 from g3.errors import CorpusError
 
@@ -35,11 +35,7 @@ LONGEST_NOTE = 4000
 
 blueprint = Blueprint("making_review", __name__, url_prefix="/admin/studies")
 blueprint.register_error_handler(Refusal, refused)
-
-
-@blueprint.errorhandler(CorpusError)
-def _not_to_be_done(error: CorpusError) -> ResponseReturnValue:
-    return refused(Refusal(422, f"This can't be done: {error}."))
+blueprint.register_error_handler(CorpusError, cannot_be_done)
 
 
 @dataclass(frozen=True, slots=True)

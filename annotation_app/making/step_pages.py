@@ -49,7 +49,7 @@ from annotation_app.study_setup.study_drafts import (
 )
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.tasks.task_registry import tasks
-from annotation_app.web.needs_login import refused
+from annotation_app.web.needs_login import cannot_be_done, refused
 from g3.errors import CorpusError
 
 blueprint = Blueprint(
@@ -60,12 +60,7 @@ blueprint = Blueprint(
     static_folder="static",
 )
 blueprint.register_error_handler(Refusal, refused)
-
-
-@blueprint.errorhandler(CorpusError)
-def _not_to_be_done(error: CorpusError) -> ResponseReturnValue:
-    """Files that can't be read or written."""
-    return refused(Refusal(422, f"This can't be done: {error}."))
+blueprint.register_error_handler(CorpusError, cannot_be_done)
 
 
 @blueprint.get("/new")

@@ -15,6 +15,7 @@ from annotation_app.items.assignment import lock_person
 from annotation_app.items.new_items import REPLACED, about_answer
 from annotation_app.store.audit import COMMAND_LINE, forget, note
 from annotation_app.store.compaction import ask
+from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.models import (
     AccountLink,
     Answer,
@@ -23,8 +24,6 @@ from annotation_app.store.models import (
     Event,
     Handout,
     Item,
-    LedgerEntry,
-    Participation,
     Person,
     Record,
     Remark,

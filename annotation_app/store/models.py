@@ -34,9 +34,10 @@ Record: TypeAlias = dict[str, Any]
 """What JSON can say of something."""
 
 
-def _of_some_rows(name: str, *columns: str, sqlite: str, postgresql: str) -> Index:
+def _of_some_rows(name: str, *columns: str, where: str, on_sqlite: str = "") -> Index:
     """An index of few rows; it is used where a statement has its very condition."""
-    return Index(name, *columns, sqlite_where=text(sqlite), postgresql_where=text(postgresql))
+    sqlite = text(on_sqlite or where)
+    return Index(name, *columns, sqlite_where=sqlite, postgresql_where=text(where))
 
 
 class Base(DeclarativeBase):
@@ -98,8 +99,8 @@ class Item(Base):
         _of_some_rows(
             "ix_item_attention",
             "study_id",
-            sqlite="attention IS 1",
-            postgresql="attention IS true",
+            where="attention IS true",
+            on_sqlite="attention IS 1",
         ),
     )
 
@@ -154,8 +155,7 @@ def queue_of(study_id: str, task: TaskName) -> str:
 
 def _of_open_slots(name: str, *columns: str) -> Index:
     """An index of the slots that wait for an answer, which are fewer and fewer."""
-    condition = {"sqlite": "answered IS 0", "postgresql": "answered IS false"}
-    return _of_some_rows(name, *columns, **condition)
+    return _of_some_rows(name, *columns, where="answered IS false", on_sqlite="answered IS 0")
 
 
 class Slot(Base):
@@ -194,8 +194,7 @@ class Handout(Base):
         _of_some_rows(
             "ix_handout_skipped",
             "person_id",
-            sqlite="skipped_at IS NOT NULL",
-            postgresql="skipped_at IS NOT NULL",
+            where="skipped_at IS NOT NULL",
         ),
     )
 
@@ -265,14 +264,12 @@ class Answer(Base):
             "ix_answer_whole",
             "study_id",
             "task",
-            sqlite="gist IS NULL",
-            postgresql="gist IS NULL",
+            where="gist IS NULL",
         ),
         _of_some_rows(
             "ix_answer_odd",
             "study_id",
-            sqlite="odd_below_s IS NULL OR seconds < odd_below_s",
-            postgresql="odd_below_s IS NULL OR seconds < odd_below_s",
+            where="odd_below_s IS NULL OR seconds < odd_below_s",
         ),
     )
 
@@ -332,63 +329,6 @@ class Draft(Base):
     revision: Mapped[int]
     body: Mapped[Record]
     at: Mapped[float]
-
-
-class Participation(Base):
-    """A person's assignment at a crowd platform: received here, and confirmed there."""
-
-    __tablename__ = "participation"
-    __table_args__ = (UniqueConstraint("provider", "assignment"),)
-
-    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
-    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
-    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
-    provider: Mapped[str]
-    assignment: Mapped[str]
-    """The platform's id of the assignment, which says nothing about the person."""
-    task: Mapped[TaskName] = mapped_column(String(20))
-    items: Mapped[int]
-    """How many items of the task the assignment asks for."""
-    code: Mapped[str | None]
-    begun_at: Mapped[float]
-    received_at: Mapped[float | None]
-    confirmed_at: Mapped[float | None]
-    outcome: Mapped[Record]
-    """What is known besides: where to send the worker back to, whether nothing was left."""
-
-
-class LedgerEntry(Base):
-    """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
-
-    Rows are never deleted, also not when a person's data are erased: books must be kept.
-    """
-
-    __tablename__ = "ledger"
-    __table_args__ = (UniqueConstraint("provider", "what", "key"),)
-
-    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
-    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
-    participation_id: Mapped[int | None] = mapped_column(ForeignKey("participation.id"))
-    provider: Mapped[str]
-    what: Mapped[Literal["publish", "approve", "reject", "bonus", "partial payment"]] = (
-        mapped_column(String(20))
-    )
-    key: Mapped[str] = mapped_column(String(500))
-    """Distinguishes calls of a kind: the same thing is done once."""
-    assignment: Mapped[str]
-    """The platform's id of what is approved or paid by; empty for offers of work."""
-    amount: Mapped[str]
-    """A decimal number in the platform's currency; empty where nothing is paid by the call."""
-    listed_before: Mapped[int | None]
-    """How many bonuses of this amount the platform listed for the assignment before the call."""
-    reason: Mapped[str] = mapped_column(String(2000))
-    reference: Mapped[str | None]
-    """What the platform knows the call by: its id of the payment, or an idempotency key."""
-    state: Mapped[Literal["attempted", "in doubt", "done", "refused"]] = mapped_column(String(20))
-    attempted_at: Mapped[float]
-    ended_at: Mapped[float | None]
-    problem: Mapped[str] = mapped_column(String(2000))
-    """What the platform or the network said; empty if nothing went wrong."""
 
 
 class AccountLink(Base):

@@ -9,7 +9,7 @@ from pathlib import Path
 from sqlalchemy import Engine, MetaData, Table, create_engine, inspect, text
 from sqlalchemy.exc import OperationalError
 
-from annotation_app.store import program_models  # noqa: F401 - its tables are among those of Base
+from annotation_app.store import crowd_models, program_models  # noqa: F401 - tables of Base
 from annotation_app.store.database import reading
 from annotation_app.store.models import Base
 from g3.errors import FormatError

@@ -18,7 +18,7 @@ from annotation_app.store.installation import installation
 from annotation_app.store.models import Person
 from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, scenarios
 from annotation_app.trying.attempt_queue import attempts
-from annotation_app.web.api import read_request
+from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, tries
 from annotation_app.web.needs_login import sign_in_page
 
@@ -74,7 +74,7 @@ def try_() -> ResponseReturnValue:
 @blueprint.get("/api/try/<name>")
 def tried(name: str) -> Response:
     """How far an attempt is."""
-    return Response(msgspec.json.encode(_found(name)), mimetype="application/json")
+    return json_reply(_found(name))
 
 
 @blueprint.get("/try/<name>/<file>")

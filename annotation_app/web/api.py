@@ -20,7 +20,7 @@ from annotation_app.people.browser_sessions import current_person, required_pers
 from annotation_app.people.participants import keep_practice
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Answer, Item, Record, Study, TaskName
+from annotation_app.store.models import Answer, Item, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
@@ -104,8 +104,8 @@ def lease(study_name: str, task_name: str) -> Response:
     with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):
-        return _answer({"reason": taken, "error": gettext(EXPLANATIONS[taken])}, 409)
-    return _answer(opened_page(engine, taken.item_id, person.id, installation().salt))
+        return json_reply({"reason": taken, "error": gettext(EXPLANATIONS[taken])}, 409)
+    return json_reply(opened_page(engine, taken.item_id, person.id, installation().salt))
 
 
 @blueprint.get("/items/<item_id>")
@@ -113,7 +113,7 @@ def item(item_id: str) -> Response:
     """An item that is or was this person's, with their draft."""
     with reading(installation().engine) as session:
         found = item_of(session, item_id)
-    return _answer(opened_page(installation().engine, item_id, found.who, installation().salt))
+    return json_reply(opened_page(installation().engine, item_id, found.who, installation().salt))
 
 
 @blueprint.post("/items/<item_id>/begin")
@@ -126,7 +126,7 @@ def begin(item_id: str) -> Response:
     until = lease_s(restored(found.config), found.task)
     with transaction(engine) as session:
         held = extend(session, found.id, found.who, now=now(), lease_s=until)
-    return _answer({"leased": held})
+    return json_reply({"leased": held})
 
 
 @blueprint.put("/items/<item_id>/draft")
@@ -148,7 +148,7 @@ def draft(item_id: str) -> Response:
             now=now(),
             lease_s=lease_s(restored(found.config), found.task),
         )
-    return _answer({"kept": kept, "leased": held})
+    return json_reply({"kept": kept, "leased": held})
 
 
 @blueprint.post("/items/<item_id>/answer")
@@ -178,7 +178,7 @@ def answer(item_id: str) -> Response:
         if receipt.answer is not None:
             adoption.answered(session, found.task, receipt.answer)
             after_answer(session, found.study_id, found.id, receipt.answer, now=now())
-    return _answer({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
+    return json_reply({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 
 @blueprint.post("/items/<item_id>/skip")
@@ -190,7 +190,7 @@ def skip_(item_id: str) -> Response:
         found = item_of(session, item_id)
         skip(session, found.id, found.who, now=now())
         _note(session, found, "skip", request)
-    return _answer({"next": f"/s/{found.study_name}/{found.task}"})
+    return json_reply({"next": f"/s/{found.study_name}/{found.task}"})
 
 
 @blueprint.post("/items/<item_id>/flag")
@@ -201,7 +201,7 @@ def flag(item_id: str) -> Response:
     with transaction(installation().engine) as session:
         found = item_of(session, item_id)
         _note(session, found, "flag", request)
-    return _answer({"kept": True})
+    return json_reply({"kept": True})
 
 
 @blueprint.get("/items/<item_id>/answers")
@@ -223,7 +223,7 @@ def answers(item_id: str) -> Response:
             }
             for a in given
         ]
-        return _answer({**page_data(session, item_id, person.id, salt), "answers": listed})
+        return json_reply({**page_data(session, item_id, person.id, salt), "answers": listed})
 
 
 @blueprint.post("/items/<item_id>/adjudicate")
@@ -247,7 +247,7 @@ def adjudicate(item_id: str) -> Response:
             uuid=request.uuid,
             now=now(),
         )
-    return _answer({"kept": True})
+    return json_reply({"kept": True})
 
 
 @blueprint.post("/practice/<task_name>")
@@ -257,7 +257,7 @@ def practice(task_name: str) -> Response:
     task = read_task(task_name)
     with transaction(installation().engine) as session:
         keep_practice(required_person(session), task)
-    return _answer({"kept": True})
+    return json_reply({"kept": True})
 
 
 def read_task(name: str) -> TaskName:
@@ -309,5 +309,6 @@ def _note(session: Session, item: Work, name: Any, request: NoteRequest) -> None
         add_event(session, item, item.who, name=name, uuid=request.uuid, body=body, now=now())
 
 
-def _answer(value: Record, status: int = 200) -> Response:
+def json_reply(value: object, status: int = 200) -> Response:
+    """An answer in JSON, of records too."""
     return Response(msgspec.json.encode(value), status, mimetype="application/json")

@@ -6,11 +6,17 @@ import flask
 from flask.typing import ResponseReturnValue
 
 from annotation_app.core.problems import Refusal
+from g3.errors import CorpusError
 
 
 def sign_in_page() -> ResponseReturnValue:
     """Off to sign in, and back here."""
     return flask.redirect(flask.url_for("account.login", next=flask.request.path))
+
+
+def cannot_be_done(error: CorpusError) -> ResponseReturnValue:
+    """What is wrong with a file that can't be read or written."""
+    return refused(Refusal(422, f"This can't be done: {error}."))
 
 
 def refused(refusal: Refusal) -> ResponseReturnValue:

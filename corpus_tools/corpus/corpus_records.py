@@ -31,7 +31,11 @@ Word: TypeAlias = tuple[Index, str]
 """Offset of a word's first character in the command, and the word."""
 
 
-class PrismRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What all records have in common."""
+
+
+class PrismRecord(_Record, frozen=True):
     """An upright prism: corners of the footprint and two heights, in metres."""
 
     xy: tuple[tuple[float, float], ...]
@@ -39,7 +43,7 @@ class PrismRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     z_max: float
 
 
-class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class ObjectRecord(_Record, frozen=True):
     """A physical object; its trajectory is an index into trajectories.npz.
 
     ``liftable`` says whether the robot can lift it, where somebody has said so.
@@ -52,14 +56,14 @@ class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
     liftable: bool | None = None
 
 
-class PlaceRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class PlaceRecord(_Record, frozen=True):
     """A region of the world, named or not."""
 
     prism: PrismRecord
     name: str = ""
 
 
-class ContextRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class ContextRecord(_Record, frozen=True):
     """A line of contexts.jsonl: the semantic map that commands were given in.
 
     ``assumed`` lists what was not recorded: ids of objects, and what of them is assumed.
@@ -72,7 +76,7 @@ class ContextRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     assumed: tuple[tuple[str, Aspect], ...] = ()
 
 
-class CommandRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class CommandRecord(_Record, frozen=True):
     """A line of commands.jsonl: what one subject typed for one video."""
 
     id: str
@@ -82,7 +86,7 @@ class CommandRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     subject: str = ""
 
 
-class SDCRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class SDCRecord(_Record, frozen=True):
     """A spatial description clause; empty fields are left out."""
 
     type: SDCType
@@ -93,54 +97,22 @@ class SDCRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     landmark2: tuple[SDCRecord, ...] = ()
 
 
-class ObjectReference(
-    msgspec.Struct,
-    frozen=True,
-    forbid_unknown_fields=True,
-    omit_defaults=True,
-    tag_field="kind",
-    tag="reference",
-):
+class ObjectReference(_Record, frozen=True, tag_field="kind", tag="reference"):
     """A grounding that is an object of the annotation's context, or of another one."""
 
     object: str
     context: str = ""
 
 
-class ObjectGrounding(
-    msgspec.Struct,
-    frozen=True,
-    forbid_unknown_fields=True,
-    omit_defaults=True,
-    tag_field="kind",
-    tag="object",
-):
+class ObjectGrounding(ObjectRecord, frozen=True, tag_field="kind", tag="object"):
     """A grounding that is an object of no context in the corpus."""
 
-    id: str
-    labels: tuple[str, ...]
-    prism: PrismRecord
-    trajectory: Index
-    liftable: bool | None = None
 
-
-class PlaceGrounding(
-    msgspec.Struct,
-    frozen=True,
-    forbid_unknown_fields=True,
-    omit_defaults=True,
-    tag_field="kind",
-    tag="place",
-):
+class PlaceGrounding(PlaceRecord, frozen=True, tag_field="kind", tag="place"):
     """A grounding that is a region."""
 
-    prism: PrismRecord
-    name: str = ""
 
-
-class PathGrounding(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="path"
-):
+class PathGrounding(_Record, frozen=True, tag_field="kind", tag="path"):
     """A grounding that is a path; its trajectory is an index into trajectories.npz."""
 
     trajectory: Index
@@ -149,7 +121,7 @@ class PathGrounding(
 GroundingRecord: TypeAlias = ObjectReference | ObjectGrounding | PlaceGrounding | PathGrounding
 
 
-class AnnotationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class AnnotationRecord(_Record, frozen=True):
     """A line of annotations.jsonl: SDC trees, and groundings and a label per clause.
 
     ``groundings`` and ``correct`` follow the clauses breadth first: the top-level
@@ -165,7 +137,7 @@ class AnnotationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     correct: tuple[bool | None, ...]
 
 
-class JudgmentRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class JudgmentRecord(_Record, frozen=True):
     """A line of judgments.jsonl: one person's rating of a command shown with a video."""
 
     id: str
@@ -177,7 +149,7 @@ class JudgmentRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     subject: str = ""
 
 
-class OutcomeRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class OutcomeRecord(_Record, frozen=True):
     """A line of outcomes.jsonl: what the robot did in a task.
 
     It belongs to all commands of the scenario, or to the command or the video that it names.
@@ -196,7 +168,7 @@ class OutcomeRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     log: str = ""
 
 
-class Counts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Counts(_Record, frozen=True):
     """How many records each file holds."""
 
     contexts: int

@@ -85,15 +85,7 @@ def command(record: CommandRecord) -> Command:
 
 def judgment(record: JudgmentRecord) -> Judgment:
     """A judgment."""
-    return Judgment(
-        id=record.id,
-        command=record.command,
-        command_video=record.command_video,
-        shown_video=record.shown_video,
-        rating=record.rating,
-        subject=record.subject,
-        study=record.study,
-    )
+    return Judgment(**msgspec.structs.asdict(record))
 
 
 def outcome(record: OutcomeRecord, world: World) -> TaskOutcome:
@@ -183,9 +175,7 @@ def _prism(record: PrismRecord, field: str) -> Prism:
         raise FormatError(str(error), where=f"{field}.prism", fix="correct the prism") from error
 
 
-def _object(
-    record: ObjectRecord | ObjectGrounding, field: str, trajectory: GetTrajectory
-) -> PhysicalObject:
+def _object(record: ObjectRecord, field: str, trajectory: GetTrajectory) -> PhysicalObject:
     return PhysicalObject(
         record.id,
         record.labels,
@@ -195,7 +185,7 @@ def _object(
     )
 
 
-def _place(record: PlaceRecord | PlaceGrounding, field: str) -> Place:
+def _place(record: PlaceRecord, field: str) -> Place:
     return Place(_prism(record.prism, field), record.name)
 
 

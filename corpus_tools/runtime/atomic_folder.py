@@ -17,6 +17,7 @@ from pathlib import Path
 
 from corpus_tools.runtime.folder_exchange import exchange
 from g3.errors import FormatError
+from g3.storage.atomic_file import flush_folder
 from g3.storage.only_writer import only_writer
 
 
@@ -73,9 +74,9 @@ def write_folder(
             new.mkdir()
             for name, content in files.items():
                 _write_file(new / name, content)
-            _flush_folder(new)
+            flush_folder(new)
             _put(new, folder)
-            _flush_folder(folder.parent)
+            flush_folder(folder.parent)
         finally:
             shutil.rmtree(new, ignore_errors=True)
 
@@ -147,13 +148,3 @@ def _write_file(path: Path, content: bytes | Path) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
-
-
-def _flush_folder(folder: Path) -> None:
-    if os.name == "nt":  # where folders can't be opened
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

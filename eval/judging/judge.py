@@ -48,13 +48,7 @@ def judge(context: Context, final: State) -> Verdict:
     start, log = start_state(context), recorded(context)
     done = handling(context)
     carried = moved(log) if done != NOTHING else frozenset()
-    before = {o.id: o for o in start.context.objects}
-    touched = {
-        o.id
-        for o in final.context.objects
-        if o.id != context.agent_id and _shift(before[o.id], o) > MOVED_M
-    }
-    strange = touched - carried - {start.held, final.held}
+    strange = shifted(start, final) - carried - {start.held, final.held}
     if strange:
         return Verdict(False, f"it moves {', '.join(sorted(strange))}, which the log leaves alone")
     if done == NOTHING:
@@ -107,6 +101,16 @@ def _nearest(state: State, point: FloatArray) -> str | None:
     ]
     nearest = min(gaps, default=(np.inf, ""))
     return nearest[1] if nearest[0] <= AT_M else None
+
+
+def shifted(start: State, final: State) -> set[str]:
+    """Ids of all things that are elsewhere at the end."""
+    before = {o.id: o for o in start.context.objects}
+    return {
+        o.id
+        for o in final.context.objects
+        if o.id != start.context.agent_id and _shift(before[o.id], o) > MOVED_M
+    }
 
 
 def _shift(before: PhysicalObject, after: PhysicalObject) -> float:

@@ -13,6 +13,7 @@ from eval.judging.judge_registry import AUTOMATIC
 from eval.report.reliability import Bin
 from eval.statistics.estimates import FEWEST_CLUSTERS
 from eval.statistics.intervals import wilson
+from eval.table_3 import outcomes
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from g3.errors import FormatError
@@ -70,14 +71,6 @@ class Compared(msgspec.Struct, frozen=True):
     verdict: str = "precision"
 
 
-class PlanBin(msgspec.Struct, frozen=True):
-    """A bin of the reliability diagram."""
-
-    stated: float
-    correct: float
-    n: int
-
-
 class AutomaticRows(msgspec.Struct, frozen=True):
     """The rows of a study by the automatic judge."""
 
@@ -103,7 +96,7 @@ class PlanFile(msgspec.Struct, frozen=True):
     study: str = ""
     judge_validity: dict[str, Any] | None = None
     commands: dict[str, list[JudgedPlan]] = {}
-    reliability: list[PlanBin] = []
+    reliability: list[outcomes.Bin] = []
     expected_calibration_error: float | None = None
     object_grounding_top1: float | None = None
 
@@ -268,9 +261,11 @@ def read_plans(path: Path) -> Plans:
     )
 
 
-def _with_interval(plans: PlanBin) -> Bin:
+def _with_interval(plans: outcomes.Bin) -> Bin:
     """A bin with Wilson's interval; without, where there are too few plans."""
-    share = wilson(round(plans.correct * plans.n), plans.n)
+    stated, correct, n = plans["stated"], plans["correct"], plans["n"]
+    share = wilson(round(correct * n), n)
     nan = float("nan")
-    bounds = (share.low, share.high) if plans.n >= FEWEST_CLUSTERS else (nan, nan)
-    return Bin(plans.stated, plans.correct, *bounds, plans.n)
+    return Bin(
+        stated, correct, *((share.low, share.high) if n >= FEWEST_CLUSTERS else (nan, nan)), n
+    )

@@ -33,6 +33,20 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert not gone
 
 
+def test_the_picture_of_the_folders_names_what_is_there() -> None:
+    """Names such as `items/assignment` end the path of a module, a folder or a file."""
+    named = set(re.findall(r"`((?:\w+/)+[\w.]+)/?`", (DOCS / "architecture.md").read_text()))
+    files = [p for top in (*PACKAGES, "tests", "docs", "datasets") for p in (ROOT / top).rglob("*")]
+    paths = {f"/{p.relative_to(ROOT).with_suffix('').as_posix()}" for p in files}
+    gone = [name for name in named if not any(p.endswith(_path(name)) for p in paths)]
+    assert len(named) > 50
+    assert not gone
+
+
+def _path(name: str) -> str:
+    return f"/{Path(name).with_suffix('').as_posix()}"
+
+
 def test_every_page_is_in_the_sites_contents() -> None:
     listed = " ".join(TOCTREE.findall((DOCS / "index.md").read_text())).split()
     there = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")}

@@ -120,7 +120,7 @@ def _read_wordnet(folder: Path) -> WordNet:
 
 
 def _kept_at(digest: str) -> Path:
-    return cache_folder() / f"wordnet{TABLES_VERSION}-{digest.partition(':')[2][:16]}.npz"
+    return cache_folder() / f"wordnet{TABLES_VERSION}-{digest.partition(':')[2][:16]}.msgpack"
 
 
 def _parse_wordnet(folder: Path) -> WordNet:

@@ -16,8 +16,9 @@ from annotation_app.core.config import Config
 from annotation_app.crowds import prolific_client
 from annotation_app.crowds.platform import Bonus, LostReplyError, PlatformError, Submission
 from annotation_app.people.participants import subject_of
+from annotation_app.store.crowd_models import LedgerEntry
 from annotation_app.store.database import reading
-from annotation_app.store.models import AuditEntry, LedgerEntry, Person
+from annotation_app.store.models import AuditEntry, Person
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
 from tests.annotation_app.crowds.prolific_stand_in import Prolific

@@ -35,8 +35,8 @@ from annotation_app.core.config import open_instance
 from annotation_app.crowds import mturk_client as mturk_module
 from annotation_app.crowds import prolific_client as prolific_module
 from annotation_app.serving.factory import create_app
+from annotation_app.store.crowd_models import LedgerEntry
 from annotation_app.store.database import open_database, reading, transaction
-from annotation_app.store.models import LedgerEntry
 from annotation_app.studies.study_file import Payment, StudyConfig
 from tests.annotation_app.browser import described
 from tests.annotation_app.crowds.conftest import PAID

@@ -9,8 +9,8 @@ import pytest
 from sqlalchemy import Engine, select, text
 
 from annotation_app.core.config import Config
+from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import opened, reading
-from annotation_app.store.models import LedgerEntry, Participation
 from annotation_app.store.schema import migrate
 
 OUTCOMES: dict[str, dict[str, Any]] = {

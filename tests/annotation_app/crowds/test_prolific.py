@@ -9,8 +9,9 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.core.config import Config
+from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import reading
-from annotation_app.store.models import Participation, Person
+from annotation_app.store.models import Person
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
 from tests.annotation_app.crowds.prolific_stand_in import Prolific

@@ -197,7 +197,7 @@ class TestKept:
     def test_the_same_comes_back(self, cache: Path) -> None:
         assert not cache.exists()
         assert _same(wordnet(), SMALL)
-        (kept,) = cache.glob("*/*.npz")
+        (kept,) = cache.glob("*/*.msgpack")
         before = kept.stat().st_mtime_ns
         again = self.read_again()
         assert _same(again, SMALL)
@@ -211,7 +211,7 @@ class TestKept:
 
     def test_a_damaged_one_is_made_again(self, cache: Path) -> None:
         wordnet()
-        (kept,) = cache.glob("*/*.npz")
+        (kept,) = cache.glob("*/*.msgpack")
         whole = kept.read_bytes()
         for damaged in (b"", whole[:500], whole.replace(b"lorry", b"larry")):
             kept.write_bytes(damaged)
@@ -232,7 +232,7 @@ class TestKept:
         (other / "cntlist.rev").write_bytes(b"")
         monkeypatch.setenv("CT_WORDNET", str(other))
         assert wordnet().frequency == {}
-        assert len(list(cache.glob("*/*.npz"))) == 2
+        assert len(list(cache.glob("*/*.msgpack"))) == 2
 
 
 @needs_wordnet

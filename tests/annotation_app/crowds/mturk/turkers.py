@@ -5,8 +5,9 @@ from __future__ import annotations
 from flask import Flask
 from sqlalchemy import select, update
 
+from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import Answer, LedgerEntry, Participation
+from annotation_app.store.models import Answer
 from tests.annotation_app.browser import described, engine_of
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk

@@ -1,0 +1,67 @@
+"""The tables of crowd platforms: assignments there, and a ledger of what is offered and paid."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from sqlalchemy import ForeignKey, String, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column
+
+from annotation_app.store.models import Base, Record, TaskName
+
+
+class Participation(Base):
+    """A person's assignment at a crowd platform: received here, and confirmed there."""
+
+    __tablename__ = "participation"
+    __table_args__ = (UniqueConstraint("provider", "assignment"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"))
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
+    provider: Mapped[str]
+    assignment: Mapped[str]
+    """The platform's id of the assignment, which says nothing about the person."""
+    task: Mapped[TaskName] = mapped_column(String(20))
+    items: Mapped[int]
+    """How many items of the task the assignment asks for."""
+    code: Mapped[str | None]
+    begun_at: Mapped[float]
+    received_at: Mapped[float | None]
+    confirmed_at: Mapped[float | None]
+    outcome: Mapped[Record]
+    """What is known besides: where to send the worker back to, whether nothing was left."""
+
+
+class LedgerEntry(Base):
+    """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
+
+    Rows are never deleted, also not when a person's data are erased: books must be kept.
+    """
+
+    __tablename__ = "ledger"
+    __table_args__ = (UniqueConstraint("provider", "what", "key"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
+    participation_id: Mapped[int | None] = mapped_column(ForeignKey("participation.id"))
+    provider: Mapped[str]
+    what: Mapped[Literal["publish", "approve", "reject", "bonus", "partial payment"]] = (
+        mapped_column(String(20))
+    )
+    key: Mapped[str] = mapped_column(String(500))
+    """Distinguishes calls of a kind: the same thing is done once."""
+    assignment: Mapped[str]
+    """The platform's id of what is approved or paid by; empty for offers of work."""
+    amount: Mapped[str]
+    """A decimal number in the platform's currency; empty where nothing is paid by the call."""
+    listed_before: Mapped[int | None]
+    """How many bonuses of this amount the platform listed for the assignment before the call."""
+    reason: Mapped[str] = mapped_column(String(2000))
+    reference: Mapped[str | None]
+    """What the platform knows the call by: its id of the payment, or an idempotency key."""
+    state: Mapped[Literal["attempted", "in doubt", "done", "refused"]] = mapped_column(String(20))
+    attempted_at: Mapped[float]
+    ended_at: Mapped[float | None]
+    problem: Mapped[str] = mapped_column(String(2000))
+    """What the platform or the network said; empty if nothing went wrong."""
