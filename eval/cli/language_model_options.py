@@ -63,7 +63,6 @@ _OPTIONS = (
     ),
     click.option(
         "--reply-form",
-        "form",
         type=click.Choice(["schema", "object", "none"]),
         default="schema",
         show_default=True,
@@ -91,7 +90,7 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
         at_once: int,
         wait_s: float,
         price: tuple[float, float] | None,
-        form: Form,
+        reply_form: Form,
         **options: Any,
     ) -> Any:
         asked = NAME in (options.get("judge"), *options.get("grounders", ()))
@@ -118,7 +117,7 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 at_once=at_once,
                 timeout_s=wait_s,
                 price=price,
-                form=form,
+                form=reply_form,
                 run=secrets.token_hex(8),
             )
         return command(*args, endpoint=made, **options)
