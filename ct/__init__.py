@@ -14,11 +14,10 @@ For each importer (``ct import --help``) there is a function named after it, suc
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ct.acting import follow, parse, render
-from ct.corpus_access import export, import_corpus, load
+from ct.corpus_access import export, import_corpus, import_function, load
 from ct.measurement import evaluate
 from ct.modelling import train
 from g3 import __version__
@@ -42,11 +41,9 @@ if not TYPE_CHECKING:
     def __getattr__(name: str) -> Any:
         """A function for each importer: ``import_`` and its name."""
         if name.startswith(_IMPORT) and name in _of_importers():
-            importer = _of_importers()[name]
-            function = partial(import_corpus, importer.name)
-            function.__doc__ = f"{importer.summary}\n\n{importer.description}"
-            return function
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            return import_function(_of_importers()[name], name)
+        has = ", ".join(part for part in __dir__() if not part.startswith("_"))
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {has}")
 
 
 def __dir__() -> list[str]:

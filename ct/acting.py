@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
+from ct.argument_checks import a_kind_of, one_of, positive
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
@@ -49,10 +50,12 @@ def parse(
     >>> ct.parse("Put the pallet on the truck").sdcs
     (SDC('EVENT', 'Put the pallet on the truck'),)
     """
+    from corpus_tools.corpus.corpus_entries import Entry
     from g3.language.parsing.extractor import SDCExtractor
     from g3.language.parsing.parser import parse as extract
 
     used = SDCExtractor.load(extractor) if isinstance(extractor, (Path, str)) else extractor
+    a_kind_of("command", command, (str, Entry), "give its text, or an entry of a corpus")
     text = command if isinstance(command, str) else command.text
     return extract(text, n_best=n_best, extractor=used)
 
@@ -121,14 +124,24 @@ def follow(
 
 def _of_entry(command: Said) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
     from corpus_tools.corpus.corpus_entries import Entry
+    from g3.language.parsing.extractor import Parse
+    from g3.sdc.clauses import SDC
 
+    said = "give its text, an entry of a corpus, clauses, or what ct.parse gave"
+    a_kind_of("command", command, (str, Entry, Parse, Sequence), said)
+    if not isinstance(command, (str, Entry, Parse)):
+        for clause in command:
+            a_kind_of("a clause", clause, (SDC,), said)
     return (command.text, command.context) if isinstance(command, Entry) else (command, None)
 
 
 def _state(where: Where) -> State | Context:
     from corpus_tools.following.start_states import context_start, scenario_start
+    from g3.actions.robot_state import State
+    from g3.groundings import Context
 
     if not isinstance(where, (Path, str)):
+        a_kind_of("where", where, (State, Context), "give a scenario, CORPUS:CONTEXT or a context")
         return where
     is_context = isinstance(where, str) and ":" in where and not Path(where).exists()
     return context_start(str(where)) if is_context else scenario_start(where)
@@ -192,13 +205,25 @@ def render(
     from corpus_tools.video.drawing.gl import choose_back_end
 
     choose_back_end()  # before MuJoCo is imported, which reads what this chooses
+    from corpus_tools.video.drawing.camera import CAMERAS
+    from corpus_tools.video.encode import Quality
     from corpus_tools.video.manifest import Settings
     from g3.inference.grounder import Result
 
+    a_kind_of("what", what, (Result, Path, str), "give a scenario, or what ct.follow gave")
+    one_of("camera", camera, CAMERAS)
+    one_of("quality", quality, get_args(Quality))
+    positive("fps", fps)
+    _check_size(size)
     settings = Settings(camera, size, fps, quality)
     if isinstance(what, Result):
         return _film(what, Path(out), settings)
     return _scenario_video(str(what), Path(out), settings, force=force)
+
+
+def _check_size(size: tuple[int, int]) -> None:
+    if len(size) != 2 or any(side < 2 or side % 2 for side in size):
+        raise CorpusError(f"size can't be {size}", fix="give width and height, even numbers")
 
 
 def _scenario_video(name: str, out: Path, settings: Settings, *, force: bool) -> Path:

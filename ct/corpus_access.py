@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from g3.errors import CorpusError
+from ct.argument_checks import a_kind_of, known_options, one_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from corpus_tools.corpus.corpus_model import Corpus
+    from corpus_tools.importers.importer_registry import Importer
 
 AnyCorpus: TypeAlias = "Corpus | Path | str"
 """A corpus, its folder, or the name of a bundled one."""
@@ -41,6 +44,7 @@ def load(corpus: AnyCorpus) -> Corpus:
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.importers.authored.bundled import open_corpus
 
+    a_kind_of("corpus", corpus, (Corpus, Path, str), "give a corpus, its folder, or its name")
     return corpus if isinstance(corpus, Corpus) else open_corpus(corpus)
 
 
@@ -77,7 +81,7 @@ def import_corpus(
     Raises
     ------
     CorpusError
-        If there is no such importer.
+        If there is no such importer, or it has no such option.
     FormatError
         If something can't be read.
     """
@@ -88,11 +92,12 @@ def import_corpus(
     from corpus_tools.importers.report import REPORT
 
     known = {importer.name: importer for importer in importers()}
-    if format not in known:
-        raise CorpusError(
-            "there is no such importer", where=format, fix=f"they are: {', '.join(known)}"
-        )
+    one_of("format", format, known)
     importer = known[format]
+    choices = {option.name: option.choices for option in importer.options}
+    known_options(options, choices, f"import_corpus({format!r})")
+    for name, value in options.items():
+        one_of(name, value, choices[name] or (value,))
     if out is not None:
         check_writable(out, force=force)
     given: dict[str, Any] = {option.name: option.default for option in importer.options} | options
@@ -102,6 +107,35 @@ def import_corpus(
     if out is not None:
         write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
     return corpus
+
+
+def import_function(importer: Importer, name: str) -> Callable[..., Corpus]:
+    """Make the function for an importer: :func:`import_corpus` with its format.
+
+    Parameters
+    ----------
+    importer
+        What it imports with.
+    name
+        What it is called.
+    """
+
+    def function(
+        path: Path | str,
+        *,
+        out: Path | str | None = None,
+        force: bool = False,
+        keep_going: bool = False,
+        salt: str | None = None,
+        **options: str,
+    ) -> Corpus:
+        common: dict[str, Any] = {"force": force, "keep_going": keep_going, "salt": salt}
+        return import_corpus(importer.name, path, out=out, **{**common, **options})
+
+    function.__name__ = function.__qualname__ = name
+    own = [f"{option.name}: {option.summary}" for option in importer.options]
+    function.__doc__ = "\n\n".join([importer.summary, importer.description, *own])
+    return function
 
 
 def export(
@@ -139,8 +173,9 @@ def export(
         If there is no such format, or the folder holds something else.
     """
     from corpus_tools.corpus.corpus_writing import write_corpus
-    from corpus_tools.exporters.export_registry import export_corpus_to
+    from corpus_tools.exporters.export_registry import export_corpus_to, exporters
 
+    one_of("to", to, ("corpus", *(exporter.name for exporter in exporters())))
     folder = Path(out)
     if to == "corpus" and videos is None:
         write_corpus(load(corpus), folder, force=force)

@@ -8,8 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
+from ct.argument_checks import known_options, one_of, positive, several
 from ct.corpus_access import AnyCorpus, load
-from g3.errors import CorpusError
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 
 DRAWS = {1: 2000, 2: 10_000, 3: 2000}
 """Resamples for the intervals of each table, as the command line has them."""
+OPTIONS = {
+    1: ("negatives", "test_negatives", "ablate", "plus", "l2", "threshold"),
+    2: ("study", "models"),
+    3: ("ablate", "l2", "headings", "perturb", "parses", "most"),
+}
+"""Further options of each table."""
+LISTS = ("ablate", "plus", "headings", "perturb")
+"""Those that are several names."""
 
 
 def evaluate(
@@ -70,8 +78,12 @@ def evaluate(
     from corpus_tools.runtime.parallel import Workers
 
     measure: dict[int, Callable[..., ResultTable]] = {1: _table_1, 2: _table_2, 3: _table_3}
-    if table not in measure:
-        raise CorpusError(f"there is no Table {table}", fix="give 1, 2 or 3")
+    one_of("table", table, measure)
+    positive("draws", draws)
+    positive("jobs", jobs)
+    known_options(options, OPTIONS[table], f"Table {table}")
+    positive("l2", options.get("l2"))
+    options = {k: several(v) if k in LISTS else v for k, v in options.items()}
     given: dict[str, Any] = {"seed": seed, "draws": draws or DRAWS[table], "workers": Workers(jobs)}
     with _folder_of(corpus) as tested, _folder_of(train) as learned:
         return measure[table](tested, learned, **given, **options)
@@ -109,7 +121,7 @@ def _table_1(
     if train:
         is_model = train.endswith((".npz", ".json"))
         source = {"test": corpus, **({"model": Path(train)} if is_model else {"train": train})}
-    choices = Choices(**source, seed=seed, **_tuples(options))
+    choices = Choices(**source, seed=seed, **options)
     result = experiment.run(choices)
     with Executor(workers) as executor:
         rows = table_rows(
@@ -148,7 +160,7 @@ def _table_3(
     from eval.table_3.plan_report import NOT_VALIDATED, render
 
     names = (corpus, *(train or corpus).split(","))
-    result = run(train or corpus, corpus, seed=seed, workers=workers, **_tuples(options))
+    result = run(train or corpus, corpus, seed=seed, workers=workers, **options)
     is_by_logs = result.metadata["compared_with"] != OUTCOMES
     corpora = [load(name) for name in names if is_by_logs]
     validity = known_validity(corpora, draws=draws, seed=seed)
@@ -168,8 +180,3 @@ def _table(number: int, render: Any) -> ResultTable:
     from eval.tables.result_table import ResultTable
 
     return ResultTable(f"Table {number}", render)
-
-
-def _tuples(options: dict[str, Any]) -> dict[str, Any]:
-    """Options with their lists as tuples."""
-    return {k: tuple(v) if isinstance(v, list) else v for k, v in options.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, overload
 
+from ct.argument_checks import one_of, positive, several
 from ct.corpus_access import AnyCorpus, load
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def train(
         as ``ct train g3`` does. ``follow``: to follow commands; it learns from what else could be
         done in each scene, which takes minutes. ``parse``: to extract clauses, as ``ct train sdc``.
     l2
-        Strength of the regularisation.
+        Strength of the regularisation, above 0.
     negatives, ablate, plus, seed
         Of ``match`` only: which negatives to learn from, feature sets to leave out and to add
         (``ct features list``), and what hard negatives are drawn with.
@@ -54,8 +55,11 @@ def train(
     Raises
     ------
     CorpusError
-        If there is nothing to learn from.
+        If there is nothing to learn from, or an argument is none of those above.
     """
+    one_of("to", to, ("match", "follow", "parse"))
+    one_of("negatives", negatives, ("random", "hard"))
+    positive("l2", l2)
     known = load(corpus)
     if to == "parse":
         from corpus_tools.learning.trained import extractor_from
@@ -71,5 +75,5 @@ def train(
     from corpus_tools.corpus.labelled_corpus import Options
     from corpus_tools.learning.trained import from_corpus
 
-    options = Options(negatives, seed, tuple(ablate), tuple(plus))
+    options = Options(negatives, seed, several(ablate), several(plus))
     return from_corpus(known, strength, options).model

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from g3 import html_view
+from g3.data_frames import data_frame
 from g3.groundings import Context, Grounding, PhysicalObject, Place
 from g3.sdc.clauses import SDC, all_words, breadth_first
 from g3.sdc.sdc_drawing import to_svg
 from g3.short_repr import short_repr
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Source = Literal["positive", "random", "easy", "hard"]
 """How an annotation's groundings came about.
@@ -94,17 +99,23 @@ class Annotation:
     correct: tuple[bool | None, ...]
     source: Source
 
+    def to_pandas(self) -> pd.DataFrame:
+        """A row for each clause: its type, its words, what it is grounded in, and its label."""
+        names = ("clause", "words", "grounded_in", "correct")
+        rows = zip(self._clauses(), self.correct, strict=True)
+        return data_frame(dict(zip(names, (*row, label), strict=True)) for row, label in rows)
+
+    def _clauses(self) -> Iterator[tuple[str, str, str]]:
+        """Of each clause its type, its words, and what it is grounded in."""
+        for clause, group in zip(breadth_first(self.sdcs), self.groundings, strict=True):
+            words = " ".join(word.text for word in all_words(clause))
+            yield clause.type, words, ", ".join(map(_called, group))
+
     def _repr_html_(self) -> str:
         """The command, its clauses drawn, and what each is grounded in."""
-        clauses = breadth_first(self.sdcs)
         rows = [
-            (
-                clause.type,
-                " ".join(w.text for w in all_words(clause)) or "(implicit)",
-                ", ".join(map(_called, group)) or "-",
-                _LABELS[label],
-            )
-            for clause, group, label in zip(clauses, self.groundings, self.correct, strict=True)
+            (kind, words or "(implicit)", group or "-", _LABELS[label])
+            for (kind, words, group), label in zip(self._clauses(), self.correct, strict=True)
         ]
         return "\n".join(
             [

@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from g3.data_frames import data_frame
 from g3.short_repr import short_repr
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
@@ -190,6 +194,18 @@ class Context:
     places: tuple[Place, ...]
     agent_id: str
     assumed: tuple[tuple[str, Aspect], ...] = ()
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A row for each object: its labels, and where it is at first, in metres and radians."""
+        return data_frame(
+            {
+                "id": thing.id,
+                "labels": ", ".join(thing.labels),
+                **dict(zip("xyz", map(float, thing.trajectory.xyz[0]), strict=True)),
+                "yaw": float(thing.trajectory.yaw[0]),
+            }
+            for thing in self.objects
+        )
 
     @property
     def agent(self) -> PhysicalObject:

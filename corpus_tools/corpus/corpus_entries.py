@@ -91,7 +91,7 @@ def entries(
 
 def entries_table(found: Iterable[Entry]) -> pd.DataFrame:
     """A row for each command: its text, whose it is, and its clauses in brackets."""
-    from corpus_tools.runtime.data_frames import data_frame  # noqa: PLC0415 - needs pandas
+    from g3.data_frames import data_frame  # noqa: PLC0415 - needs pandas
 
     return data_frame(
         {

@@ -76,9 +76,16 @@ class Corpus:
     def __getitem__(self, which: slice) -> list[Entry]: ...
     def __getitem__(self, which: int | str | slice) -> Entry | list[Entry]:
         """A command by its number or its id, or some of them."""
+        if isinstance(which, str) and which not in self.commands:
+            like = next(iter(self.commands), "")
+            raise KeyError(f"there is no command {which!r}; ids are like {like!r}")
         if isinstance(which, str):
             return self._all()[list(self.commands).index(self.commands[which].id)]
         return self._all()[which]
+
+    def __contains__(self, which: object) -> bool:
+        """Whether there is a command of that id, or that entry."""
+        return which in self.commands if isinstance(which, str) else which in self._all()
 
     def _all(self) -> list[Entry]:
         if len(self._entries) != len(self.commands):

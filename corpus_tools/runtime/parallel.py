@@ -47,10 +47,19 @@ class Workers:
     scheduler
         Address of a Dask scheduler, whose workers do it instead; they must have the same
         packages, and see the same files under the same names.
+
+    Raises
+    ------
+    CorpusError
+        If there are no processes: nobody would ever work.
     """
 
     jobs: int = 1
     scheduler: str = ""
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise CorpusError(f"with {self.jobs} jobs nobody works", fix="give 1 or more")
 
 
 @short_repr

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from eval.judging.judge_registry import PlanJudge
-    from eval.language_model.chat_endpoint import Endpoint
+    from eval.language_model.chat_endpoint import Endpoint, Form
 
 NAME = "llm"
 """What ``--grounder`` and ``--judge`` call it."""
@@ -62,6 +62,13 @@ _OPTIONS = (
         help="How many seconds to wait for a reply of the language model.",
     ),
     click.option(
+        "--reply-form",
+        type=click.Choice(["schema", "object", "none"]),
+        default="schema",
+        show_default=True,
+        help="How the server is held to JSON: by a schema, as an object, or by the prompt only.",
+    ),
+    click.option(
         "--price",
         metavar="IN,OUT",
         default="",
@@ -83,6 +90,7 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
         at_once: int,
         wait_s: float,
         price: tuple[float, float] | None,
+        reply_form: Form,
         **options: Any,
     ) -> Any:
         asked = NAME in (options.get("judge"), *options.get("grounders", ()))
@@ -109,6 +117,7 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 at_once=at_once,
                 timeout_s=wait_s,
                 price=price,
+                form=reply_form,
                 run=secrets.token_hex(8),
             )
         return command(*args, endpoint=made, **options)

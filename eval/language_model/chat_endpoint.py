@@ -12,7 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from eval.language_model.kept_replies import (
     KeptReply,
@@ -38,6 +38,10 @@ UNPAID_STATUS = 429
 """Whoever is told to wait has got nothing."""
 
 Message = dict[str, str]
+Form: TypeAlias = Literal["schema", "object", "none"]
+"""How a server is asked for JSON: ``schema`` as OpenAI's protocol has it now, ``object`` as servers
+do that know only ``json_object``, with the schema beside it, or ``none``: the prompt asks."""
+FORMS: tuple[Form, ...] = get_args(Form)
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,8 @@ class Endpoint:
         How often a request is sent that comes to nothing.
     price
         Dollars for a million tokens of prompts, and of completions.
+    form
+        How the server is asked for JSON of a form; see :data:`FORMS`.
     run
         Name of the run whose use of replies is noted.
     """
@@ -75,6 +81,7 @@ class Endpoint:
     timeout_s: float = 120.0
     tries: int = 5
     price: tuple[float, float] | None = None
+    form: Form = "schema"
     run: str = field(default="run", compare=False)
 
     @property
@@ -124,11 +131,7 @@ def ask(
         "messages": list(messages),
         "temperature": endpoint.temperature,
         "seed": endpoint.seed,
-        "response_format": {
-            "type": "json_schema",
-            "json_schema": {"name": purpose, "schema": dict(schema)},
-        },
-    }
+    } | _form(endpoint.form, purpose, dict(schema))
     key, folder = key_of(endpoint.url, request), endpoint.replies
     reply = folder.reply(key)
     if reply is not None:
@@ -142,6 +145,16 @@ def ask(
             folder.keep(key, reply)
     folder.used(endpoint.run, purpose, key, origin)
     return reply
+
+
+def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
+    """What a request says of the form of its reply."""
+    if form == "none":
+        return {}
+    told = {"type": "json_schema", "json_schema": {"name": purpose, "schema": schema}}
+    if form == "object":
+        told = {"type": "json_object", "schema": schema}
+    return {"response_format": told}
 
 
 def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay) -> KeptReply:
@@ -179,7 +192,8 @@ def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay
     raise CorpusError(
         f"the language model gives no answer after {endpoint.tries} tries: {problem}",
         where=endpoint.url,
-        fix="run the same command again when it is there; replies that came are kept",
+        fix="run the same command again when it is there; replies that came are kept. "
+        "If it does not know the form of replies, give --reply-form object or none",
     )
 
 

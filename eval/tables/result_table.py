@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, overload
 
-from corpus_tools.runtime.data_frames import data_frame
 from eval.tables.formats import Format
 from g3 import html_view
+from g3.data_frames import data_frame
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -15,6 +15,7 @@ from g3.actions.action_kinds import Action
 from g3.actions.action_words import described, grounded
 from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
+from g3.data_frames import data_frame
 from g3.groundings import Context, FloatArray, Grounding
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import plan_probability
@@ -43,6 +44,8 @@ from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import brief, short_repr
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from g3.language.parsing.extractor import Parse
 
 GUESSED_RIGHT = 0.8
@@ -149,6 +152,19 @@ class Result:
     def plan(self) -> Plan | None:
         """The best plan."""
         return self.plans[0] if self.plans else None
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A row for each clause of the best plan: its words, and what it is grounded in."""
+        found = self.plan.groundings if self.plan else ()
+        return data_frame(
+            {
+                "words": clause.text,
+                "clause": clause.sdc.type,
+                "grounded_in": grounded(clause.group),
+                "probability": clause.probability,
+            }
+            for clause in found
+        )
 
     def _repr_html_(self) -> str:
         """The clauses, and the best plan with a map of what it means and where it leads."""

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from g3 import html_view
+from g3.data_frames import data_frame
 from g3.estimator import Estimator, read_bytes
 from g3.language.parsing.attachment import AttachmentModel, probabilities
 from g3.language.parsing.extractor_file import from_bytes, to_bytes
@@ -30,10 +31,13 @@ from g3.language.parsing.word_features import features
 from g3.language.parsing.word_roles import Role
 from g3.sdc import sdc_drawing
 from g3.sdc.clauses import SDC
+from g3.sdc.sdc_notation import format_brackets
 from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from g3.language.parsing.training.extractor_training import Lesson, TreeOf
 
 DEFAULT_L2 = 1.2
@@ -83,6 +87,25 @@ class Parse:
     def sdcs(self) -> tuple[SDC, ...]:
         """The clauses of the best tree."""
         return self.trees[0].sdcs if self.trees else ()
+
+    def __len__(self) -> int:
+        """How many trees there are."""
+        return len(self.trees)
+
+    def __iter__(self) -> Iterator[Tree]:
+        """The trees, the best first."""
+        return iter(self.trees)
+
+    def __getitem__(self, which: int) -> Tree:
+        """A tree by its rank, from 0."""
+        return self.trees[which]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A row for each tree: its probability, and its clauses in brackets."""
+        return data_frame(
+            {"probability": p, "clauses": " ".join(format_brackets(sdcs).split())}
+            for sdcs, p in self.trees
+        )
 
     def _repr_html_(self) -> str:
         """The command with its trees drawn, the best first."""

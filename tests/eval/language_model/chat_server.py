@@ -26,7 +26,7 @@ def answer(body: dict[str, Any]) -> str:
     asked = body["messages"][1]["content"]
     world = json.loads(re.search(r"World: (.*)\n", asked)[1])
     text = re.search(r"Command: (.*)", asked)[1].lower()
-    if body["response_format"]["json_schema"]["name"] == "judge":
+    if body["messages"][0]["content"].startswith("You judge"):
         return json.dumps({"correct": "was picked up" in asked, "reason": "nothing was moved"})
     loads = [t for t in world["things"] if t.get("liftable")]
     named = [t for t in loads if any(label in text for label in t["labels"])]

@@ -68,6 +68,18 @@ def test_a_plan_is_asked_for_with_the_world_the_seed_and_the_form(tmp_path, monk
     assert "secret-key" not in kept
 
 
+@pytest.mark.parametrize(("form", "kind"), [("object", "json_object"), ("none", None)])
+def test_servers_that_know_no_schemas_are_asked_in_another_form(form, kind, tmp_path):
+    with chat_server() as chat:
+        (task,) = tasks(1)
+        made = grounder(chat, tmp_path, form=form).propose(task)
+    assert [a.object_id for a in made.actions] == ["p1"]
+    told = chat.bodies[0].get("response_format")
+    assert (told and told["type"]) == kind
+    if told:
+        assert set(told["schema"]["properties"]) == {"actions", "probability", "reason"}
+
+
 def test_nothing_is_sent_twice(tmp_path):
     with chat_server() as chat:
         for _ in range(3):

@@ -1,0 +1,83 @@
+"""What functions of the front door are given, looked at before anything takes minutes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from difflib import get_close_matches
+
+from g3.errors import CorpusError
+
+
+def one_of(name: str, given: object, known: Iterable[object]) -> None:
+    """Refuse what is none of the known values.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    given
+        What was given for it.
+    known
+        What it can be.
+
+    Raises
+    ------
+    CorpusError
+        If it is something else; the error says what it can be.
+    """
+    values = list(known)
+    if given not in values:
+        raise CorpusError(f"{name} can't be {given!r}", fix=_instead(given, values))
+
+
+def positive(name: str, given: float | None) -> None:
+    """Refuse what isn't a number above 0; None stands for the default.
+
+    Raises
+    ------
+    CorpusError
+        If it is.
+    """
+    is_number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if given is not None and not (is_number and given > 0):
+        raise CorpusError(f"{name} can't be {given!r}", fix="give a number above 0")
+
+
+def a_kind_of(name: str, given: object, kinds: tuple[type, ...], fix: str) -> None:
+    """Refuse what is of another type.
+
+    Raises
+    ------
+    CorpusError
+        If it is; `fix` says what to give.
+    """
+    if not isinstance(given, kinds):
+        raise CorpusError(f"{name} can't be of the type {type(given).__name__}", fix=fix)
+
+
+def known_options(given: Iterable[str], known: Collection[str], where: str) -> None:
+    """Refuse options that there are not.
+
+    Raises
+    ------
+    CorpusError
+        If there is one; the error says which there are.
+    """
+    for name in given:
+        if name not in known:
+            raise CorpusError(
+                f"there is no option {name!r}", where=where, fix=_instead(name, sorted(known))
+            )
+
+
+def several(names: str | Iterable[str]) -> tuple[str, ...]:
+    """Names that were given as a list, or as one text with commas, as on the command line."""
+    parts = names.split(",") if isinstance(names, str) else names
+    return tuple(name.strip() for name in parts)
+
+
+def _instead(given: object, known: Collection[object]) -> str:
+    words = {str(value): value for value in known}
+    near = get_close_matches(str(given), words, 1)
+    use = f"use one of {', '.join(map(repr, known))}" if words else "there are none"
+    return f"did you mean {words[near[0]]!r}? {use}" if near else use
