@@ -87,6 +87,7 @@ PAGES = {
 NO_PAGES = {
     "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
     "/admin/studies/<name>/video/<int:number>", "/media/<media_id>", "/try/<name>/<file>",
+    "/try/scenes/<scenario>",
     "/s/<study_name>/invitation/<token>",
 }  # fmt: skip
 """What is a file, or leads on to another page."""
