@@ -5,6 +5,9 @@ each page in Chromium and writes ``PAGE-WIDTH-light.png`` and ``PAGE-WIDTH-dark.
 the tests need. Videos and a report that are there already, in ``videos`` and ``report``, aren't
 made again. ``--only ground`` takes the pages whose names begin so. ``--docs`` also writes the
 pictures that the documentation shows.
+
+Each page of the app is also looked at by axe, at each width and in both schemes. What it finds, and
+what is wider than the window, is listed at the end; then the exit status is 1.
 """
 
 from __future__ import annotations
@@ -26,13 +29,15 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from docs.example_study import SCENARIOS, example, tasks  # noqa: E402 - runs as a script
-from tests.annotation_app.in_browser import launched, serving  # noqa: E402
+from tests.annotation_app.in_browser import launched, serving, violations, width_of  # noqa: E402
 
 SIZES = ((390, 844), (1024, 768), (1280, 800))
 SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
 DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
+ANY = ("minor", "moderate", "serious", "critical")
+"""What axe finds, however little it matters."""
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
     "home": ("", "/"),
@@ -73,6 +78,9 @@ PAGES = {
     "remove": ("admin", "/admin/logins/<person_id>/remove"),
     "tokens": ("admin", "/admin/tokens"),
     "revoke": ("admin", "/admin/tokens/revoke?name=robot-lab"),
+    "webhooks": ("admin", "/admin/webhooks"),
+    "webhook": ("admin", "/admin/webhooks/<webhook_id>"),
+    "webhook-remove": ("admin", "/admin/webhooks/<webhook_id>/remove"),
     "audit": ("admin", "/admin/audit"),
     "making-new": ("admin", "/admin/studies/new"),
     **{f"making-{step}": ("admin", f"/admin/studies/<name>/{step}") for step in STEPS},
@@ -84,6 +92,7 @@ PAGES = {
 NO_PAGES = {
     "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
     "/admin/studies/<name>/video/<int:number>", "/media/<media_id>", "/try/<name>/<file>",
+    "/try/scenes/<scenario>",
     "/s/<study_name>/invitation/<token>",
 }  # fmt: skip
 """What is a file, or leads on to another page."""
@@ -99,6 +108,7 @@ def main() -> None:
     asked.out.mkdir(parents=True, exist_ok=True)
     films = asked.out / "videos"
     ct("render-videos", *SCENARIOS, "--out", str(films), "--fps", "15", "--quality", "draft")
+    wrong: list[str] = []
     with launched() as browser:
         for name, cookie, address in addresses(films, asked.only):
             for scheme in SCHEMES:
@@ -106,22 +116,30 @@ def main() -> None:
                 if cookie is not None:
                     site = "/".join(address.split("/")[:3])
                     context.add_cookies([{"name": "session", "value": cookie, "url": site}])
-                take(context.new_page(), address, asked.out, name, scheme)
+                wrong += take(context.new_page(), address, asked.out, name, scheme)
                 context.close()
         if "report".startswith(asked.only):
             take_report(browser, asked.out)
     if asked.docs:
         for name in DOCS:
             smaller(name, asked.out)
+    if wrong:
+        sys.exit("\n".join(wrong))
 
 
-def take(page: Page, address: str, out: Path, name: str, scheme: str) -> None:
-    """Pictures of a page at each width."""
+def take(page: Page, address: str, out: Path, name: str, scheme: str) -> list[str]:
+    """Pictures of a page at each width; what is wrong with it."""
+    wrong: list[str] = []
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         page.goto(address)
         settle(page, name)
         page.screenshot(path=out / f"{name}-{width}-{scheme}.png", full_page=True)
+        found = violations(page, ANY)
+        if width_of(page) > width:
+            found.append(f"it is {width_of(page)} pixels wide")
+        wrong += [f"{name}, {width}, {scheme}: {what}" for what in found]
+    return wrong
 
 
 def ct(*args: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 
 class CorpusError(Exception):
     """Bad input, told so that its owner can mend it.
@@ -38,3 +40,17 @@ class FormatError(CorpusError):
 
 class ModelError(CorpusError):
     """A model that can't be loaded or doesn't fit what it is used with."""
+
+
+class ManyError(FormatError):
+    """Several errors, each on a line of its own.
+
+    Parameters
+    ----------
+    errors
+        What is wrong, in the order in which it is told.
+    """
+
+    def __init__(self, errors: Sequence[CorpusError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("\n".join((f"{len(errors)} things are wrong:", *map(str, errors))))

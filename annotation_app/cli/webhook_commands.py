@@ -63,12 +63,14 @@ def add(
     from annotation_app.core.config import open_instance
     from annotation_app.store.audit import COMMAND_LINE
     from annotation_app.work.handing_out import find_study
-    from annotation_app.work.webhooks import add_webhook, written_secret
+    from annotation_app.work.webhooks import add_webhook, check_webhook, written_secret
 
     with changing(place, address, is_new_fine=False) as session:
+        study = find_study(session, study_name)
+        check_webhook(address, links_to=url, allows_private=allow_private)
         made = add_webhook(
             session,
-            find_study(session, study_name),
+            study,
             address,
             links_to=url,
             with_answers=with_answers,
@@ -144,15 +146,17 @@ def send(*, again: bool, place: Place, form: str) -> None:
     """
     from annotation_app.core.config import open_instance
     from annotation_app.serving import server as serving
-    from annotation_app.serving.webhook_delivery import deliver_due, try_again
-    from annotation_app.store.database import opened
+    from annotation_app.serving.webhook_delivery import deliver_due
+    from annotation_app.store.database import opened, transaction
     from annotation_app.store.installation import now
+    from annotation_app.work.webhooks import try_again
 
     config = open_instance(*place)
     serving.prepare(config)
     with opened(config.database) as engine:
         at = now()
         if again:
-            try_again(engine, now=at)
+            with transaction(engine) as session:
+                try_again(session, now=at)
         done = deliver_due(engine, config.secret_key, now=at)
     tell(form, done, f"{done.sent} sent, {done.failed} failed, {done.given_up} given up")

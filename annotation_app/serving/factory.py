@@ -24,6 +24,7 @@ from annotation_app.dashboard import (
     disagreement_pages,
     login_admin,
     token_pages,
+    webhook_pages,
 )
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
@@ -86,6 +87,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         answers_api,
         login_admin,
         token_pages,
+        webhook_pages,
         audit_pages,
         interface,
     )

@@ -78,18 +78,6 @@ def deliver_due(engine: Engine, secret_key: bytes, *, now: float) -> Delivered:
     return done
 
 
-def try_again(engine: Engine, *, now: float) -> int:
-    """Have all messages tried at once that wait or were given up; how many these are."""
-    with transaction(engine) as session:
-        changed = session.execute(
-            update(WebhookMessage)
-            .where(WebhookMessage.state.in_(("waiting", "given up")))
-            .values(state="waiting", next_at=now, made_at=now, ended_at=None)
-            .returning(WebhookMessage.id)
-        )
-        return len(changed.all())
-
-
 @contextmanager
 def delivering(engine: Engine, secret_key: bytes, outages: Outages) -> Iterator[None]:
     """Send messages in the background as they come."""

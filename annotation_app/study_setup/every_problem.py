@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 import msgspec
 
 from corpus_tools.world.scenarios.documents import Field, Problem, convert
-from g3.errors import CorpusError, FormatError
+from g3.errors import CorpusError, ManyError
 
 
 def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[Problem]:
@@ -37,14 +37,6 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
                 yield Problem(field, what, f"see {manual} for the form")
     elif not parts and isinstance(problem := convert(value, form, field, manual), Problem):
         yield problem
-
-
-class ManyError(FormatError):
-    """Several errors, each on a line of its own."""
-
-    def __init__(self, errors: Sequence[CorpusError]) -> None:
-        self.errors = tuple(errors)
-        super().__init__("\n".join((f"{len(errors)} things are wrong:", *map(str, errors))))
 
 
 def together(errors: Iterable[CorpusError]) -> CorpusError:

@@ -25,15 +25,12 @@ class Outline:
         Whether the answers don't agree on it.
     polygons
         Corners of each, as the attribute ``points``.
-    at
-        Where to write what it is called.
     """
 
     kind: str
     shown: str
     differs: bool
     polygons: tuple[str, ...]
-    at: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +80,9 @@ def draw(
     size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
 
     def outline(key: Key, polygons: Sequence[Sequence[Sequence[float]]]) -> Outline:
-        corners = [corner for polygon in polygons for corner in polygon]
-        xs, ys = [corner[0] for corner in corners], [corner[1] for corner in corners]
-        middle = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
         points = tuple(map(_points, polygons))
         name = shown.get(key, "") if key in keys else ""
-        return Outline(key[0], name, key in disputed, points, middle)
+        return Outline(key[0], name, key in disputed, points)
 
     seen = [
         outline((THING, thing["id"]), thing["polygons"])

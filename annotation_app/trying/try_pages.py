@@ -21,6 +21,7 @@ from annotation_app.trying.attempt_queue import attempts
 from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, tries
 from annotation_app.web.needs_login import sign_in_page
+from g3.scene_drawing import scene_svg
 
 LONGEST_COMMAND = 500
 FILES = {TREE: "image/svg+xml", PICTURE: "image/png", VIDEO: "video/mp4"}
@@ -75,6 +76,19 @@ def try_() -> ResponseReturnValue:
 def tried(name: str) -> Response:
     """How far an attempt is."""
     return json_reply(_found(name))
+
+
+@blueprint.get("/try/scenes/<scenario>")
+def scene(scenario: str) -> Response:
+    """What is where in a scenario, from above: people see it before they type."""
+    from corpus_tools.following.start_states import scenario_start  # noqa: PLC0415 - only if asked
+
+    _require()
+    if scenario not in scenarios():
+        raise Refusal(404, "There is no such scenario.")
+    drawing = Response(scene_svg(scenario_start(scenario).context), mimetype="image/svg+xml")
+    drawing.headers["Cache-Control"] = "private, max-age=3600"
+    return drawing
 
 
 @blueprint.get("/try/<name>/<file>")

@@ -11,10 +11,17 @@ import hmac
 from dataclasses import dataclass
 
 import msgspec
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from annotation_app.core.posting import NO_TLS, PRIVATE, PostProblem, addresses_of, check_address
+from annotation_app.core.posting import (
+    NO_TLS,
+    PRIVATE,
+    PostProblem,
+    addresses_of,
+    check_address,
+    post,
+)
 from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
 from annotation_app.store.audit import note
@@ -22,7 +29,7 @@ from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.store.program_models import Webhook, WebhookMessage
 
-EVENT = "item.finished"
+EVENT, TEST = "item.finished", "test"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +47,31 @@ class WebhookState:
     sent: int
     given_up: int
     problem: str
+    last_sent_at: float | None
+
+
+def check_webhook(url: str, *, links_to: str, allows_private: bool = False) -> None:
+    """See whether an address may be told. Its name is looked up, so it may take seconds.
+
+    Raises
+    ------
+    Refusal
+        If nothing may be sent there.
+    """
+    if len(url) > 2000 or len(links_to) > 2000:
+        raise Refusal(422, "The address is too long. Use at most 2000 characters.")
+    try:
+        check_address(links_to, allows_private=True)
+        _check_place(url, allows_private=allows_private)
+    except PostProblem as problem:
+        fix = (
+            "Name one that the Internet reaches. Only `ct annotate webhooks add --allow-private` "
+            "allows others."
+            if str(problem) in (PRIVATE, NO_TLS)
+            else "Give one such as https://lab.example.org/hook."
+        )
+        what = str(problem)
+        raise Refusal(422, f"{what[:1].upper()}{what[1:]}. {fix}") from problem
 
 
 def add_webhook(
@@ -52,26 +84,7 @@ def add_webhook(
     allows_private: bool = False,
     actor: str,
 ) -> Webhook:
-    """Have an address told of a study's items that are finished from now on.
-
-    Raises
-    ------
-    Refusal
-        If nothing may be sent there.
-    """
-    try:
-        check_address(links_to, allows_private=True)
-        _check_place(url, allows_private=allows_private)
-    except PostProblem as problem:
-        fix = (
-            "Name one that the Internet reaches, or allow private ones with --allow-private."
-            if str(problem) in (PRIVATE, NO_TLS)
-            else "Give one such as https://lab.example.org/hook."
-        )
-        what = str(problem)
-        raise Refusal(422, f"{what[:1].upper()}{what[1:]}. {fix}") from problem
-    if len(url) > 2000 or len(links_to) > 2000:
-        raise Refusal(422, "The address is too long. Use at most 2000 characters.")
+    """Have a checked address told of a study's items that are finished from now on."""
     found = Webhook(
         id=new_id(),
         study_id=study.id,
@@ -119,6 +132,11 @@ def webhook_states(session: Session) -> list[WebhookState]:
         )
     ).all()
     counts = {(hook, state): count for hook, state, count in rows}
+    sent = select(WebhookMessage.webhook_id, func.max(WebhookMessage.ended_at)).where(
+        WebhookMessage.state == "sent"
+    )
+    ends = session.execute(sent.group_by(WebhookMessage.webhook_id)).all()
+    last = {row[0]: row[1] for row in ends}
     return [
         WebhookState(
             hook.id,
@@ -132,9 +150,43 @@ def webhook_states(session: Session) -> list[WebhookState]:
             counts.get((hook.id, "sent"), 0),
             counts.get((hook.id, "given up"), 0),
             _last_problem(session, hook.id),
+            last.get(hook.id),
         )
         for hook, study in hooks
     ]
+
+
+def last_messages(session: Session, webhook_id: str, most: int) -> list[tuple[WebhookMessage, str]]:
+    """The newest messages to a webhook, and the tasks of their items. Old ones are forgotten."""
+    found = session.execute(
+        select(WebhookMessage, Item.task)
+        .join(Item, Item.id == WebhookMessage.item_id)
+        .where(WebhookMessage.webhook_id == webhook_id)
+        .order_by(WebhookMessage.made_at.desc(), WebhookMessage.id)
+        .limit(most)
+    )
+    return [(message, task) for message, task in found]
+
+
+def try_again(session: Session, *, now: float, webhook_id: str | None = None) -> int:
+    """Have all messages tried at once that wait or were given up; how many these are."""
+    failed = update(WebhookMessage).where(WebhookMessage.state.in_(("waiting", "given up")))
+    if webhook_id is not None:
+        failed = failed.where(WebhookMessage.webhook_id == webhook_id)
+    again = failed.values(state="waiting", next_at=now, made_at=now, ended_at=None)
+    return len(session.execute(again.returning(WebhookMessage.id)).all())
+
+
+def send_test(hook: Webhook, study: str, secret_key: bytes) -> str:
+    """Send a message that tells of nothing, once and at once; why it didn't arrive, or nothing."""
+    at = now()
+    content = msgspec.json.encode({"type": TEST, "timestamp": at, "data": {"study": study}})
+    headers = signed(signing_key(secret_key, hook.id), new_id(), at, content)
+    try:
+        post(hook.url, content, headers, allows_private=hook.allows_private)
+    except PostProblem as problem:
+        return str(problem)
+    return ""
 
 
 def signing_key(secret_key: bytes, webhook_id: str) -> bytes:

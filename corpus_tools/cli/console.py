@@ -22,7 +22,7 @@ import click
 from corpus_tools import __version__
 from corpus_tools.runtime.extras import DISTRIBUTION, extra_of
 from corpus_tools.runtime.terminal import VisibleFormatter, note
-from g3.errors import CorpusError
+from g3.errors import CorpusError, ManyError
 
 ENTRY_POINT_GROUP = "ct.commands"
 
@@ -32,6 +32,8 @@ EXIT_INTERRUPTED = 130
 
 LONGEST_MESSAGE = 2000
 """Of a longer error the middle is left out."""
+MOST_LINES = 50
+"""Where several things are wrong, so many are told."""
 
 _PATH_ERRORS = (
     FileExistsError,
@@ -157,12 +159,18 @@ def run(args: Sequence[str]) -> int:
 
 
 def _report(error: Exception) -> int:
-    """Print an error in one line; return the exit status."""
+    """Print an error in one line, or several in one line each; return the exit status."""
     status = EXIT_BAD_INPUT
     if isinstance(error, click.ClickException):
         shown = io.StringIO()
         error.show(file=shown)
         note(_shortened(shown.getvalue().rstrip("\n")))
+    elif isinstance(error, ManyError):
+        _complain(f"error: {len(error.errors)} things are wrong:")
+        for one in error.errors[:MOST_LINES]:
+            note(f"  {_shortened(_in_one_line(str(one)))}")
+        if len(error.errors) > MOST_LINES:
+            note(f"  and {len(error.errors) - MOST_LINES} more")
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
     elif isinstance(error, OSError) and _is_of_path(error):
@@ -190,7 +198,11 @@ def _is_of_path(error: OSError) -> bool:
 
 
 def _complain(message: str) -> None:
-    note("ct: " + _shortened(" ".join(message.split())))
+    note("ct: " + _shortened(_in_one_line(message)))
+
+
+def _in_one_line(message: str) -> str:
+    return " ".join(message.split())
 
 
 def _shortened(message: str) -> str:

@@ -1,9 +1,10 @@
 // Where answers are compared: things, places and the map as the people who answered saw them.
 
+import { labelLayer, unitOf } from "./label-layer.js";
+import { boxAround } from "./labels.js";
 import { numbered } from "./scene.js";
 
 const MARGIN = 0.05;
-const LETTER = 0.05;
 
 const scene = numbered(JSON.parse(document.getElementById("scene").textContent));
 const names = new Map([
@@ -28,9 +29,22 @@ const size = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.
 const [left, top] = [Math.min(...xs) - MARGIN * size, Math.min(...ys) - MARGIN * size];
 const [right, bottom] = [Math.max(...xs) + MARGIN * size, Math.max(...ys) + MARGIN * size];
 map.setAttribute("viewBox", `${left} ${top} ${right - left} ${bottom - top}`);
-for (const text of map.querySelectorAll("text")) {
-  const { x, y } = turned({ x: Number(text.getAttribute("x")), y: Number(text.getAttribute("y")) });
-  text.setAttribute("x", x);
-  text.setAttribute("y", y);
-  text.setAttribute("font-size", LETTER * size);
+
+for (const drawing of [document.querySelector(".frame svg"), map]) {
+  if (drawing) label(drawing);
+}
+
+/** Label what the answers name; no label covers another, and what they differ in comes first. */
+function label(drawing) {
+  const caps = labelLayer();
+  const labels = [...drawing.querySelectorAll("[data-label]")].map((outline) => ({
+    id: outline.dataset.label,
+    kind: outline.classList.contains("place") ? "place" : "object",
+    text: String(names.get(outline.dataset.label) ?? "?"),
+    box: boxAround([...outline.querySelectorAll("polygon")].flatMap((polygon) => [...polygon.points].map(({ x, y }) => [x, y]))),
+    isChosen: outline.classList.contains("disputed"),
+  }));
+  drawing.append(caps.element);
+  const { x, y, width: w, height: h } = drawing.viewBox.baseVal;
+  new ResizeObserver(() => unitOf(drawing) && caps.put(labels, { x, y, w, h }, unitOf(drawing))).observe(drawing);
 }

@@ -24,6 +24,10 @@ $("ask").addEventListener("submit", (event) => {
   begin({ scenario: $("scenario").value, text: $("text").value });
 });
 
+const showScene = () => { $("scene").src = `/try/scenes/${$("scenario").value}`; };
+$("scenario").addEventListener("change", showScene);
+showScene(); // browsers keep what was chosen before a page was loaded again
+
 async function begin(asked) {
   current = null;
   chosen = null;

@@ -56,7 +56,7 @@ def test_what_differs_in_groundings_is_marked(app: Flask) -> None:
     first_frame, map_ = re.findall(r"<svg(?! class=.spans).*?</svg>", page, re.DOTALL)
     for view in (first_frame, map_):
         assert len(re.findall(r'class="thing named disputed"', view)) == 2
-        assert len(set(re.findall(r'data-shown="([^"]+)"', view))) == 2
+        assert len(set(re.findall(r'data-label="([^"]+)"', view))) == 2
     sides = page.split('<h2 id="side-')[1:]
     for side in sides:
         assert side.count("<mark>") == len(nodes)
@@ -64,7 +64,7 @@ def test_what_differs_in_groundings_is_marked(app: Flask) -> None:
     scene = re.search(r'id="scene">(.*?)</script>', page, re.DOTALL)
     assert scene is not None
     shown = {thing["id"] for thing in json.loads(scene[1])["map"]["objects"]}
-    assert set(re.findall(r'data-shown="([^"]+)"', page)) <= shown
+    assert set(re.findall(r'data-(?:shown|label)="([^"]+)"', page)) <= shown
     assert "tires-1" not in scene[1]
 
 

@@ -17,8 +17,8 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
 from corpus_tools.corpus.corpus_reading import load_corpus
-from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.pages.segmenting import place, start_from_nothing
 from tests.annotation_app.real_server import running
 from tests.annotation_app.signing_in import PASSWORD
 from tests.annotation_app.study_setup.clips import clip
@@ -26,7 +26,7 @@ from tests.annotation_app.study_setup.clips import clip
 pytestmark = pytest.mark.slow
 
 COMMAND = "Push the cup."
-TREES = ("EVENT(r = Push, l = OBJ(f = the cup))", "EVENT(r = Push, l = PLACE(f = the cup))")
+WHAT, WHERE = "Push what?", "Push where?"
 PICTURES = os.environ.get("CT_PICTURES")
 """A folder for pictures of the pages, if somebody wants to look at them."""
 
@@ -133,24 +133,17 @@ def describe(page: Page, address: str) -> None:
     expect(page.get_by_text("1 of")).to_be_visible()
 
 
-def segment(page: Page, address: str, tree: str) -> None:
-    """What the page would send: how trees are made on it is its own tests' matter."""
+def segment(page: Page, address: str, question: str) -> list[str]:
+    """Give the words their places; people don't agree where "the cup" belongs."""
     page.goto(f"{address}/segment")
-    sdcs = to_json(parse_brackets(tree, command=COMMAND))
-    status = page.evaluate(
-        """async (sdcs) => {
-          const { item } = JSON.parse(document.getElementById("item").textContent);
-          const token = document.querySelector('meta[name="csrf-token"]').content;
-          const reply = await fetch(`/api/items/${item}/answer`, {
-            method: "POST",
-            headers: { "Content-Type": "application/json", "X-CSRFToken": token },
-            body: JSON.stringify({ uuid: "00000000-0000-4000-8000-000000000000", body: { sdcs } }),
-          });
-          return reply.status;
-        }""",
-        sdcs,
-    )
-    assert status == 200
+    start_from_nothing(page)
+    place(page, (0,), "What is done?")
+    place(page, (1, 2), question)
+    expect(page.locator("#prompt")).to_contain_text("Every word has its place.")
+    found = look(page, "segment")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("heading", level=1)).not_to_have_text("Segment")
+    return found
 
 
 def check(page: Page, address: str) -> list[str]:
@@ -195,8 +188,8 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
         choose_login(judge, invited(page, "adjudicator"), "grace")
 
         describe(people[0], address)
-        for person, tree in zip(people, (TREES[0], TREES[1], TREES[0]), strict=True):
-            segment(person, address, tree)
+        for person, question in zip(people, (WHAT, WHERE, WHAT), strict=True):
+            found += segment(person, address, question)
         judge.goto(f"http://localhost:{server.port}/dashboard/arm/queue")
         judge.get_by_role("link", name=COMMAND).click()
         choices = judge.get_by_role("button", name=re.compile("Choose answer"))

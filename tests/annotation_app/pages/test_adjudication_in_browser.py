@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import Any
 
@@ -146,8 +147,12 @@ def test_a_grounding_is_edited_as_workers_do(site: Site, context: BrowserContext
 
 CENTRE = "box => [box.x + box.width / 2, box.y + box.height / 2]"
 OF_COMPARED = f"""() => Object.fromEntries(
-  [...document.querySelectorAll("svg.map text")].map(
-    text => [text.dataset.shown, ({CENTRE})(text.getBoundingClientRect())]))"""
+  [...document.querySelectorAll("svg.map [data-label]")].map(
+    thing => [thing.dataset.label, ({CENTRE})(thing.getBoundingClientRect())]))"""
+CAPS = """() => [...document.querySelectorAll(".views .cap:not(.left-out) rect")].map(rect => {
+  const { left, top, right, bottom } = rect.getBoundingClientRect();
+  return [rect.parentNode.textContent, left, top, right, bottom];
+})"""
 OF_WORKERS = f"""() => Object.fromEntries(
   [...document.querySelectorAll("svg.map .thing")].map(thing => [
     thing.dataset.id, ({CENTRE})(thing.querySelector("polygon.shape").getBoundingClientRect())]))"""
@@ -156,7 +161,7 @@ OF_WORKERS = f"""() => Object.fromEntries(
 def test_the_map_lies_as_the_workers(site: Site, context: BrowserContext) -> None:
     item = answered(site, "ground", named(0), named(1))
     _, page, errors = judge_page(site, context, item)
-    expect(page.locator("svg.map text").first).not_to_be_empty()
+    expect(page.locator("svg.map .cap text").first).not_to_be_empty()
     compared = page.evaluate(OF_COMPARED)
     page.get_by_role("link", name="Edit answer 1").click()
     expect(page.locator(".map .thing")).to_have_count(4)
@@ -169,6 +174,22 @@ def test_the_map_lies_as_the_workers(site: Site, context: BrowserContext) -> Non
         return x / length, y / length
 
     assert direction(compared) == pytest.approx(direction(worker), abs=0.06)
+    assert errors == []
+
+
+def test_labels_do_not_cover_each_other(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "ground", named(0), named(1))
+    _, page, errors = judge_page(site, context, item)
+    expect(page.locator("svg.map .cap")).to_have_count(2)
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        caps = page.evaluate(CAPS)
+        assert len(caps) == 4  # two in the picture, two on the map
+        texts = set(page.locator("dd b[data-shown]").all_inner_texts())
+        assert {text for text, *_ in caps} == texts
+        for one, other in itertools.combinations(caps, 2):
+            (_, left, top, right, bottom), (_, x, y, far, low) = one, other
+            assert right <= x or far <= left or bottom <= y or low <= top, (one, other)
     assert errors == []
 
 

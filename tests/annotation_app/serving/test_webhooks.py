@@ -25,7 +25,6 @@ from annotation_app.serving.webhook_delivery import (
     GIVE_UP_S,
     Delivered,
     deliver_due,
-    try_again,
     wait_s,
 )
 from annotation_app.store.database import reading, transaction
@@ -35,7 +34,9 @@ from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.work.handing_out import find_study
 from annotation_app.work.webhooks import (
     add_webhook,
+    check_webhook,
     remove_webhook,
+    try_again,
     webhook_states,
     written_secret,
 )
@@ -65,6 +66,7 @@ def receiver() -> Iterator[Receiver]:
 
 def hook(app: Flask, url: str, **more: Any) -> str:
     allowed = {"allows_private": True, **more}
+    check_webhook(url, links_to=LINKS, allows_private=allowed["allows_private"])
     with app.app_context(), transaction(engine_of(app)) as session:
         study = find_study(session, "tests")
         return add_webhook(session, study, url, links_to=LINKS, actor="tests", **allowed).id
@@ -167,7 +169,9 @@ def test_it_is_given_up_after_days_and_can_be_tried_again(app: Flask, receiver: 
         (state,) = webhook_states(session)
     assert (state.webhook, state.given_up, state.problem) == (name, 1, "status 503")
     receiver.answer = lambda _number: 200
-    assert try_again(engine_of(app), now=time.time()) == 1
+    with transaction(engine_of(app)) as session:
+        assert try_again(session, now=time.time(), webhook_id="another") == 0
+        assert try_again(session, now=time.time()) == 1
     assert deliver(app) == Delivered(sent=1)
 
 

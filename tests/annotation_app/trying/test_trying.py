@@ -15,7 +15,7 @@ from flask import Flask
 from annotation_app.serving.factory import create_app
 from annotation_app.trying import attempt as attempt_module
 from annotation_app.trying import attempt_queue as queue
-from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, write_state
+from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, scenarios, write_state
 from annotation_app.trying.attempt_queue import FOLDER, Attempts
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost
@@ -57,6 +57,17 @@ def test_strangers_are_asked_to_sign_in_but_not_in_the_demo(app: Flask, open_app
     page = open_app.test_client().get("/try")
     assert page.status_code == 200
     assert SCENARIO in page.text
+
+
+def test_the_scene_is_seen_before_somebody_types(app: Flask, open_app: Flask) -> None:
+    client = open_app.test_client()
+    seen = [f'src="/try/scenes/{name}"' in client.get("/try").text for name in sorted(scenarios())]
+    assert seen.index(True) == 0
+    drawing = client.get(f"/try/scenes/{SCENARIO}")
+    assert drawing.mimetype == "image/svg+xml"
+    assert "tires" in drawing.text
+    assert client.get("/try/scenes/nothing").status_code == 404
+    assert app.test_client().get(f"/try/scenes/{SCENARIO}").status_code == 401
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,8 @@ import click
 import pytest
 
 from corpus_tools import __version__
-from corpus_tools.cli.console import cli, run
+from corpus_tools.cli.console import MOST_LINES, cli, run
+from g3.errors import FormatError, ManyError
 
 CT = Path(sys.executable).with_name("ct")
 PUT = "EVENT_1(r = Put, l = OBJ_2(f = the pallet), l2 = PLACE_3(r = on, l = OBJ_4(f = the truck)))"
@@ -207,6 +208,19 @@ def test_bad_input_is_one_line_and_exits_2(tmp_path, monkeypatch, capsys):
         assert told.count("\n") == 1
     result = ct("graph", "EVENT(")
     assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+
+
+def test_many_errors_are_a_line_each(monkeypatch, capsys):
+    def fail(errors):
+        monkeypatch.setattr(cli, "main", lambda *_, **__: (_ for _ in ()).throw(ManyError(errors)))
+        assert run([]) == 2
+        return capsys.readouterr().err.splitlines()
+
+    two = [FormatError("no\nname", where="a.yaml:1:7", fix="name it"), FormatError("no title")]
+    told = ["ct: error: 2 things are wrong:", "  a.yaml:1:7: no name (name it)", "  no title"]
+    assert fail(two) == told
+    assert len(fail(two * 100)) == MOST_LINES + 2
+    assert fail(two * 100)[-1] == f"  and {200 - MOST_LINES} more"
 
 
 def test_verbose_shows_the_traceback():
