@@ -247,9 +247,9 @@ def _png(frame: av.VideoFrame) -> bytes:
     return content
 
 
-def to_mp4(file: Path) -> str:
-    """The command that makes a video which all browsers play."""
-    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {file.stem}-new.mp4"
+def to_mp4(file: Path, new: str = "") -> str:
+    """The command that makes a video which all browsers play; ``new`` is its name."""
+    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {new or f'{file.stem}-new'}.mp4"
 
 
 def _why(error: Exception) -> str:
