@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -249,7 +250,8 @@ def _png(frame: av.VideoFrame) -> bytes:
 
 def to_mp4(file: Path, new: str = "") -> str:
     """The command that makes a video which all browsers play; ``new`` is its name."""
-    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {new or f'{file.stem}-new'}.mp4"
+    made = f"{new or f'{file.stem}-new'}.mp4"
+    return f"ffmpeg -i {quote(file.name)} -c:v libx264 -pix_fmt yuv420p {quote(made)}"
 
 
 def _why(error: Exception) -> str:
