@@ -251,7 +251,7 @@ def _film(result: Result, out: Path, settings: Settings) -> Path:
     start = result.start
     told = to_script(start, result.plan.actions)
     done = execute(start.context, told.script, places=told.places, forks_m=start.forks_m)
-    film(done.recording, out, settings)
+    film(done.recording, out, settings, site=start.site)
     write_log(done.recording, out.with_suffix(".mcap"), name=out.stem, metadata={})
     if done.failure is not None:
         raise CorpusError(f"the plan failed: {done.failure}", where=str(out))

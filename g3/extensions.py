@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -117,8 +118,10 @@ def blaming(member: str, where: str) -> Iterator[None]:
     except CorpusError:
         raise
     except Exception as error:
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"at line {at.lineno} of {at.filename}"
         raise CorpusError(
-            f"{member} fails: {type(error).__name__}: {error}",
+            f"{member} fails: {type(error).__name__}: {error}, {place}",
             where=where,
             fix="correct it, or uninstall it",
         ) from error

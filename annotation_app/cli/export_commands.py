@@ -9,11 +9,13 @@ import click
 
 from annotation_app.cli.command_options import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from annotation_app.store.models import Study
+    from corpus_tools.corpus.corpus_model import Corpus
 
 LEROBOT = "lerobot"
 """Written into a copy of a dataset, where `ct corpus export` makes a new one."""
@@ -131,6 +133,24 @@ def export(
     serving.note_on_this_machine(config, "exported", study.name, format=form)
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
+    if form != LEROBOT and not corpus.annotations:
+        note(*_without_annotations(corpus))
+
+
+def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
+    """What to say of a corpus that nothing can be learned from."""
+    if not corpus.contexts:  # videos of which it isn't known what is where
+        return (
+            "note: a corpus of these videos has no annotations, as its things have places in a "
+            "world.",
+            "For what people have marked and chosen: --format csv, or Groundings (CSV) on the "
+            "dashboard",
+        )
+    return (
+        "note: there are no annotations yet, so no model can learn from this corpus.",
+        "People make them: Describe (type a command), then Segment (mark its clauses), then "
+        "Ground (say what they mean)",
+    )
 
 
 def _write_lerobot(

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -247,9 +248,10 @@ def _png(frame: av.VideoFrame) -> bytes:
     return content
 
 
-def to_mp4(file: Path) -> str:
-    """The command that makes a video which all browsers play."""
-    return f"ffmpeg -i {file.name} -c:v libx264 -pix_fmt yuv420p {file.stem}-new.mp4"
+def to_mp4(file: Path, new: str = "") -> str:
+    """The command that makes a video which all browsers play; ``new`` is its name."""
+    made = f"{new or f'{file.stem}-new'}.mp4"
+    return f"ffmpeg -i {quote(file.name)} -c:v libx264 -pix_fmt yuv420p {quote(made)}"
 
 
 def _why(error: Exception) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from annotation_app.items.clips import to_mp4
 from annotation_app.study_setup.own_videos import SUFFIXES, TABLES
 from annotation_app.study_setup.rendered_study import FILES
 from g3.errors import FormatError
@@ -149,11 +150,19 @@ def add_part(folder: Path, name: str, offset: int, content: bytes, size: int) ->
 
 
 def _check_name(folder: Path, name: str) -> None:
-    if not _FILE_NAME.fullmatch(name) or Path(name).suffix.lower() not in UPLOADED:
+    ending = Path(name).suffix.lower()
+    if _FILE_NAME.fullmatch(name) and ending not in UPLOADED:
+        raise FormatError(
+            f"files that end in {ending or 'nothing'} can't be added",
+            where=name,
+            fix=f"add {', '.join(UPLOADED)}; you get an mp4 of a video by "
+            f"{to_mp4(Path(name), Path(name).stem)}",
+        )
+    if not _FILE_NAME.fullmatch(name):
         raise FormatError(
             "a file of this name can't be added",
             where=name[:100],
-            fix=f"use letters, digits, -, _ and . in its name, and one of {', '.join(UPLOADED)}",
+            fix="use letters, digits, -, _ and . in its name",
         )
     if (folder / name).exists():
         raise FormatError(

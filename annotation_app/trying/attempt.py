@@ -171,7 +171,7 @@ def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
     done = _carry_out(start, result)
     if done.failure is not None:
         shown = then(shown, problem=f"The plan couldn't be carried out to its end: {done.failure}")
-    yield from _filmed(folder, then(shown, phase="drawing"), done.recording, places)
+    yield from _filmed(folder, then(shown, phase="drawing"), done.recording, places, start.site)
 
 
 class _Teller:
@@ -213,11 +213,9 @@ def scenarios() -> dict[str, Path]:
 
 @functools.lru_cache(maxsize=100)
 def _start(scenario: str) -> State:
-    from corpus_tools.world.scenarios.contexts import scenario_context  # noqa: PLC0415 - as above
-    from corpus_tools.world.scenarios.scenario_reading import read_scenario  # noqa: PLC0415
-    from g3.actions.robot_state import start_state  # noqa: PLC0415
+    from corpus_tools.following.start_states import scenario_start  # noqa: PLC0415 - as above
 
-    return start_state(scenario_context(read_scenario(scenarios()[scenario])))
+    return scenario_start(scenarios()[scenario])
 
 
 def _plan(result: Result, places: list[Place]) -> Plan:
@@ -287,7 +285,7 @@ def _carry_out(start: State, result: Result) -> Execution:
 
 
 def _filmed(
-    folder: Path, shown: Shown, recording: Recording, places: Sequence[Place]
+    folder: Path, shown: Shown, recording: Recording, places: Sequence[Place], site: str
 ) -> Iterator[Shown]:
     """The first picture with its outlines, and then the video."""
     import cv2  # noqa: PLC0415 - as above
@@ -301,7 +299,7 @@ def _filmed(
 
     how = Settings(size=SIZE, fps=FPS, quality="standard")
     moments = sampled(recording, how.fps)
-    world = build_world(recording.start)
+    world = build_world(recording.start, site=site)
     with open_frames(world, moments, how.camera, how.size, how.quality) as frames:
         _, content = cv2.imencode(".png", frames.frame(0)[..., ::-1])
         write_bytes(folder / PICTURE, content.tobytes())

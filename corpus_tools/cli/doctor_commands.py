@@ -15,8 +15,8 @@ from corpus_tools.runtime.terminal import say
 def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     """Check this machine, and say how to get what is missing.
 
-    All checks run, or those that are named. The exit status is 0 if all is well and 2 if
-    something is missing.
+    All checks run, or those that are named. The exit status is 2 if something is missing. Extras
+    that you haven't installed are a remark only.
     """
     from corpus_tools.doctor.diagnosis import checks, diagnose
 
@@ -29,8 +29,10 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     for finding in diagnose(chosen):
         findings.append(finding)
         if form == PLAIN:
-            mark = click.style("ok", fg="green") if finding.ok else click.style("no", fg="red")
-            say(f"{mark}  {finding.name:<10} {finding.found}", styled=True)
+            mark, colour = ("no", "red") if not finding.ok else ("ok", "green")
+            if finding.ok and finding.fix:
+                mark, colour = "--", "yellow"
+            say(f"{click.style(mark, fg=colour)}  {finding.name:<10} {finding.found}", styled=True)
             if finding.fix:
                 say(f"    {'':<10} {finding.fix}")
     tell(form, {"checks": findings})

@@ -168,7 +168,7 @@ def follow(
     wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
     if not wanted:
         sys.exit(NOTHING)
-    done = None if plan_only else _carry_out(state, result, video, scenario)
+    done = None if plan_only else _carry_out(state, result, video)
     _report(done, result, form, video)
     if done is not None and done.failure is not None:
         sys.exit(FAILED)
@@ -269,9 +269,7 @@ def _confirmed(result: Result, shown: Shown) -> bool:
     return False
 
 
-def _carry_out(
-    state: State, result: Result, video: Path | None = None, scenario: str | None = None
-) -> Execution:
+def _carry_out(state: State, result: Result, video: Path | None = None) -> Execution:
     from corpus_tools.following.bundled_grounder import to_script
 
     assert result.plan is not None  # noqa: S101 - the callers have looked
@@ -290,16 +288,15 @@ def _carry_out(
     told = to_script(state, result.plan.actions)
     done = execute(state.context, told.script, places=told.places, forks_m=state.forks_m)
     if video is not None:
-        _film(done, video, scenario)
+        _film(done, video, state.site)
     return done
 
 
-def _film(done: Execution, video: Path, scenario: str | None) -> None:
-    from corpus_tools.following.start_states import scenario_site
+def _film(done: Execution, video: Path, site: str) -> None:
     from corpus_tools.logs.log_writing import write_log
     from corpus_tools.video.films import film
 
-    film(done.recording, video, site=scenario_site(scenario) if scenario else "yard")
+    film(done.recording, video, site=site)
     write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
 
 

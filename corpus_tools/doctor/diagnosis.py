@@ -1,7 +1,8 @@
 """What this machine has of what the toolkit needs, and how to get what is missing.
 
 A check is a function without arguments that returns what it found, in a few words, or
-raises a :class:`~g3.errors.CorpusError` that says what is missing. Installed distributions
+raises a :class:`~g3.errors.CorpusError` that says what is missing. What you may do without,
+it returns as a :class:`Remark`. Installed distributions
 name theirs in the entry point group ``ct.checks``.
 """
 
@@ -16,7 +17,24 @@ from g3.errors import CorpusError
 
 ENTRY_POINT_GROUP = "ct.checks"
 
-Check: TypeAlias = Callable[[], str]
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """What isn't there, and needn't be.
+
+    Parameters
+    ----------
+    found
+        What isn't there.
+    fix
+        How to get it.
+    """
+
+    found: str
+    fix: str
+
+
+Check: TypeAlias = Callable[[], str | Remark]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +46,11 @@ class Finding:
     name
         Of the check.
     ok
-        Whether all is there.
+        Whether all that is needed is there.
     found
         What is there, or what is wrong.
     fix
-        How to mend it; empty if all is well.
+        How to mend it, or how to get what isn't there and needn't be; else empty.
     """
 
     name: str
@@ -51,10 +69,14 @@ def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
     """Run checks one by one, even if others fail."""
     for name, check in named.items():
         try:
-            yield Finding(name, True, check())
+            found = check()
+            if isinstance(found, Remark):
+                yield Finding(name, True, found.found, found.fix)
+            else:
+                yield Finding(name, True, found)
         except CorpusError as error:
-            found = f"{error.where}: {error.what}" if error.where else error.what
-            yield Finding(name, False, found, error.fix)
+            wrong = f"{error.where}: {error.what}" if error.where else error.what
+            yield Finding(name, False, wrong, error.fix)
         except Exception as error:  # a broken library may raise anything
             reason = f"{type(error).__name__}: {error}"
             fix = "install the package again; if that doesn't help, please report this"
@@ -62,7 +84,8 @@ def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
 
 
 def _loaded(point: importlib.metadata.EntryPoint) -> Check:
-    def check() -> str:
-        return str(point.load()())
+    def check() -> str | Remark:
+        found: str | Remark = point.load()()
+        return found
 
     return check

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from corpus_tools.doctor.diagnosis import Remark
 from g3.errors import CorpusError
 from g3.storage.cache_folder import cache_folder
 
@@ -96,16 +97,16 @@ def disk() -> str:
     return ", ".join(rooms)
 
 
-def extras() -> str:
-    """Whether all packages of the extras are there."""
+def extras() -> str | Remark:
+    """Which extras are there. None is needed."""
     from corpus_tools.runtime import extras as known  # noqa: PLC0415 - keeps the module's import light
 
     missing = {extra: lacking for extra in known.extras() if (lacking := known.missing_of(extra))}
     if missing:
         listed = "; ".join(f"{extra} ({', '.join(names)})" for extra, names in missing.items())
-        raise CorpusError(
-            f"extras that aren't installed: {listed}",
-            fix=f"if you want them: pip install '{known.DISTRIBUTION}[{','.join(missing)}]'",
+        return Remark(
+            f"not installed: {listed}",
+            f"if you want them: pip install '{known.DISTRIBUTION}[{','.join(missing)}]'",
         )
     return ", ".join(known.extras())
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
-from corpus_tools.world.scenarios.scenario import Scenario, SiteName
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.actions.robot_state import State, start_state
 from g3.errors import CorpusError
@@ -23,16 +23,8 @@ def scenario_start(name_or_path: str | Path) -> State:
     FormatError
         If there is none, or something in it is wrong.
     """
-    return start_state(scenario_context(_read(name_or_path)))
-
-
-def scenario_site(name_or_path: str | Path) -> SiteName:
-    """What is around a scenario in pictures, such as a hall; the scenario as above."""
-    return _read(name_or_path).layout.site
-
-
-def _read(name_or_path: str | Path) -> Scenario:
-    return read_scenario(scenario_file(str(name_or_path), dataset_folder(DATASET)))
+    scenario = read_scenario(scenario_file(str(name_or_path), dataset_folder(DATASET)))
+    return replace(start_state(scenario_context(scenario)), site=scenario.layout.site)
 
 
 def context_start(name: str) -> State:

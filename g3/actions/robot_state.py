@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,11 +28,14 @@ class State:
         Id of the object on the forks; None if they are empty.
     forks_m
         How high the forks are above their lowest, in metres.
+    site
+        What is around, such as ``hall``; only pictures show it.
     """
 
     context: Context
     held: str | None
     forks_m: float = 0.0
+    site: str = field(default="yard", repr=False, compare=False)
 
     @property
     def pose(self) -> FloatArray:
@@ -96,4 +99,4 @@ def with_moved(
 ) -> State:
     """The state with some objects, by their ids, at other poses, and the forks as they are then."""
     objects = tuple(moved.get(o.id, o) for o in state.context.objects)
-    return State(replace(state.context, objects=objects), held, forks_m)
+    return State(replace(state.context, objects=objects), held, forks_m, state.site)

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -260,6 +261,9 @@ def test_a_plan_and_a_scenario_are_filmed(corpus, follower, tmp_path):
     video = ct.render(result, tmp_path / "plan.mp4", **small)
     assert video.stat().st_size > 1000
     assert (tmp_path / "plan.mcap").exists()
+    assert result.start.site == "depot"
+    in_yard = replace(result, start=replace(result.start, site="yard"))
+    assert ct.render(in_yard, tmp_path / "yard.mp4", **small).read_bytes() != video.read_bytes()
     video = ct.render("dock_go_to_receiving", tmp_path, **small)
     assert video == tmp_path / "dock_go_to_receiving/video.mp4"
     assert video.stat().st_size > 1000

@@ -10,7 +10,8 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from tests.eval.yard import few_annotated, yards
 from tests.examples.installed import install
 
-ROWS = ("random", "nearest", "keywords", "embeddings", "fuzzy", "auto-top30", "auto-all")
+OTHERS = ("random", "nearest", "keywords", "embeddings", "fuzzy", "counts")
+ROWS = (*OTHERS, "auto-top30", "auto-all")
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,8 @@ def table_3(installed, *more, judge="automatic"):
 
 @pytest.mark.slow
 def test_they_are_rows_beside_the_baselines_and_the_model(fuzzy):
-    done = table_3(fuzzy, "--grounder", "fuzzy", "--parser", "verb-object", "--json")
+    grounders = ("--grounder", "fuzzy", "--grounder", "counts")
+    done = table_3(fuzzy, *grounders, "--parser", "verb-object", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     rows = {r["configuration"]: r for r in found["rows"] if r["subset"] == "all"}
@@ -38,10 +40,14 @@ def test_they_are_rows_beside_the_baselines_and_the_model(fuzzy):
     assert told["Pick up the refrigerator."] == (1, 1.0)
     assert told["Put the washing machine on the trailer."] == (1, 1.0)
     assert told["Turn around and go."][0] == 0
+    counted = {c["text"]: c["correct"] for c in found["commands"]["counts"]}
+    assert counted["Turn around and go."] == 0  # it picks something up
+    assert sum(counted.values()) > 0
     assert rows["fuzzy"]["n"] == rows["verb-object"]["n"] == 6
     pairs = {(c["one"], c["other"]) for c in found["comparisons"]}
     assert {("keywords", "fuzzy"), ("fuzzy", "auto"), ("auto", "verb-object")} <= pairs
-    assert found["grounders"] == {"fuzzy": {"module": "fuzzy_labels.fuzzy_grounder"}}
+    modules = {"fuzzy": "fuzzy_labels.fuzzy_grounder", "counts": "fuzzy_labels.counting_grounder"}
+    assert found["grounders"] == {name: {"module": module} for name, module in modules.items()}
     assert found["parsers"] == ["verb-object"]
 
 
@@ -59,6 +65,6 @@ def test_another_judge_says_who_it_is(fuzzy):
 def test_names_that_nobody_has_are_told(fuzzy):
     done = table_3(fuzzy, "--grounder", "ghost")
     assert done.returncode == 2
-    assert "there is no grounder 'ghost' (give one of embeddings, fuzzy, keywords" in done.stderr
+    assert "there is no grounder 'ghost' (give one of counts, embeddings, fuzzy" in done.stderr
     done = table_3(fuzzy, "--parser", "fuzzy")
     assert "there is no parser 'fuzzy' (give one of verb-object; or install" in done.stderr

@@ -95,6 +95,19 @@ def test_an_export_trains(app: Flask, tmp_path: Path, capsys: pytest.CaptureFixt
     )
 
 
+def test_an_export_without_annotations_says_how_to_get_some(
+    app: Flask, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Browser(app).do("describe", described("Lift the tires."))
+    instance = str(installation_of(app).config.instance)
+    command = ["annotate", "export", str(tmp_path / "out"), "--instance", instance]
+    assert run([*command, "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["annotations"] == 0
+    assert "no annotations yet" in told.err
+    assert all(task in told.err for task in ("Describe", "Segment", "Ground"))
+
+
 def test_tables(app: Flask, tmp_path: Path) -> None:
     Browser(app).do("describe", described('=HYPERLINK("http://evil")'))
     Browser(app).do("segment", {"sdcs": [{"type": "OBJECT", "f": [["HYPERLINK", 1]]}]})

@@ -272,6 +272,8 @@ def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
     assert "1 video: push" in admin.client.get("/admin/studies/arm/videos").text
     for name in ("../push.mp4", "..%2Fx.mp4", ".x.mp4", "x.exe", "x.mp4%00", "push.mp4"):
         assert add(name, film, 0, len(film)).status_code == 422, name
+    told = add("my%20film.avi", film, 0, len(film)).json["error"]
+    assert "ffmpeg -i 'my film.avi' -c:v libx264 -pix_fmt yuv420p 'my film.mp4'" in told
     assert add("long.mp4", b"x", 0, 2**40).status_code == 422
     bad = add("bad.mp4", b"no video", 0, 8)
     assert bad.status_code == 422

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import shutil
@@ -69,6 +70,22 @@ def test_a_broken_check_does_not_stop_the_others():
     assert (found[0].found, found[0].fix) == ("/x: it is not there", "get it")
     assert "lib.so" in found[1].found
     assert found[2].found == "all of it"
+
+
+def test_an_extra_that_is_not_installed_is_a_remark(doctor, monkeypatch, capsys):
+    def requires(_name):
+        return ["nosuchpackage>=1; extra == 'cluster'", "click>=8; extra == 'app'"]
+
+    monkeypatch.setattr(importlib.metadata, "requires", requires)
+    status, found = doctor("extras")
+    assert status == 0
+    assert found["extras"]["ok"]
+    assert "cluster (nosuchpackage)" in found["extras"]["found"]
+    assert "[cluster]'" in found["extras"]["fix"]
+    assert run(["doctor", "extras"]) == 0
+    remark, remedy = capsys.readouterr().out.splitlines()
+    assert remark.startswith("--  extras")
+    assert "if you want them" in remedy
 
 
 def test_unknown_check(capsys):

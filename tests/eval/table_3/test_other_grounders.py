@@ -107,6 +107,7 @@ def test_whose_code_fails_is_told(folders, registered):
     with pytest.raises(CorpusError) as error:
         follow(folders, "breaks")
     assert "the grounder breaks fails: IndexError" in str(error.value)
+    assert "test_other_grounders.py" in str(error.value)  # and the line in it
     assert "command forklift.automatic" in str(error.value)
 
     @parser("stumbles")
