@@ -6,8 +6,8 @@ they go on with the next items, whose leases count, too:
     --databases sqlite --workers 50 --slots 15000 --each 20 --at-once 50
 
 With ``--beside CHECKOUT`` the app of another checkout takes turns with this one, with the same
-client. What the servers, PostgreSQL and the workers' own program take of the processor is counted apart
-(from /proc, so on Linux only).
+client. What the servers, PostgreSQL and the workers' own program take of the processor is counted
+apart (from /proc, so on Linux only).
 """
 
 from __future__ import annotations

@@ -152,7 +152,8 @@ def write_corpus_shards(
     CorpusError
         If pyarrow isn't installed.
     """
-    made = _write_examples(corpus.hash, items, Portion(corpus.name, 0, 0, 1), out, options, size)
+    whole = Portion(corpus.name, 0, 0, 1)
+    made = _write_examples((corpus.hash, items), whole, out, options, size)
     return _manifest({corpus.name: corpus.hash}, [made], options)
 
 
@@ -183,18 +184,18 @@ def _line(corpus: str, error: Exception) -> str:
 
 
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
-    digest, items = _examples(portion.corpus, options.negatives, options.seed)
-    return _write_examples(digest, items, portion, out, options, size)
+    known = _examples(portion.corpus, options.negatives, options.seed)
+    return _write_examples(known, portion, out, options, size)
 
 
 def _write_examples(
-    digest: str,
-    items: Sequence[Example],
+    known: tuple[str, Sequence[Example]],
     portion: Portion,
     out: Path,
     options: Options,
     size: int,
 ) -> _Made:
+    digest, items = known
     made = _Made(digest, Counter(), set(), [])
     sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):

@@ -20,8 +20,7 @@ from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
 
 BLOCK = 5000
-"""Computing features takes 26 KB of memory an example, and keeping them a tenth of it. So features are
-computed of so many examples at a time."""
+"""Of how many examples features are computed at a time, which takes 26 KB of memory an example."""
 
 
 @short_repr
