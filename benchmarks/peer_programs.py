@@ -108,8 +108,8 @@ class Program(Protocol):
 class Ours:
     """The app of this checkout, before SQLite."""
 
-    name = "corpus-tools-g3"
-    about = (
+    name: ClassVar[str] = "corpus-tools-g3"
+    about: ClassVar[str] = (
         "gives each item to a fixed number of people, once each; an opening is a request for data. "
         "An answer is in SQLite when it is acknowledged."
     )

@@ -184,18 +184,18 @@ def _line(corpus: str, error: Exception) -> str:
 
 
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
-    known = _examples(portion.corpus, options.negatives, options.seed)
-    return _write_examples(known, portion, out, options, size)
+    opened = _examples(portion.corpus, options.negatives, options.seed)
+    return _write_examples(opened, portion, out, options, size)
 
 
 def _write_examples(
-    known: tuple[str, Sequence[Example]],
+    hash_and_items: tuple[str, Sequence[Example]],
     portion: Portion,
     out: Path,
     options: Options,
     size: int,
 ) -> _Made:
-    digest, items = known
+    digest, items = hash_and_items
     made = _Made(digest, Counter(), set(), [])
     sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):
