@@ -11,6 +11,7 @@ import argparse
 import contextlib
 import os
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -77,6 +78,7 @@ def running(program: Program, folder: Path) -> Iterator[tuple[int, float, subpro
             env={**os.environ, **program.surroundings(folder)},
             stdout=output,
             stderr=subprocess.STDOUT,
+            start_new_session=True,
         )
     try:
         while not _answers(port):
@@ -86,7 +88,7 @@ def running(program: Program, folder: Path) -> Iterator[tuple[int, float, subpro
             time.sleep(0.05)
         yield port, time.perf_counter() - start, process
     finally:
-        process.kill()
+        os.killpg(process.pid, signal.SIGKILL)  # with the processes that it has started
         process.wait()
 
 
