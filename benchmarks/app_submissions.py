@@ -5,8 +5,9 @@ they go on with the next items, whose leases count, too:
 
     --databases sqlite --workers 50 --slots 15000 --each 20 --at-once 50
 
-What the servers, PostgreSQL and the workers' own program take of the processor is counted apart
-(from /proc, so on Linux only).
+With ``--beside CHECKOUT`` the app of another checkout takes turns with this one, with the same
+client. What the servers, PostgreSQL and the workers' own program take of the processor is counted
+apart (from /proc, so on Linux only).
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import subprocess
+import sys
 import tempfile
 import time
 import uuid
@@ -141,7 +144,12 @@ def main() -> None:
     parser.add_argument("--databases", nargs="+", default=["postgresql"])
     parser.add_argument("--slots", type=int, default=0, help="at least (one for each answer)")
     parser.add_argument("--each", type=int, default=1, help="answers of a worker")
+    parser.add_argument("--beside", type=Path, metavar="PATH", help="another checkout")
+    parser.add_argument("--rounds", type=int, default=2, help="with --beside, of each (2)")
     given = parser.parse_args()
+    if given.beside is not None:
+        in_turn(given.beside.resolve(), given.rounds)
+        return
 
     from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
     from tests.annotation_app.postgres import cluster  # noqa: PLC0415
@@ -164,6 +172,21 @@ def main() -> None:
                     with servers(config, given.processes, threads=8) as running:
                         ports = [server.port for server in running]
                         show(at_once, asyncio.run(run(ports, signed, at_once, given.each)))
+
+
+def in_turn(beside: Path, rounds: int) -> None:
+    """Run this benchmark with the app of another checkout and with ours, one after the other."""
+    ours = Path(__file__).resolve().parents[1]
+    arguments = [a for a in sys.argv[1:] if a != "--beside" and Path(a).resolve() != beside]
+    command = [sys.executable, "-m", "benchmarks.app_submissions", *arguments]
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "benchmarks").symlink_to(ours / "benchmarks")
+        for _ in range(rounds):
+            for name, checkout in (("beside", beside), ("ours", ours)):
+                print(name, end=": ", flush=True)
+                path = f"{folder}{os.pathsep}{checkout}"
+                surroundings = {**os.environ, "PYTHONPATH": path}
+                subprocess.run(command, cwd=folder, env=surroundings, check=True)
 
 
 def show(at_once: int, found: Figures) -> None:

@@ -2,6 +2,7 @@
 
 It takes hours, most of them for simulated corpora and for scikit-learn on a million examples.
 Simulated corpora and shards are kept in a folder; a run begun again makes what is missing there.
+``--quick`` measures what grows and what peers do, in about a quarter of an hour on an idle machine.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield [*bench, "benchmarks.script_execution", "--generated", "200"]
     yield [*bench, "benchmarks.episodes"]
     yield [*bench, "benchmarks.corpus_counting"]
+    yield [*bench, "benchmarks.growth"]
+    yield [*bench, "benchmarks.peers", "--folder", str(folder / "peers")]
     yield [*bench, "benchmarks.app_requests"]
     yield [*bench, "benchmarks.app"]
     alone = ["--databases", "sqlite", "--processes", "1", "--think", "5"]
@@ -48,6 +51,26 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield _training(folder, "100000", "1e-3")
     yield _training(folder, "1000000", "1e-2")
     yield [*_training(folder, "1000000", "0.1"), "--wordless"]
+
+
+def quick(
+    folder: Path, corpus: str, slu_core: Path | None, beside: Path | None
+) -> Iterator[list[str]]:
+    """What is run to see how the toolkit grows, and what peers take."""
+    bench = [sys.executable, "-m"]
+    imported = ["--slu-core", str(slu_core)] if slu_core else []
+    turns = ["--beside", str(beside)] if beside else []
+    yield [*bench, "benchmarks.app_leases", "--databases", "sqlite"]
+    many = ["--workers", "50", "--slots", "15000", "--each", "20", "--at-once", "50"]
+    yield [*bench, "benchmarks.app_submissions", "--databases", "sqlite", *many, *turns]
+    yield [*bench, "benchmarks.app_dashboard", "--databases", "sqlite"]
+    yield [*bench, "benchmarks.growth", corpus, *imported]
+    yield [*bench, "benchmarks.corpus_counting", corpus, "--times", "1", "10", "100"]
+    yield [*bench, "benchmarks.cold_start", "--runs", "3", *turns]
+    yield [*bench, "benchmarks.rendering", "--jobs", "1"]
+    yield [*bench, "benchmarks.peers", "--folder", str(folder / "peers")]
+    crowd = ["--workers", "1000", "--processes", "4", "--think", "15", "--no-kill"]
+    yield [*bench, "benchmarks.app", "--databases", "postgresql", *crowd]
 
 
 def _training(folder: Path, examples: str, tolerance: str) -> list[str]:
@@ -77,13 +100,15 @@ def main() -> None:
     )
     parser.add_argument("--slu-core", type=Path, metavar="PATH", help="the data of slu_core")
     parser.add_argument("--only", default="", metavar="TEXT", help="commands that contain this")
+    parser.add_argument("--quick", action="store_true", help="growth and peers alone")
+    parser.add_argument("--corpus", default="warehouse", help="with --quick, what is repeated")
+    parser.add_argument("--beside", type=Path, metavar="PATH", help="with --quick: a checkout")
     parser.add_argument("--list", action="store_true", help="show the commands, run nothing")
     given = parser.parse_args()
-    chosen = [
-        command
-        for command in commands(given.folder, given.slu_core)
-        if given.only in shlex.join(command)
-    ]
+    every = commands(given.folder, given.slu_core)
+    if given.quick:
+        every = quick(given.folder, given.corpus, given.slu_core, given.beside)
+    chosen = [command for command in every if given.only in shlex.join(command)]
     if given.list:
         print(*(shlex.join(["python", *command[1:]]) for command in chosen), sep="\n")
         return

@@ -12,7 +12,7 @@ import click
 from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
 from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
-from corpus_tools.runtime.terminal import say
+from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError, SDCError
 
 if TYPE_CHECKING:
@@ -275,7 +275,8 @@ def g3(
 ) -> None:
     """Train the grounding model on a corpus (section 3.2).
 
-    More examples than fit into memory are made into shards first, with `ct shards`.
+    Features of more than 20 000 examples are kept in files meanwhile. A corpus that doesn't fit
+    into memory is made into shards first, with `ct shards`.
 
     \b
     Examples:
@@ -298,6 +299,8 @@ def g3(
         trained = from_corpus(open_corpus(name or ""), strength, options, optimizer)
     model = trained.model
     model.save(out)
+    if trained.on_disk:
+        note("To save memory, features were kept in files while training.")
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
     arrays, card = model_files(out)
     record = {

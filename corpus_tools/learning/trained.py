@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 from corpus_tools.corpus.annotated_trees import annotated_trees
@@ -15,26 +17,40 @@ from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
 from g3.features.feature_registry import select
+from g3.learning.examples import Example
+from g3.learning.factor_matrix import BLOCK
 from g3.learning.grounding_model import GroundingModel
+from g3.learning.load_choice import LoadChooser
 from g3.learning.optimum import Optimizer
 
 if TYPE_CHECKING:
     from corpus_tools.shards.shard_files import Manifest
     from g3.language.parsing.extractor import SDCExtractor
 
+IN_MEMORY = 20_000
+"""Features of so many examples take 150 MiB or so, and training as much again."""
+
 
 class Trained(NamedTuple):
-    """A model, the corpus or the shards that it was trained on, and its examples by source."""
+    """A model, the corpus or the shards that it was trained on, and its examples by source.
+
+    `on_disk` tells whether features were kept in files meanwhile, as there are many examples.
+    """
 
     model: GroundingModel
     name: str
     sources: Mapping[str, int]
+    on_disk: bool = False
 
 
 def from_corpus(
     corpus: Corpus, l2: float, options: Options, optimizer: Optimizer = "newton"
 ) -> Trained:
-    """Train on a corpus, in memory."""
+    """Train on a corpus, in memory.
+
+    Features of more than `IN_MEMORY` examples are kept in a scratch folder as shards, where pyarrow
+    is installed. The optimum is the same.
+    """
     sets = select(without=options.ablated, plus=options.added)
     items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
     sources: dict[str, int] = dict(sorted(Counter(e.source for e in items).items()))
@@ -53,8 +69,33 @@ def from_corpus(
             },
         },
     )
-    model.fit(items, load_choices=load_choices_of([corpus]))
-    return Trained(model, f"corpus {corpus.name}", sources)
+    choices = load_choices_of([corpus])
+    on_disk = len(items) > IN_MEMORY and find_spec("pyarrow") is not None
+    if on_disk:
+        _fit_on_disk(model, corpus, items, options)
+        model.load_chooser_ = LoadChooser.fit(choices) if choices else None
+    else:
+        model.fit(items, load_choices=choices)
+    return Trained(model, f"corpus {corpus.name}", sources, on_disk)
+
+
+def _fit_on_disk(
+    model: GroundingModel, corpus: Corpus, items: Sequence[Example], options: Options
+) -> None:
+    from corpus_tools.shards.shard_making import write_corpus_shards  # noqa: PLC0415 - small case stays light
+    from corpus_tools.shards.shard_training import fit_on_shards  # noqa: PLC0415 - as above
+
+    with TemporaryDirectory(prefix="ct-shards-") as name, progress_bar("training") as on_progress:
+        folder = Path(name)
+        manifest = write_corpus_shards(corpus, items, folder, options, size=BLOCK)
+        fit_on_shards(
+            model,
+            folder,
+            manifest,
+            workers=Workers(),
+            tolerance=model.tolerance,
+            on_progress=on_progress,
+        )
 
 
 def extractor_from(corpora: Sequence[Corpus], l2: float | None = None) -> SDCExtractor:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import g3.features  # noqa: F401  (fills the catalogue)
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Negatives, Options, labelled_examples, scenario_ids
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
@@ -109,7 +110,7 @@ def _write_shards(
     size: int,
     on_progress: OnProgress,
 ) -> tuple[Manifest, list[str]]:
-    sets = select(without=options.ablated, plus=options.added)
+    _names_of_sets(options)  # an unknown name is an error before anything is read
     if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
         raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
     wanted = PORTIONS if workers.scheduler else workers.jobs
@@ -127,22 +128,53 @@ def _write_shards(
     whole = [made[p] for p in portions if p in made and p.corpus not in failures]
     if not whole:
         raise next(iter(failures.values()))
-    manifest = Manifest(
+    hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
+    manifest = _manifest(hashes, whole, options)
+    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
+        path.unlink()
+    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
+
+
+def write_corpus_shards(
+    corpus: Corpus, items: Sequence[Example], out: Path, options: Options, *, size: int
+) -> Manifest:
+    """Write the features of a corpus that is in memory into an empty folder.
+
+    Parameters
+    ----------
+    items
+        The corpus's examples.
+    size
+        How many examples a shard has at most.
+
+    Raises
+    ------
+    CorpusError
+        If pyarrow isn't installed.
+    """
+    whole = Portion(corpus.name, 0, 0, 1)
+    made = _write_examples((corpus.hash, items), whole, out, options, size)
+    return _manifest({corpus.name: corpus.hash}, [made], options)
+
+
+def _manifest(hashes: dict[str, str], made: Sequence[_Made], options: Options) -> Manifest:
+    return Manifest(
         format_version=FORMAT_VERSION,
         catalogue_version=CATALOGUE_VERSION,
-        sets=tuple(s.name for s in sets),
+        sets=_names_of_sets(options),
         ablated=options.ablated,
         added=options.added,
         negatives=options.negatives,
         seed=options.seed,
-        corpora={p.corpus: made[p].hash for p in portions if p.corpus not in failures},
-        sources=dict(sorted(sum((m.sources for m in whole), Counter()).items())),
-        scenarios=tuple(sorted(set().union(*(m.scenarios for m in whole)))),
-        shards=tuple(sorted((s for m in whole for s in m.shards), key=lambda s: s.file)),
+        corpora=hashes,
+        sources=dict(sorted(sum((m.sources for m in made), Counter()).items())),
+        scenarios=tuple(sorted(set().union(*(m.scenarios for m in made)))),
+        shards=tuple(sorted((s for m in made for s in m.shards), key=lambda s: s.file)),
     )
-    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
-        path.unlink()
-    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
+
+
+def _names_of_sets(options: Options) -> tuple[str, ...]:
+    return tuple(s.name for s in select(without=options.ablated, plus=options.added))
 
 
 def _line(corpus: str, error: Exception) -> str:
@@ -152,9 +184,20 @@ def _line(corpus: str, error: Exception) -> str:
 
 
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
-    digest, items = _examples(portion.corpus, options.negatives, options.seed)
+    opened = _examples(portion.corpus, options.negatives, options.seed)
+    return _write_examples(opened, portion, out, options, size)
+
+
+def _write_examples(
+    hash_and_items: tuple[str, Sequence[Example]],
+    portion: Portion,
+    out: Path,
+    options: Options,
+    size: int,
+) -> _Made:
+    digest, items = hash_and_items
     made = _Made(digest, Counter(), set(), [])
-    sets = tuple(s.name for s in select(without=options.ablated, plus=options.added))
+    sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):
         part = items[first : first + size]
         made.sources.update(e.source for e in part)

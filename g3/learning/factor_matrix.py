@@ -19,6 +19,9 @@ from g3.learning.examples import Example, labels, to_batch
 from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
 
+BLOCK = 5000
+"""Of how many examples features are computed at a time, which takes 26 KB of memory an example."""
+
 
 @short_repr
 @dataclass(frozen=True, slots=True)
@@ -73,9 +76,12 @@ class FactorMatrix:
 
 
 def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> FactorMatrix:
-    """Compute the features of examples."""
+    """Compute the features of examples, of some at a time."""
+    blocks = [items[i : i + BLOCK] for i in range(0, len(items), BLOCK)] or [items]
+    fitted = [fit_space(to_batch(block), sets) for block in blocks]
+    space, matrix = joint_space(fitted, sets) if len(fitted) > 1 else fitted[0]
     scenario = np.array([e.annotation.command.scenario for e in items], dtype=np.str_)
-    return FactorMatrix(*fit_space(to_batch(items), sets), labels(items), scenario)
+    return FactorMatrix(space, matrix, labels(items), scenario)
 
 
 def matrix_of_labelled(known: Labelled, sets: Sequence[FeatureSet]) -> FactorMatrix:

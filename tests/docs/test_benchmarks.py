@@ -49,6 +49,15 @@ def test_only_some_in_a_folder_of_ones_own(tmp_path):
     assert all(f"--out {tmp_path / 'simulated'}" in line for line in lines)
 
 
+def test_what_grows_alone(everything, tmp_path):
+    lines = listed("--quick", "--corpus", "aaai11", "--beside", str(tmp_path))
+    assert len(lines) < len(everything) / 2
+    named = {line.split()[2] for line in lines}
+    assert named <= {line.split()[2] for line in everything}
+    (beside,) = (line for line in lines if "app_submissions" in line)
+    assert beside.endswith(f"--beside {tmp_path}")
+
+
 def test_some_are_run_and_failures_are_counted(tmp_path):
     # Shards of no corpora: the command says so.
     command = [sys.executable, "-m", "benchmarks.everything", "--folder", str(tmp_path)]

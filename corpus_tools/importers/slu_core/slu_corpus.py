@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     Layout,
     find_layout,
     read_records,
+    unpack,
 )
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
 from corpus_tools.importers.slu_core.slu_trees import read_trees
@@ -66,15 +68,18 @@ def import_slu_core(
     progress = _progress(on_progress, len(layout.scenarios) + len(FILES))
     desk = _Desk(journal)
     judgments: list[Judgment] = []
-    for scenario in layout.scenarios:
-        next(progress)
-        desk.typed.update(read_assignments(layout, scenario, salt, journal))
-        judgments += read_judgments(layout, scenario, salt, journal)
     annotations: list[Annotation] = []
-    for source, name in FILES.items():
-        next(progress)
-        file, records = read_records(layout, name, journal)
-        annotations += desk.read_annotations(records, source, file)
+    with ThreadPoolExecutor(len(FILES)) as pool:
+        # Unpacking is a quarter of all work, and needs no lock of Python's.
+        unpacked = {name: pool.submit(unpack, layout.data, name) for name in FILES.values()}
+        for scenario in layout.scenarios:
+            next(progress)
+            desk.typed.update(read_assignments(layout, scenario, salt, journal))
+            judgments += read_judgments(layout, scenario, salt, journal)
+        for source, name in FILES.items():
+            next(progress)
+            file, records = read_records(layout, name, journal, unpacked[name])
+            annotations += desk.read_annotations(records, source, file)
     next(progress, None)
     journal.check()
     if not annotations:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import codecs
 import hashlib
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -96,8 +97,41 @@ def read_text(data: Path, name: str, journal: Journal) -> str | None:
         return content.decode("cp1252", errors="replace")
 
 
-def read_records(layout: Layout, name: str, journal: Journal) -> tuple[str, list[Any]]:
+Unpacked = tuple[bytes, bytes]
+"""What a file holds, and the same without compression."""
+
+
+def unpack(data: Path, name: str) -> Unpacked:
+    """Read a file, compressed or not.
+
+    Raises
+    ------
+    FormatError
+        If it is damaged.
+    OSError
+        If it isn't there or can't be read.
+    """
+    file = _existing(data, name) or name
+    content = (data / file).read_bytes()
+    if not file.endswith(COMPRESSED):
+        return content, content
+    try:
+        return content, bz2.decompress(content)
+    except (OSError, ValueError, EOFError) as error:
+        raise FormatError(
+            "the compressed file is damaged or cut off", fix="fetch the file again"
+        ) from error
+
+
+def read_records(
+    layout: Layout, name: str, journal: Journal, ahead: Future[Unpacked] | None = None
+) -> tuple[str, list[Any]]:
     """Read a file that holds a list, compressed or not.
+
+    Parameters
+    ----------
+    ahead
+        What :func:`unpack` makes of it, where another thread does that meanwhile.
 
     Returns
     -------
@@ -112,8 +146,8 @@ def read_records(layout: Layout, name: str, journal: Journal) -> tuple[str, list
         journal.missing.append(name)
         return name, []
     try:
-        content = (layout.data / file).read_bytes()
-        records = _parse(content, compressed=file.endswith(COMPRESSED))
+        content, plain = unpack(layout.data, name) if ahead is None else ahead.result()
+        records = _parse(plain)
     except FormatError as error:
         journal.skip(file, "", error)
         return file, []
@@ -126,13 +160,8 @@ def read_records(layout: Layout, name: str, journal: Journal) -> tuple[str, list
     return file, records
 
 
-def _parse(content: bytes, *, compressed: bool) -> list[Any]:
+def _parse(content: bytes) -> list[Any]:
     fix = "fetch the file again"
-    if compressed:
-        try:
-            content = bz2.decompress(content)
-        except (OSError, ValueError, EOFError) as error:
-            raise FormatError("the compressed file is damaged or cut off", fix=fix) from error
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:

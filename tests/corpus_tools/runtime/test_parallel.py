@@ -17,11 +17,14 @@ import pytest
 
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.labelled_corpus import Options
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, Workers, work
 from corpus_tools.shards.shard_making import write_shards
 from corpus_tools.shards.shard_training import fit_on_shards
 from eval.statistics.resampling import resampled_sums
+from eval.table_3.end_to_end import run as run_table_3
 from g3.errors import CorpusError
 from g3.learning.grounding_model import GroundingModel
 from tests.corpus_tools.runtime.parallel_work import die, die_once, square
@@ -158,6 +161,30 @@ def test_the_resamples_of_a_bootstrap_on_a_cluster(cluster):
         there = resampled_sums(counts, rng=np.random.default_rng(3), draws=600, executor=executor)
     here = resampled_sums(counts, rng=np.random.default_rng(3), draws=600)
     np.testing.assert_array_equal(there, here)
+
+
+@pytest.mark.slow
+def test_table_3_on_a_cluster(cluster, tmp_path):
+    """Each of two scenarios is followed with what was learned from the other."""
+    whole = open_corpus("warehouse")
+    ids = ("court_put_crate_on_trailer-01", "hall_pick_up_boxes-01")
+    annotations = [a for a in whole.annotations if a.command.id in ids]
+    few = make_corpus(
+        "few",
+        contexts=list({a.context.id: a.context for a in annotations}.values()),
+        commands=[whole.commands[command] for command in ids],
+        annotations=annotations,
+        judgments=[],
+        source=whole.source,
+        licence=whole.licence,
+    )
+    write_corpus(few, tmp_path / "few")
+    name = str(tmp_path / "few")
+    there = run_table_3(
+        name, name, configurations=("gold",), workers=Workers(scheduler=cluster)
+    ).outcomes
+    assert there == run_table_3(name, name, configurations=("gold",)).outcomes
+    assert len(there["gold"]) == len(ids)
 
 
 @pytest.mark.slow

@@ -105,6 +105,19 @@ def test_features_that_are_computed_before_give_the_same(items, factors, data):
     assert fast.predict_proba([items[i] for i in test]) == pytest.approx(expected, abs=1e-4)
 
 
+def test_features_of_some_examples_at_a_time_are_the_same(items, factors, monkeypatch):
+    monkeypatch.setattr("g3.learning.factor_matrix.BLOCK", 7)
+    parts = matrix_of_examples(items, select())
+    assert len(parts) == len(items)
+
+    def names(known):
+        rows = known.matrix.tolil().rows
+        return [{known.space.name(column) for column in row} for row in rows]
+
+    assert names(parts) == names(factors)
+    assert parts.matrix.data.tolist() == factors.matrix.data.tolist()
+
+
 def test_features_in_another_order_are_found(items, factors, model):
     order = [matrix_of_examples(part, select()) for part in (items[30:], items[:30])]
     other = joined(order, select())
