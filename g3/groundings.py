@@ -16,6 +16,12 @@ import numpy.typing as npt
 from g3.short_repr import short_repr
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+# fmt: off
+Colour = Literal[
+    "black", "white", "grey", "red", "green", "yellow", "blue", "brown", "orange", "pink", "purple",
+]
+"""A colour that a map can say of a thing: the eleven basic ones of English."""
+# fmt: on
 
 
 def _array(value: npt.ArrayLike, shape: tuple[int | None, ...], name: str) -> FloatArray:
@@ -128,6 +134,8 @@ class PhysicalObject:
         Where it is over time; a single pose if it does not move.
     liftable
         Whether the robot can lift it; None where nobody has said.
+    colours
+        What colours it has, the one that it has most of first; none where nobody has said.
     """
 
     id: str
@@ -135,6 +143,7 @@ class PhysicalObject:
     prism: Prism
     trajectory: Trajectory
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 @short_repr

@@ -12,7 +12,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from g3.annotation import Put, Rating, Source, Unknown
-from g3.groundings import Aspect
+from g3.groundings import Aspect, Colour
 from g3.sdc.clauses import SDCType
 
 SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
@@ -42,7 +42,8 @@ class PrismRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A physical object; its trajectory is an index into trajectories.npz.
 
-    ``liftable`` says whether the robot can lift it, where somebody has said so.
+    ``liftable`` says whether the robot can lift it, and ``colours`` what colours it has, where
+    somebody has said so.
     """
 
     id: str
@@ -50,6 +51,7 @@ class ObjectRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
     prism: PrismRecord
     trajectory: Index
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 class PlaceRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -122,6 +124,7 @@ class ObjectGrounding(
     prism: PrismRecord
     trajectory: Index
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 class PlaceGrounding(

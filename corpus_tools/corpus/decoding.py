@@ -192,6 +192,7 @@ def _object(
         _prism(record.prism, field),
         trajectory(record.trajectory, f"{field}.trajectory"),
         record.liftable,
+        record.colours,
     )
 
 
