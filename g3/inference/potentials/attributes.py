@@ -1,8 +1,8 @@
 """What things are like: their colours and sizes, and what is on them.
 
 "The red crate", "the tall box" and "the empty trailer" tell things apart that are called the same.
-So each is compared with the scene's other things alike. What a map doesn't say is neither for nor
-against a thing, and where it says nothing, or all are alike in this, nothing is measured.
+So each is compared with the scene's other things alike. Where a map says nothing of them, or all
+are alike in this, nothing is measured.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ from g3.language.lexicon.field_words import bare
 from g3.language.lexicon.word_sets import EMPTY, HAVING, LADEN, NOTHING, PARTS, Dimension
 from g3.sdc.clauses import SDC, Span
 
-UNSAID = 0.5
-"""A thing of a colour that nobody has said, where one alike has the colour that words name."""
 CLEARLY = 1.1
 """People see that one thing is larger than another if it's so many times as large..."""
 CLEARLY_M = 0.05
@@ -35,14 +33,14 @@ CLEARLY_M = 0.05
 _Members = npt.NDArray[np.intp]
 
 
-@potential("colour", kind="factor", types=("OBJECT",), weight=log(0.01))
+@potential("colour", kind="factor", types=("OBJECT",), weight=log(0.001))
 def colour(case: FactorCase) -> Measured:
     """A thing has the colour that words name, if its colour is known: "the red crate"."""
-    off = _colour_off(case)
-    return off is not None and _of_members(case, lambda members: float(off[members].max()))
+    off = _other_colours(case)
+    return off is not None and _of_members(case, lambda members: bool(off[members].any()))
 
 
-@potential("size", kind="factor", types=("OBJECT",), weight=log(0.05))
+@potential("size", kind="factor", types=("OBJECT",), weight=log(0.01))
 def size(case: FactorCase) -> Measured:
     """Nothing alike is clearly taller than "the tall box", nor smaller than "the small one"."""
     said = sizes_named(_adjectives(case.sdc))
@@ -52,9 +50,9 @@ def size(case: FactorCase) -> Measured:
     extents = _extents(case, things)
     fit = fits(case.batch)[0, : len(things)]
     alike = _alike(case) & (fit >= fit[:, None])
-    off = _colour_off(case)
+    off = _other_colours(case)
     if off is not None:  # "the tall red box" is tall among red ones
-        alike &= off <= off[:, None]
+        alike &= ~off
     more = [_more(extents, senses) & alike for senses in said]
     return _of_members(case, lambda members: any(_is_beaten(members, each) for each in more))
 
@@ -69,7 +67,7 @@ def contents(case: FactorCase) -> Measured:
     laden = set(problem.carriers.values())
     wrong = laden if said[0] else problem.surfaces - laden
     off = np.array([o.id in wrong for o in _things(case)])
-    return _of_members(case, lambda members: float(off[members].max()))
+    return _of_members(case, lambda members: bool(off[members].any()))
 
 
 @potential(
@@ -130,10 +128,11 @@ def _alike(case: FactorCase) -> BoolArray:
     return alike
 
 
-def _colour_off(case: FactorCase) -> FloatArray | None:
-    """How far the colour of each of the context's objects is from what words name, shape (n,).
+def _other_colours(case: FactorCase) -> BoolArray | None:
+    """Which of the context's objects aren't in a colour that words name, shape (n,).
 
-    0 for what has it, and 1 for what has others. None where words name no colour, or none is known.
+    Who says a colour means to tell things apart. So what nobody has said the colour of hasn't it if
+    another one alike has. None where words name no colour, or none is known.
     """
     said = colours_named(_adjectives(case.sdc))
     own = [thing.colours for thing in _things(case)]
@@ -141,8 +140,8 @@ def _colour_off(case: FactorCase) -> FloatArray | None:
         return None
     known = np.array([bool(colours) for colours in own])
     right = np.array([bool(said.intersection(colours)) for colours in own])
-    unsaid = UNSAID * (_alike(case) & right).any(axis=1)
-    return np.where(known, 1.0 - right, unsaid)
+    other: BoolArray = ~right & (known | (_alike(case) & right).any(axis=1))
+    return other
 
 
 def _extents(case: FactorCase, things: Iterable[PhysicalObject]) -> dict[Dimension, FloatArray]:

@@ -139,15 +139,15 @@ CRATES = [
 ]
 
 
-def test_known_other_colours_are_wrong_and_unknown_ones_doubtful():
+def test_other_colours_are_wrong_and_unknown_ones_where_another_has_the_colour():
     dear = WEIGHT["colour"]
     of_red = of_things("colour", CRATES, "OBJ(f = the red crate)")
-    assert of_red.tolist() == [0, dear, dear / 2, 0]
+    assert of_red.tolist() == [0, dear, dear, 0]
     # Where none has the colour, what nobody has said may have it.
     of_green = of_things("colour", CRATES, "OBJ(f = the green crate)")
     assert of_green.tolist() == [dear, dear, 0, 0]
     both = of_things("colour", CRATES, "OBJ(f = the red or navy crate)")
-    assert both.tolist() == [0, 0, dear / 2, 0]
+    assert both.tolist() == [0, 0, dear, 0]
 
 
 def test_what_is_tall_is_so_among_things_of_its_colour():
