@@ -165,7 +165,7 @@ def test_what_is_tall_is_so_among_things_of_its_colour():
     assert red[:2].tolist() == [wrong, 0]
 
 
-def test_sizes_count_where_people_see_them_differ_and_somebody_knows_them():
+def test_sizes_count_where_people_see_that_they_differ():
     boxes = [thing(n, "box", x, 0, z=(0, z)) for n, x, z in (("a", 3, 1.0), ("b", 6, 1.04))]
     assert not of_things("size", boxes, "OBJ(f = the tall box)").any()
     # A label of its own: the truck doesn't make the box short.
@@ -196,6 +196,17 @@ def _fits(state, groups, group, said) -> bool:
         "OBJECT", [tree.words[0]], np.zeros(1, dtype=np.intp), figure=np.array([index])
     )
     return not adds("size", FactorCase(tree, 0, batch, problem, [len(group)])).any()
+
+
+def test_sizes_that_are_assumed_count_for_nothing():
+    low, high = (
+        box(name, "crate", (8.0, y, 0.0), z=(0.0, z))
+        for name, y, z in (("a", 3, 0.7), ("b", -3, 1.4))
+    )
+    context, groups = world(low, high), [(low,), (high,)]
+    assert not _fits(start_state(context), groups, groups[0], "tall")
+    assumed = replace(context, assumed=(("b", "size"),))
+    assert _fits(start_state(assumed), groups, groups[0], "tall")
 
 
 def deck(name: str, x: float) -> PhysicalObject:
