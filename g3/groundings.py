@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+# fmt: off
+Colour = Literal[
+    "black", "white", "grey", "red", "green", "yellow", "blue", "brown", "orange", "pink", "purple",
+]
+"""A colour that a map can say of a thing: the eleven basic ones of English."""
+# fmt: on
 
 
 def _array(value: npt.ArrayLike, shape: tuple[int | None, ...], name: str) -> FloatArray:
@@ -132,6 +138,8 @@ class PhysicalObject:
         Where it is over time; a single pose if it does not move.
     liftable
         Whether the robot can lift it; None where nobody has said.
+    colours
+        What colours it has, the one that it has most of first; none where nobody has said.
     """
 
     id: str
@@ -139,6 +147,7 @@ class PhysicalObject:
     prism: Prism
     trajectory: Trajectory
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 @short_repr

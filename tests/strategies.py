@@ -15,6 +15,7 @@ from corpus_tools.world.state.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import (
     Aspect,
+    Colour,
     Context,
     Grounding,
     Path,
@@ -98,6 +99,8 @@ def objects(ids: st.SearchStrategy[str] | None = None) -> st.SearchStrategy[Phys
         labels=labels,
         prism=prisms(),
         trajectory=trajectories(),
+        liftable=st.sampled_from([None, True, False]),
+        colours=st.lists(st.sampled_from(get_args(Colour)), max_size=2, unique=True).map(tuple),
     )
 
 

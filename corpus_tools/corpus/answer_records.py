@@ -10,6 +10,7 @@ from typing import Annotated
 
 import msgspec
 
+from g3.groundings import Colour
 from g3.sdc.clauses import SDCType
 
 Probability = Annotated[float, msgspec.Meta(ge=0, le=1)]
@@ -71,6 +72,8 @@ class ThingInScene(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True
         Whether the robot can lift it.
     on
         Id of the thing that it stands on; empty for the ground.
+    colours
+        What colours it has; none where nobody has said.
     """
 
     id: str
@@ -82,6 +85,7 @@ class ThingInScene(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True
     seen: Point
     liftable: bool = False
     on: str = ""
+    colours: tuple[Colour, ...] = ()
 
 
 class PlaceInScene(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -12,7 +12,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from g3.annotation import Put, Rating, Source, Unknown
-from g3.groundings import Aspect
+from g3.groundings import Aspect, Colour
 from g3.sdc.clauses import SDCType
 
 SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
@@ -46,7 +46,8 @@ class PrismRecord(_Record, frozen=True):
 class ObjectRecord(_Record, frozen=True):
     """A physical object; its trajectory is an index into trajectories.npz.
 
-    ``liftable`` says whether the robot can lift it, where somebody has said so.
+    ``liftable`` says whether the robot can lift it, and ``colours`` what colours it has, where
+    somebody has said so.
     """
 
     id: str
@@ -54,6 +55,7 @@ class ObjectRecord(_Record, frozen=True):
     prism: PrismRecord
     trajectory: Index
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 class PlaceRecord(_Record, frozen=True):

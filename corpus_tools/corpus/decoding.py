@@ -182,6 +182,7 @@ def _object(record: ObjectRecord, field: str, trajectory: GetTrajectory) -> Phys
         _prism(record.prism, field),
         trajectory(record.trajectory, f"{field}.trajectory"),
         record.liftable,
+        record.colours,
     )
 
 

@@ -152,7 +152,12 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
         agent_id=context.agent_id,
         objects=tuple(
             ObjectRecord(
-                o.id, o.labels, _prism(o.prism), trajectories.number(o.trajectory), o.liftable
+                id=o.id,
+                labels=o.labels,
+                prism=_prism(o.prism),
+                trajectory=trajectories.number(o.trajectory),
+                liftable=o.liftable,
+                colours=o.colours or (),
             )
             for o in context.objects
         ),
@@ -219,6 +224,7 @@ def _grounding(
         _prism(grounding.prism),
         trajectories.number(grounding.trajectory),
         grounding.liftable,
+        grounding.colours or (),
     )
 
 

@@ -74,7 +74,7 @@ def _schemas(pa: Any) -> Mapping[str, Any]:
     prism = pa.struct([("xy", pa.list_(numbers)), ("z_min", number), ("z_max", number)])
     item = [
         ("id", text), ("labels", texts), ("prism", prism), ("trajectory", pa.int64()),
-        ("liftable", flag),
+        ("liftable", flag), ("colours", texts),
     ]  # fmt: skip
     grounding = pa.struct(
         [

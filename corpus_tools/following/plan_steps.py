@@ -22,7 +22,7 @@ from g3.actions.grounding_candidates import (
 from g3.actions.loads import loads_of_context
 from g3.actions.robot_state import State
 from g3.errors import FormatError
-from g3.geometry.footprints import centre, covers
+from g3.geometry.footprints import centre, covers, extent
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.short_repr import short_repr
@@ -123,10 +123,8 @@ def scene_shown(start: State) -> SceneShown:
 
 def _shown(thing: PhysicalObject, state: State, *, liftable: bool) -> ThingInScene:
     middle, yaw = centre(thing.prism), float(thing.trajectory.yaw[0])
-    corners = rotate(thing.prism.xy, np.full(len(thing.prism.xy), -yaw))
-    length, width = np.ptp(corners, axis=0)
+    size = extent(thing.prism, yaw)
     under = carrier(state, thing.id)
-    size = (length, width, thing.prism.z_max - thing.prism.z_min)
     return ThingInScene(
         id=thing.id,
         labels=thing.labels,
@@ -137,6 +135,7 @@ def _shown(thing: PhysicalObject, state: State, *, liftable: bool) -> ThingInSce
         seen=_seen(state.pose, middle),
         liftable=liftable,
         on=under.id if under and thing.id != state.held else "",
+        colours=thing.colours or (),
     )
 
 

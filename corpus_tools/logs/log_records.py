@@ -6,11 +6,13 @@ list of these; hence no lists of lists and no null.
 
 from __future__ import annotations
 
+from typing import get_args
+
 import msgspec
 
 from corpus_tools.logs.foxglove import Pose, Time, Vector3
 from corpus_tools.world.state.recording import Step
-from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
+from g3.groundings import Colour, Context, PhysicalObject, Place, Prism, Trajectory
 
 
 class Corner(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True):
@@ -38,6 +40,7 @@ class ObjectRecord(
     """An object; ``t`` in seconds, ``xyz`` in metres and ``yaw`` in radians are its poses.
 
     ``liftable`` is "yes" or "no" where somebody has said whether the robot can lift it, else empty.
+    ``colours`` are empty where nobody has said what colours it has.
     """
 
     id: str
@@ -47,6 +50,7 @@ class ObjectRecord(
     xyz: tuple[Vector3, ...]
     yaw: tuple[float, ...]
     liftable: str = ""
+    colours: tuple[str, ...] = ()
 
 
 class PlaceRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=True):
@@ -118,6 +122,7 @@ def context_record(context: Context, timestamp: Time) -> ContextRecord:
                 tuple(Vector3(*xyz) for xyz in item.trajectory.xyz.tolist()),
                 tuple(item.trajectory.yaw.tolist()),
                 _LIFTABLE[item.liftable],
+                item.colours or (),
             )
             for item in context.objects
         ),
@@ -130,6 +135,13 @@ def _known_liftable(text: str) -> bool | None:
         if text == written:
             return known
     raise ValueError(f"liftable must be yes, no or empty, not {text!r}")
+
+
+def _known_colours(texts: tuple[str, ...]) -> tuple[Colour, ...]:
+    try:
+        return msgspec.convert(texts, tuple[Colour, ...])
+    except msgspec.ValidationError as error:
+        raise ValueError(f"colours must be {', '.join(get_args(Colour))}: {error}") from error
 
 
 def context_of(record: ContextRecord) -> Context:
@@ -153,6 +165,7 @@ def context_of(record: ContextRecord) -> Context:
                     item.yaw,  # type: ignore[arg-type]
                 ),
                 _known_liftable(item.liftable),
+                _known_colours(item.colours),
             )
             for item in record.objects
         ),

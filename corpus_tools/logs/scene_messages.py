@@ -25,6 +25,7 @@ from corpus_tools.world.state.dimensions import (
     FORK_Y,
     HEEL_X,
 )
+from corpus_tools.world.state.paints import PAINTS
 from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
 from g3.geometry.plane import rotate
@@ -83,7 +84,8 @@ def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEnti
 
 
 def _object(item: PhysicalObject, carried: bool, timestamp: Time) -> SceneEntity:
-    red, green, blue = COLOURS.get(kind_of(item.labels).name, GREY)
+    own = [PAINTS[colour] for colour in item.colours]
+    red, green, blue = own[0] if own else COLOURS.get(kind_of(item.labels).name, GREY)
     shape, pose = shape_of(item), item.trajectory
     xy = rotate(item.prism.xy - pose.xyz[0, :2], np.full(len(item.prism.xy), -pose.yaw[0]))
     outline = CARRIED_COLOUR if carried else Color(red / 2, green / 2, blue / 2, 1.0)

@@ -1,8 +1,8 @@
 """Referring to things: nouns, and what distinguishes a thing from others of its kind.
 
 A worker takes a noun that fits, sees which other things it fits as well, and then adds something
-that is true of the thing meant alone: what it stands on or next to, or its order in the row as
-the robot sees it. A vague worker leaves that out.
+that is true of the thing meant alone: its colour or height, what it stands on or next to, or its
+order in the row as the robot sees it. A vague worker leaves that out.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from g3.short_repr import short_repr
 
 CLEARLY_M = 1.0
 """What lies further to a side, or nearer, does so by this much at least."""
+CLEARLY_TALLER = 1.2
+"""What is tall is so many times as high as what is not."""
 BY_M = 4.0
 """How far from a landmark a thing can stand that is "next to" it."""
 
@@ -132,11 +134,27 @@ def _phrase(wording: Wording, noun: Noun, thing: Seen, adjective: str = "") -> S
 
 def _distinctions(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
     return [
+        *_likenesses(thing, rivals),
         *_sides(thing, rivals),
         *_ranges(thing, rivals),
         *_decks(scene, thing, rivals),
         *_neighbours(scene, thing, rivals),
     ]
+
+
+def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
+    """By what it alone is like: its colour, or how tall it is."""
+    found: list[str] = [
+        colour
+        for colour in thing.colours[:1]
+        if not any(colour in rival.colours for rival in rivals)
+    ]
+    heights = [rival.height for rival in rivals]
+    if thing.height > CLEARLY_TALLER * max(heights):
+        found += ["tall", "tallest"]
+    if CLEARLY_TALLER * thing.height < min(heights):
+        found += ["short", "shortest"]
+    return [_Distinction(adjective) for adjective in found]
 
 
 def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:

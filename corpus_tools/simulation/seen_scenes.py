@@ -11,7 +11,7 @@ from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
-from g3.groundings import FloatArray, Prism
+from g3.groundings import Colour, FloatArray, Prism
 from g3.short_repr import short_repr
 
 
@@ -34,6 +34,10 @@ class Seen:
         Id of what it stands on; empty for the ground.
     at
         Metres ahead of the robot and to its left.
+    height
+        In metres.
+    colours
+        What it is painted; none for what its kind looks like.
     """
 
     id: str
@@ -42,6 +46,8 @@ class Seen:
     name: str
     deck: str
     at: tuple[float, float]
+    height: float
+    colours: tuple[Colour, ...] = ()
 
 
 @short_repr
@@ -76,13 +82,21 @@ def see(scenario: Scenario) -> Scene:
             "",
             objects[item.id].deck or "",
             _from(pose, item.prism),
+            item.prism.z_max - item.prism.z_min,
+            item.colours,
         )
         for item in context.objects
         if item.id not in (ROBOT, scenario.robot.carries)
     }
     places = {
         name: Seen(
-            name, "", frozenset(), regions[name].name, regions[name].deck or "", _from(pose, place)
+            name,
+            "",
+            frozenset(),
+            regions[name].name,
+            regions[name].deck or "",
+            _from(pose, place),
+            place.z_max - place.z_min,
         )
         for name, place in zip(regions, (p.prism for p in context.places), strict=True)
     }

@@ -23,7 +23,7 @@ SCENE = """\
 The world is JSON. Coordinates are in metres, headings in degrees counter-clockwise from +x. "seen"
 is where the robot sees something at the start: metres ahead, and metres to its left (negative: to
 its right). "on" is what a thing stands on; without it, it stands on the ground. The robot can lift
-what is "liftable"."""
+what is "liftable". "colours" are there where they are known."""
 PLANNING = """\
 You plan for a robotic forklift. You get a command that a person typed, and the world in which it
 was given. Say what the robot is to do so that the person is content: all that the command asks for,

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numpy as np
-
 from g3.actions.robot_state import State
 from g3.errors import ModelError
-from g3.geometry.plane import rotate
+from g3.geometry.footprints import extent
 from g3.groundings import Context, PhysicalObject
 from g3.language.lexicon.word_sets import PERSONS
 from g3.language.similarity.resources import wordnet
@@ -40,10 +38,9 @@ def can_be_lifted(thing: PhysicalObject) -> bool:
     """Whether the forks can lift a thing: as its scenario says, else by its size and labels."""
     if thing.liftable is not None:
         return thing.liftable
-    corners = rotate(thing.prism.xy, np.full(len(thing.prism.xy), -thing.trajectory.yaw[0]))
-    size = float(np.prod(np.ptp(corners, axis=0)))
-    low = thing.prism.z_max - thing.prism.z_min <= TALLEST_M
-    return low and SMALLEST_M2 <= size < LARGEST_M2 and not names_person(thing.labels)
+    length, width, height = extent(thing.prism, float(thing.trajectory.yaw[0])).tolist()
+    fits = height <= TALLEST_M and SMALLEST_M2 <= length * width < LARGEST_M2
+    return fits and not names_person(thing.labels)
 
 
 @lru_cache(maxsize=4096)

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from g3.geometry.plane import convex_hull, hull_centre, point_gap
+from g3.geometry.plane import convex_hull, hull_centre, point_gap, rotate
 from g3.groundings import FloatArray, Prism
 
 _BORDER_M2 = 1e-9
@@ -17,6 +17,12 @@ _Point: TypeAlias = tuple[float, ...]
 def centre(prism: Prism) -> FloatArray:
     """The middle of a footprint, shape (2,)."""
     return hull_centre(prism.xy)
+
+
+def extent(prism: Prism, yaw: float) -> FloatArray:
+    """How far a prism reaches along a heading and across it, and how high it is, shape (3,)."""
+    turned = rotate(prism.xy, np.full(len(prism.xy), -yaw))
+    return np.array([*np.ptp(turned, axis=0), prism.z_max - prism.z_min])
 
 
 def covers(prism: Prism, point: FloatArray, margin_m: float = 0.0) -> bool:

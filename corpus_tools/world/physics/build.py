@@ -104,6 +104,10 @@ def build_spec(
             add_solid(body, kind, shape_of(item), ground - pose.xyz[0, 2])
         if looks:
             look_of(kind.name)(spec, body, shape_of(item), ground - pose.xyz[0, 2])
+            if item.colours:
+                from corpus_tools.world.looks.painting import paint  # noqa: PLC0415 - OpenCV
+
+                paint(spec, body, item.colours[0])
     if looks:
         add_surroundings(spec, context, ground, site)
         if names:

@@ -26,6 +26,7 @@ def scenario_context(scenario: Scenario) -> Context:
                 name, KINDS[thing.kind].labels, thing_box(thing, objects, scenario.robot), layout
             ),
             liftable=thing.liftable,
+            colours=thing.colours,
         )
         for name, thing in objects.items()
     ]

@@ -192,6 +192,7 @@ def _reworded(what: str) -> str:
     missing = re.fullmatch(r"Object missing required field `(.*)`", what)
     if missing:
         return f"the field {missing[1]!r} is missing"
+    what = re.sub(r"Invalid enum value ('.*')", r"\1 is none of the choices", what)
     what = re.sub(r"`array` of length ([0-9]+)", r"\1 numbers", what)
     what = re.sub(r"`([a-z]+(?: \| [a-z]+)*)`", lambda types: _own_words(types[1]), what)
     return what[:1].lower() + what[1:]

@@ -14,6 +14,7 @@ import msgspec
 
 from corpus_tools.world.state.robot_script import Script
 from corpus_tools.world.state.thing_kinds import KINDS
+from g3.groundings import Colour
 from g3.short_repr import short_repr
 
 ROBOT = "forklift"
@@ -40,6 +41,9 @@ class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
         Id of the object on whose deck it stands; None for the ground.
     liftable
         Whether the robot may lift it; None where its kind tells.
+    colours
+        What it is painted, the main colour first; none for what its kind looks like, which no
+        command can name.
     """
 
     kind: str
@@ -47,6 +51,7 @@ class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     yaw_deg: float = 0.0
     deck: str | None = None
     liftable: bool | None = None
+    colours: tuple[Colour, ...] = ()
 
 
 def may_be_lifted(thing: Thing) -> bool:

@@ -103,18 +103,24 @@ def standing(batch: FactorBatch) -> FloatArray:
     return np.hstack((ahead, beaten))
 
 
-def rivals(batch: FactorBatch) -> BoolArray:
-    """Which peers have labels that the figure's words fit no worse than the figure's; (n, p)."""
+def fits(batch: FactorBatch) -> FloatArray:
+    """How many labels of each body the words of each factor's figure fit, (factors, bodies)."""
     vocabulary = sorted({word for factor in batch.words for word in factor.get("name", ())})
     row = {word: i for i, word in enumerate(vocabulary)}
     names = batch.bodies.label_names
-    fits = np.maximum(
+    fit = np.maximum(
         MEASURES["lemma"](vocabulary, names), MEASURES["domain"](vocabulary, names)
     ).astype(bool)
-    word_fits = fits @ batch.bodies.labels.T
-    score = np.array(
-        [word_fits[[row[w] for w in factor.get("name", ())]].sum(axis=0) for factor in batch.words]
+    word_fits = fit @ batch.bodies.labels.T
+    return np.array(
+        [word_fits[[row[w] for w in factor.get("name", ())]].sum(axis=0) for factor in batch.words],
+        dtype=float,
     ).reshape(len(batch.words), len(batch.bodies.labels))
+
+
+def rivals(batch: FactorBatch) -> BoolArray:
+    """Which peers have labels that the figure's words fit no worse than the figure's; (n, p)."""
+    score = fits(batch)
     own = score[batch.factor, batch.figure]
     result: BoolArray = (
         (batch.peers >= 0)

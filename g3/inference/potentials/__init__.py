@@ -7,6 +7,7 @@ potentials, and what other distributions name in the entry point group ``g3.pote
 
 from g3.extensions import load_extensions
 from g3.inference.potentials import (
+    attributes,
     changes,
     command_words,
     directions,
@@ -21,6 +22,7 @@ from g3.inference.potentials import (
 )
 
 __all__ = [
+    "attributes",
     "changes",
     "command_words",
     "directions",

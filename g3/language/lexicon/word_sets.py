@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
+from g3.groundings import Colour
 from g3.language.lexicon.field_words import normalise
 
 
@@ -171,11 +172,46 @@ NO_ANTECEDENTS = words(
 
 EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
+HAVING = words("with has carrying holding bearing")
+"""Before what stands on a thing: "the truck with the tires on it"."""
+NOTHING = words("nothing none")
 ALONE = stems("alone lone lonely single solitary isolated")
 FORMER = words("old original previous former initial starting")
 """Where something was at first: "its old position"."""
-TELLING = stems("other another same this that empty full loaded single lonely only tall big small")
-"""Adjectives that tell things of a kind apart."""
+
+COLOUR_WORDS: dict[Colour, str] = {
+    "black": "black ebony jet",
+    "white": "white ivory",
+    "grey": "grey gray silver charcoal",
+    "red": "red crimson scarlet maroon ruby burgundy vermilion",
+    "green": "green lime emerald olive",
+    "yellow": "yellow golden amber",
+    "blue": "blue navy azure cyan teal turquoise aqua",
+    "brown": "brown tan beige chestnut",
+    "orange": "orange",
+    "pink": "pink rose",
+    "purple": "purple violet indigo lilac lavender mauve magenta",
+}
+"""Words of each colour."""
+
+Dimension = Literal["height", "length", "width", "volume"]
+"""What of a thing's size words can say."""
+SIZE_WORDS: dict[tuple[Dimension, int], str] = {
+    ("height", 1): "tall taller tallest",
+    ("height", -1): "short shorter shortest flat flatter flattest",
+    ("length", 1): "long longer longest",
+    ("length", -1): "short shorter shortest",
+    ("width", 1): "wide wider widest broad broader broadest",
+    ("width", -1): "narrow narrower narrowest slim slimmer slimmest thin thinner thinnest",
+    ("volume", 1): "big bigger biggest large larger largest huge giant enormous massive",
+    ("volume", -1): "small smaller smallest little littlest tiny tinier tiniest mini",
+}
+"""Adjectives of size: 1 for much of a dimension, -1 for little. What is short may be either."""
+
+TELLING = stems("other another same this that empty full loaded single lonely only") | stems(
+    " ".join(SIZE_WORDS.values())
+)
+"""Adjectives that tell things of a kind apart, whatever a map says of them."""
 FORKS = stems("fork forks")
 LIFTS = stems("forklift lift prong tine arm")
 """Nouns for the robot by what lifts: "raise your forklift" moves its forks."""

@@ -54,6 +54,7 @@ def test_datasets_reads_the_counts_and_the_content(corpus, tmp_path: Path, monke
     assert (judgment["rating"], judgment["shown_video"]) == ("SA", "another video")
     poses = loaded(tmp_path / "hf", tmp_path / "cache", "trajectories")
     robot = loaded(tmp_path / "hf", tmp_path / "cache", "contexts")[0]["objects"][0]
+    assert {"liftable", "colours"} <= robot.keys()
     trajectory = next(iter(corpus.contexts.values())).agent.trajectory
     assert poses[robot["trajectory"]]["xyz"] == trajectory.xyz.tolist()
     assert "outcomes" not in (tmp_path / "hf" / "README.md").read_text()  # there are none

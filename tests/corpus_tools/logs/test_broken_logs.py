@@ -105,6 +105,12 @@ def test_a_missing_channel_is_told(tmp_path, driving, topic):
         ("/robot", b'"fork_height_m":0.41', b'"fork_height_m":"up"', "/robot at 1 s: fork_height"),
         ("/context", b'"agent_id":"robot"', b'"agent_id":"truck"', "agent is none of them"),
         ("/context", b'"z_max":0.7', b'"z_max":-0.7', "are not an interval"),
+        (
+            "/context",
+            b'"labels":',
+            b'"colours":["mauve"],"labels":',
+            "colours must be black, white",
+        ),
         ("/steps", b'"steps"', b'"stops"', "unknown field `stops`"),
         ("/robot", b'{"timestamp"', b'{timestamp"', "malformed"),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import typing
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -16,7 +17,11 @@ from mcap.reader import make_reader
 
 from corpus_tools.logs import foxglove
 from corpus_tools.logs.channels import CHANNELS
+from corpus_tools.logs.foxglove import Time
 from corpus_tools.logs.log_writing import to_bytes
+from corpus_tools.logs.scene_messages import entities
+from corpus_tools.world.state.paints import PAINTS
+from tests.corpus_tools.video import recordings
 
 DATASETS = Path(__file__).parents[3] / "datasets"
 NUMBERS = {FieldDescriptor.TYPE_DOUBLE: "number", FieldDescriptor.TYPE_FLOAT: "number"}
@@ -137,6 +142,14 @@ def test_the_scene_is_sent_whole_whenever_the_load_changes(driving):
     assert box["pose"]["position"] == pytest.approx({"x": 0.0, "y": 0.0, "z": 0.35})
     before, after = (scene["entities"][2]["lines"][0]["color"] for _, scene in scenes)
     assert before != after
+
+
+def test_things_are_drawn_in_their_colours():
+    plain = recordings.scene()
+    painted = [replace(o, colours=("red", "white")) for o in plain.objects]
+    drawn = entities(replace(plain, objects=tuple(painted)), "", Time(0, 0))
+    colours = [cube.color for entity in drawn if entity.texts for cube in entity.cubes]
+    assert {(c.r, c.g, c.b) for c in colours} == {PAINTS["red"]}
 
 
 def test_the_robot_is_sent_at_every_moment(driving):

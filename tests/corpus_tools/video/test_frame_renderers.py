@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -14,8 +16,8 @@ SIZE = (320, 240)
 RECORDING = drive(rate_hz=4, still_s=0.5)
 
 
-def draw(camera, quality, moments, size=SIZE):
-    world = build_world(RECORDING.start)
+def draw(camera, quality, moments, size=SIZE, start=RECORDING.start):
+    world = build_world(start)
     with open_frames(world, RECORDING, camera, size, quality) as frames:
         return [frames.frame(k) for k in moments], frames
 
@@ -47,6 +49,23 @@ def test_composites_look_like_whole_drawings(composite, whole, moment):
     # No halo and no hole: blurred a little, nothing differs much anywhere but at shadows' edges.
     near = [cv2.blur(picture, (5, 5)).astype(int) for picture in (composed, drawn)]
     assert (np.abs(near[0] - near[1]).max(axis=-1) > 48).mean() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("colour", "hue"), [("red", (1, 0, 0)), ("green", (0, 1, 0)), ("blue", (0, 0, 1))]
+)
+def test_a_thing_is_seen_in_its_colour(draft, colour, hue):
+    (plain, _), frames = draft
+    things = list(RECORDING.start.objects)
+    things[CRATE] = replace(things[CRATE], colours=(colour,))
+    painted, _ = draw("overview", "draft", [0], start=replace(RECORDING.start, objects=things))
+    crate = frames.objects == CRATE
+    assert (painted[0] != plain)[crate].any(axis=-1).mean() > 0.9
+    assert (painted[0] == plain)[~crate].mean() > 0.99  # but for its edges
+    light = painted[0][crate].mean(axis=0)
+    assert (light / light.max()).round().tolist() == list(hue)
+    # Its boards are still to be seen.
+    assert painted[0][crate].max(axis=-1).std() > 10
 
 
 def test_frames_do_not_depend_on_those_drawn_before(composite):

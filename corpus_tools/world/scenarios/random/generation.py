@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import msgspec
 import numpy as np
 
 from corpus_tools.world.scenarios.random.random_drafts import Draft, NoRoomError
@@ -11,6 +12,7 @@ from corpus_tools.world.scenarios.random.random_tasks import TASKS, add_task
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_validation import scenario_problems
 from g3.errors import FormatError
+from g3.groundings import Colour
 
 ATTEMPTS = 200
 """How often a scenario is begun anew before the layout counts as full."""
@@ -18,6 +20,8 @@ BYSTANDERS = (3, 10)
 """How many more things stand around, from and up to."""
 GAPS_M = (0.6, 2.5)
 """Smallest distances between things."""
+PAINTED = 0.4
+"""The share of crates and boxes that have a colour."""
 
 _KINDS = {
     "tire-pallet": 4,
@@ -31,6 +35,8 @@ _KINDS = {
     "truck": 1,
 }
 """How often each kind stands around, relative to the others."""
+_PAINTABLE = ("box-pallet", "crate")
+_PAINTS: tuple[Colour, ...] = ("red", "blue", "green", "yellow", "white", "black")
 
 
 def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
@@ -61,6 +67,7 @@ def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
         except NoRoomError:
             continue
         _add_bystanders(draft)
+        _paint(draft, np.random.default_rng([seed, number, 1]))
         scenario = Scenario(
             id=f"generated-{seed}-{number:04}",
             title=title,
@@ -77,6 +84,14 @@ def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
         where=", ".join(sorted(layouts)),
         fix="use larger or emptier layouts",
     )
+
+
+def _paint(draft: Draft, rng: np.random.Generator) -> None:
+    """Give some loads a colour; where things stand doesn't depend on it."""
+    for name, thing in draft.objects.items():
+        if thing.kind in _PAINTABLE and rng.random() < PAINTED:
+            colour = _PAINTS[int(rng.integers(len(_PAINTS)))]
+            draft.objects[name] = msgspec.structs.replace(thing, colours=(colour,))
 
 
 def _add_bystanders(draft: Draft) -> None:

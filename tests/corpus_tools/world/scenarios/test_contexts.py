@@ -50,6 +50,13 @@ def test_the_robot_is_between_its_front_wheels(context):
     assert middle == pytest.approx([10, 20 + FORKLIFT.ahead_m])
 
 
+def test_things_have_the_colours_that_they_are_painted(write):
+    text = SCENARIO.replace("at: [7, -3]", "at: [7, -3], colours: [white, blue]")
+    objects = scenario_context(read_scenario(write(text))).objects
+    colours = {o.id: o.colours for o in objects if o.colours}
+    assert colours == {"boxes-2": ("white", "blue")}
+
+
 def test_places_have_the_names_of_the_map(write):
     scenario = read_scenario(write())
     places = scenario_places(scenario)

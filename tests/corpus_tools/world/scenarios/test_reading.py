@@ -85,6 +85,8 @@ WRONG = [
      "13:14: script[0].pick_up: the forks can't lift tires-1"),
     ("kind: tire-pallet, at: [7, 1.5]", "kind: barrel, at: [7, 1.5], liftable: true",
      "4:51: objects.tires-1.liftable: the forks can't lift a barrel"),
+    ("kind: tire-pallet, at: [7, 1.5]", "kind: tire-pallet, at: [7, 1.5], colours: [red, mauve]",
+     "4:61: objects.tires-1.colours[1]: 'mauve' is none of the choices"),
     # room
     ("at: [7, -3]", "at: [7.5, 2.5]",
      "6:35: objects.boxes-2.at: boxes-2 and tires-1 overlap"),
