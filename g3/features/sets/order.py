@@ -21,6 +21,8 @@ from g3.language.similarity.word_similarity import MEASURES
 
 DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
+SYNONYM = 0.3
+"""How well a synonym fits; a label itself fits with 1."""
 _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 
 
@@ -108,10 +110,9 @@ def rivals(batch: FactorBatch) -> BoolArray:
     vocabulary = sorted({word for factor in batch.words for word in factor.get("name", ())})
     row = {word: i for i, word in enumerate(vocabulary)}
     names = batch.bodies.label_names
-    fits = np.maximum(
-        MEASURES["lemma"](vocabulary, names), MEASURES["domain"](vocabulary, names)
-    ).astype(bool)
-    word_fits = fits @ batch.bodies.labels.T
+    forms, synonyms = (MEASURES[name](vocabulary, names) for name in ("lemma", "domain"))
+    fits = np.maximum(forms, SYNONYM * synonyms)
+    word_fits = (fits[:, None] * batch.bodies.labels).max(axis=2, initial=0.0)
     score = np.array(
         [word_fits[[row[w] for w in factor.get("name", ())]].sum(axis=0) for factor in batch.words]
     ).reshape(len(batch.words), len(batch.bodies.labels))
