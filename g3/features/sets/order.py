@@ -21,6 +21,8 @@ from g3.language.similarity.word_similarity import MEASURES
 
 DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
+SYNONYM = 0.5
+"""How well a synonym fits; a label itself fits with 1."""
 _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 
 
@@ -104,14 +106,13 @@ def standing(batch: FactorBatch) -> FloatArray:
 
 
 def fits(batch: FactorBatch) -> FloatArray:
-    """How many labels of each body the words of each factor's figure fit, (factors, bodies)."""
+    """How many words of each factor's figure fit a label of each body, (factors, bodies)."""
     vocabulary = sorted({word for factor in batch.words for word in factor.get("name", ())})
     row = {word: i for i, word in enumerate(vocabulary)}
     names = batch.bodies.label_names
-    fit = np.maximum(
-        MEASURES["lemma"](vocabulary, names), MEASURES["domain"](vocabulary, names)
-    ).astype(bool)
-    word_fits = fit @ batch.bodies.labels.T
+    forms, synonyms = (MEASURES[name](vocabulary, names) for name in ("lemma", "domain"))
+    fit = np.maximum(forms, SYNONYM * synonyms)
+    word_fits = (fit[:, None] * batch.bodies.labels).max(axis=2, initial=0.0)
     return np.array(
         [word_fits[[row[w] for w in factor.get("name", ())]].sum(axis=0) for factor in batch.words],
         dtype=float,

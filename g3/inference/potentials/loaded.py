@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import log
 
 from g3.actions.loads import is_load
@@ -15,7 +14,7 @@ from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import things_of
 from g3.inference.problem.phrases import is_bare
 from g3.language.lexicon.field_words import field_words, figure_words
-from g3.language.similarity.word_similarity import lemma
+from g3.language.similarity.word_similarity import labels_in
 
 
 @potential("load-in-the-way", kind="command", types=("EVENT",), roles=(), weight=HARD)
@@ -35,8 +34,8 @@ def load_in_the_way(case: CommandCase) -> str:
         if own.theme is not None:
             words = figure_words(tree.nodes[own.theme])
             others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
-            most = max((_labels_in(words, o.labels) for o in others), default=0)
-            in_the_way = most > _labels_in(words, held.labels)
+            most = max((labels_in(words, o.labels) for o in others), default=0)
+            in_the_way = most > labels_in(words, held.labels)
             named = " ".join(held.labels)
             why = f"the {named} {held.id} is on the forks: have it put down first"
             return why if in_the_way else ""
@@ -72,9 +71,3 @@ def load_as_theme(case: CandidateCase) -> Measured:
     if held is None or not is_bare(case.sdc):
         return False
     return case.each(lambda g: [t.id for t in things_of(g)] != [held])
-
-
-def _labels_in(words: Sequence[str], labels: Sequence[str]) -> int:
-    """How many of some words are labels."""
-    own = [word for label in labels for word in label.split()]
-    return int(lemma(words, own).any(axis=1).sum()) if words and own else 0

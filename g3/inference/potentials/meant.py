@@ -8,6 +8,7 @@ from math import log
 import numpy as np
 
 from g3.actions.facing import ROW
+from g3.actions.loads import is_load
 from g3.geometry.plane import BoolArray
 from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
@@ -15,9 +16,11 @@ from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
 from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
 from g3.language.discourse.groups import group as group_of
+from g3.language.discourse.groups import noun_words
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import ROWS, SIDES
+from g3.language.similarity.word_similarity import labels_in
 
 UNLIKELY = log(0.01)
 
@@ -86,6 +89,16 @@ def you(case: CandidateCase) -> Measured:
 def load_elsewhere(case: CandidateCase) -> Measured:
     """What is moved isn't the landmark of where it goes."""
     return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
+
+
+@potential("own-label", kind="noun", types=("OBJECT",), weight=log(0.05))
+def own_label(case: CandidateCase) -> Measured:
+    """A noun that is a label of some load means such a load: "the crate"."""
+    noun, state = noun_words(case.sdc)[-1:], case.problem.state
+    labelled = {o.id for o in state.context.objects if labels_in(noun, o.labels)}
+    if not any(is_load(state, own) for own in labelled):
+        return False
+    return _says(case, lambda g: not _ids(g) or not _ids(g) <= labelled)
 
 
 @potential(

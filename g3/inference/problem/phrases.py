@@ -15,6 +15,7 @@ from g3.language.lexicon.word_sets import (
     FLOOR,
     FORKS,
     FORMER,
+    GENERIC,
     IT,
     LIFTS,
     OTHERS,
@@ -65,6 +66,8 @@ def is_bare(sdc: SDC) -> bool:
     if sdc.type != "OBJECT" or not (sdc.is_leaf or is_complement(sdc)):
         return False
     words = field_words(all_words(sdc))
+    if words[-1:] and words[-1] in GENERIC:  # "your load" isn't "the loaded one"
+        words = words[:-1]
     more = concepts(words) or TELLING.intersection(words) or any(map(is_ordinal, words))
     return not more and not names_other(sdc) and group(sdc).number == "singular"
 

@@ -18,7 +18,7 @@ from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, frame, leads_aboard
-from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
+from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem, things_of
 from g3.inference.problem.packed_scene import Group
 from g3.inference.search.thing_search import (
     as_argument,
@@ -78,11 +78,16 @@ def _themes(
     if not own.objects:
         return (_unnamed(tree, own, problem) if own.takes_unnamed else ()) or (None,), ()
     theme, *left = own.objects
+    if problem.held is not None:  # of all things, so that what is on the forks is among them
+        problem = replace(problem, width=max(problem.width, len(problem.scene.groups)))
     beam = ground_thing(tree, theme, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), problem))
     beam = as_argument(beam, tree, theme, problem, role="theme", within=own.node)
-    return tuple(likely([c for c in beam if len(c.group) == 1] or beam, THEMES)), left
+    found = likely([c for c in beam if len(c.group) == 1] or beam, THEMES)
+    held = [problem.held]
+    on_forks = [c for c in beam if [t.id for t in things_of(c.group)] == held and c not in found]
+    return (*found, *on_forks), left
 
 
 def _unnamed(tree: Tree, own: Frame, problem: GroundingProblem) -> tuple[Candidate, ...]:

@@ -49,6 +49,16 @@ def lemma(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     return exact([normalise(w) for w in words], [normalise(label) for label in labels])
 
 
+def labels_in(words: Sequence[str], labels: Sequence[str]) -> int:
+    """How many of some words are in labels, whatever their form.
+
+    >>> labels_in(["tires", "pallet", "left"], ["tire", "assembly pallet"])
+    2
+    """
+    own = [word for label in labels for word in label.split()]
+    return int(lemma(words, own).any(axis=1).sum()) if len(words) and own else 0
+
+
 @measure("spelling")
 def spelling(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """Jaro-Winkler similarity of the stems: "palett" and "pallet"."""

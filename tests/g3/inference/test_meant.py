@@ -17,7 +17,7 @@ from g3.learning.examples import to_batch
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
-from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows, of_things
+from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows, of_things, problem_in
 from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
@@ -41,7 +41,7 @@ def possible(noun, *candidates):
     tree = Tree(parse_brackets(f"OBJ(f = {noun})"))
     groups = [(c,) for c in candidates]
     scores = added(CandidateCase(tree, 0, around(), groups, "figure", 0))
-    assert set(scores) <= {0.0, UNLIKELY}
+    assert set(scores) <= {0.0, UNLIKELY, WEIGHT["own-label"]}
     found = [c for c, score in zip(candidates, scores, strict=True) if score == 0]
     return {c.name if isinstance(c, Place) else c.id for c in found}
 
@@ -69,8 +69,26 @@ def test_who_has_a_name_is_meant_by_it():
     candidates = (*PLACES, TRUCK, TIRES)
     assert possible("receiving", *candidates) == {"receiving"}
     assert possible("the storage area", *candidates) == {"storage A", "storage B"}
-    assert possible("the tires", *candidates) == {"truck", "tires"}
+    assert possible("the tires", *candidates) == {"tires"}
+    assert possible("the truck", *candidates) == {"truck", "tires"}
     assert possible("the area", *candidates) == {p.name for p in PLACES} | {"truck", "tires"}
+
+
+def test_a_noun_that_is_a_label_of_a_load_means_such_a_load():
+    crate, boxes = (
+        thing("crate", "crate", 6, 2, (1.2, 1.2)),
+        thing("boxes", "box pallet", 6, -2, (1, 1)),
+    )
+    problem = problem_in(Context("yard", (crate, boxes, TRUCK, robot()), (), "robot"))
+
+    def costs(noun):
+        return of_groups("own-label", f"OBJ(f = {noun})", [(crate,), (boxes,)], problem).tolist()
+
+    dear = WEIGHT["own-label"]
+    assert costs("the crate") == costs("the big crates") == [0, dear]
+    assert costs("the box pallet") == [dear, 0]
+    # People call many things trucks, and "load" is no label.
+    assert costs("the truck") == costs("the load") == [0, 0]
 
 
 def test_a_row_is_all_that_stands_in_it():

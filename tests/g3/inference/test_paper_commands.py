@@ -283,6 +283,20 @@ def test_what_is_not_understood_is_not_probable(grounder, yard):
         assert found.plan is None or found.plan.probability < most
 
 
+@pytest.mark.parametrize("noun", ["your load", "the load", "the cargo", "it"])
+def test_the_load_on_the_forks_is_put_down(grounder, noun):
+    others = {f"boxes_{n}": (BOXES, (10, 3 * n)) for n in range(6)}
+    there = world("crate-1", crate_1=("crate",), truck_1=("truck", (8, -8)), **others)
+    found = grounder.follow(f"Put {noun} onto the truck", there)
+    assert did(found) == [("put down", "crate-1")]
+    assert under(found, "crate-1") == "truck-1"
+
+
+def test_the_farthest_crate_is_the_farthest_of_the_crates(grounder):
+    there = world(crate_1=("crate", (6, 6)), crate_2=("crate", (12, 0)), boxes_1=(BOXES, (20, -5)))
+    assert did(grounder.follow("Pick up the farthest crate", there)) == [("pick up", "crate-2")]
+
+
 # What the paper leaves to later work
 
 
