@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import snowballstemmer
 
+from g3.language.lexicon.spelling import mended
 from g3.sdc.clauses import SDC, Span, all_words
 
 _STEMMER = snowballstemmer.stemmer("english")
@@ -14,12 +15,12 @@ _STEMMER = snowballstemmer.stemmer("english")
 
 @lru_cache(maxsize=65536)
 def normalise(word: str) -> str:
-    """A word in lower case, without punctuation around it, stemmed (Porter 2).
+    """A word in lower case, without punctuation around it, mended and stemmed (Porter 2).
 
-    >>> normalise("Pallets,")
-    'pallet'
+    >>> normalise("Pallets,"), normalise("beetween")
+    ('pallet', 'between')
     """
-    stem: str = _STEMMER.stemWord(bare(word))
+    stem: str = _STEMMER.stemWord(mended(bare(word)))
     return stem
 
 

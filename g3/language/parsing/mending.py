@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from rapidfuzz.distance import OSA
-from rapidfuzz.process import extractOne
+from g3.language.lexicon.spelling import one_letter_away
 
 ALIASES = {
     "tailor": "trailer",
@@ -30,9 +29,6 @@ _COMMON = (
 VOCABULARY = tuple(_COMMON.split())
 """Words of the domain that are often misspelt and look like few others."""
 
-SHORTEST = 6
-"""Shorter words have too many neighbours."""
-
 
 @lru_cache(maxsize=65536)
 def mend(word: str) -> str:
@@ -41,9 +37,4 @@ def mend(word: str) -> str:
     >>> mend("palllet"), mend("tailor"), mend("barrels")
     ('pallet', 'trailer', 'barrels')
     """
-    if word in ALIASES:
-        return ALIASES[word]
-    if len(word) < SHORTEST or not word.isalpha() or word.removesuffix("s") in VOCABULARY:
-        return word
-    nearest = extractOne(word, VOCABULARY, scorer=OSA.distance, score_cutoff=1)
-    return word if nearest is None else str(nearest[0])
+    return ALIASES[word] if word in ALIASES else one_letter_away(word, VOCABULARY)

@@ -5,8 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from g3.language.lexicon.field_words import field_words, figure_words, normalise
+from g3.language.lexicon.spelling import mended
+from g3.language.similarity.resources import wordnet
 from g3.sdc.clauses import SDC, Span
 from g3.sdc.sdc_notation import parse_brackets
+from tests.g3.language.installed import needs_wordnet
 
 
 @pytest.mark.parametrize(
@@ -23,10 +26,17 @@ from g3.sdc.sdc_notation import parse_brackets
         ("...", ""),
         ("-", ""),
         ("2nd", "2nd"),
+        ("Frthest", "farthest"),
+        ("betwene", "between"),
     ],
 )
 def test_normalise(word: str, form: str) -> None:
     assert normalise(word) == form
+
+
+@needs_wordnet
+def test_no_noun_is_taken_for_a_word_of_where_things_are() -> None:
+    assert {noun: mended(noun) for noun in wordnet().senses if mended(noun) != noun} == {}
 
 
 @given(st.text(max_size=8))
