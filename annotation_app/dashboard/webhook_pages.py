@@ -78,8 +78,8 @@ def test(webhook_id: str) -> str:
     """Send a message at once, and say whether it arrived."""
     engine = installation().engine
     with transaction(engine) as session:
-        hook, study = _find(session, webhook_id)
         admin = required_person(session, "admin")
+        hook, study = _find(session, webhook_id)
         note(session, name_of(admin), "tested a webhook", study, webhook=webhook_id)
         session.flush()
         session.expunge(hook)

@@ -205,10 +205,13 @@ def test_a_scenario_without_a_dataset_uses_the_bundled_layouts(tmp_path):
 
 def test_the_examples_in_the_documentation_are_right(tmp_path):
     documentation = Path(__file__).parents[4] / "docs" / "scenarios.md"
-    scenario, layout = (
+    scenario, coloured, layout = (
         part.partition("```")[0] for part in documentation.read_text().split("```yaml\n")[1:]
     )
     for name, text in (("layouts", layout), ("scenarios", scenario)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "dock.yaml").write_text(text)
-    assert read_scenario(tmp_path / "scenarios" / "dock.yaml").layout.title == "A loading dock."
+    file = tmp_path / "scenarios" / "dock.yaml"
+    assert read_scenario(file).layout.title == "A loading dock."
+    file.write_text(f"title: Colours.\nlayout: dock\n{coloured}robot: {{at: [0, 0]}}\nscript: [{{pick_up: crate-1}}]\n")
+    assert read_scenario(file).objects["crate-2"].colours == ("white", "blue")
