@@ -9,14 +9,14 @@ import numpy as np
 
 from g3.actions.facing import ROW
 from g3.actions.loads import is_load
-from g3.geometry.plane import BoolArray
-from g3.groundings import Place
+from g3.groundings import FloatArray, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
 from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
 from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_words
+from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import ROWS, SIDES
@@ -105,7 +105,10 @@ def own_label(case: CandidateCase) -> Measured:
     "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
 )
 def stands_on(case: FactorCase) -> Measured:
-    """A thing that is "on the truck" stands on it."""
+    """A thing that is "on the truck" stands on it, and one "not on the truck" doesn't.
+
+    What was learned of "on" speaks for what stands there, so "not" counts twice.
+    """
     said = concepts(field_words(case.sdc.relation))
     if "on" not in said or said & (SIDES | {"between"}):
         return False
@@ -115,10 +118,11 @@ def stands_on(case: FactorCase) -> Measured:
     for i, own in enumerate(ids):
         under[i] = ids.index(problem.carriers[own]) if own in problem.carriers else -1
         surface[i] = own in problem.surfaces
-    wrong = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
-    wrong &= (under[batch.figure] != batch.landmark) & (batch.figure != batch.landmark)
-    result: BoolArray = wrong & (batch.bodies.count[batch.figure] == 1)
-    return result
+    there = under[batch.figure] == batch.landmark
+    applies = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
+    applies &= (batch.figure != batch.landmark) & (batch.bodies.count[batch.figure] == 1)
+    wrong: FloatArray = 2.0 * (applies & there) if negated(case.sdc) else 1.0 * (applies & ~there)
+    return wrong
 
 
 def _number_said(case: FactorCase) -> str:

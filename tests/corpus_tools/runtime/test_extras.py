@@ -9,7 +9,6 @@ import pytest
 
 from corpus_tools.doctor import machine_checks
 from corpus_tools.runtime.extras import extra_of, extras, missing_of
-from g3.errors import CorpusError
 
 PYPROJECT = (Path(__file__).parents[3] / "pyproject.toml").read_text()
 _EXTRAS = PYPROJECT.partition("[project.optional-dependencies]\n")[2].partition("\n\n")[0]

@@ -110,7 +110,13 @@ def test_you_are_the_robot():
 
 
 @pytest.mark.parametrize(
-    ("relation", "costs"), [("on", [0, UNLIKELY]), ("on the left of", [0, 0]), ("near", [0, 0])]
+    ("relation", "costs"),
+    [
+        ("on", [0, UNLIKELY]),
+        ("that is not on", [2 * UNLIKELY, 0]),
+        ("on the left of", [0, 0]),
+        ("near", [0, 0]),
+    ],
 )
 def test_the_one_on_the_truck_stands_on_it(relation, costs):
     words = f"OBJ(f = OBJ(f = the pallet), r = {relation}, l = OBJ(f = the truck))"

@@ -213,5 +213,6 @@ def test_the_examples_in_the_documentation_are_right(tmp_path):
         (tmp_path / name / "dock.yaml").write_text(text)
     file = tmp_path / "scenarios" / "dock.yaml"
     assert read_scenario(file).layout.title == "A loading dock."
-    file.write_text(f"title: Colours.\nlayout: dock\n{coloured}robot: {{at: [0, 0]}}\nscript: [{{pick_up: crate-1}}]\n")
+    rest = "robot: {at: [0, 0]}\nscript: [{pick_up: crate-1}]\n"
+    file.write_text(f"title: Colours.\nlayout: dock\n{coloured}{rest}")
     assert read_scenario(file).objects["crate-2"].colours == ("white", "blue")
