@@ -127,6 +127,7 @@ def started(name: str) -> str:
             study=study,
             link=flask.url_for("entrance.study_page", study_name=name, _external=True),
             access=config.access,
+            roles={task.role for task in config.tasks.values()},
             obstacles=[
                 f"{one.what[:1].upper()}{one.what[1:]}."
                 for one in obstacles(session, of_installation=False)

@@ -40,18 +40,27 @@ def begun(admin: Member) -> None:
     assert admin.post("/admin/studies/new", title="An arm", name="arm").status_code == 303
 
 
-def made(admin: Member, texts: Mapping[str, str] = TEXTS) -> None:
+def made(admin: Member, texts: Mapping[str, str] = TEXTS, role: Role = "worker") -> None:
     """A running study."""
     begun(admin)
     for step, form in (
         ("videos", {"videos": "clips"}),
         ("tasks", TASKS),
-        ("people", {"access": "open", "role-describe": "worker"}),
+        ("people", {"access": "open", "role-describe": role}),
         ("texts", texts),
         ("consent", {"consent": CONSENT}),
     ):
         assert send(admin, step, **form).status_code == 303, step
     assert send(admin, "review").location.endswith("/admin/studies/arm/started")
+
+
+@pytest.mark.parametrize(
+    ("role", "said"),
+    [("worker", "Whoever opens it can take part."), ("annotator", "All tasks ask for a login.")],
+)
+def test_the_last_page_says_who_can_take_part(admin: Member, role: Role, said: str) -> None:
+    made(admin, role=role)
+    assert said in admin.client.get("/admin/studies/arm/started").text
 
 
 def in_database(app: Flask) -> Study | None:

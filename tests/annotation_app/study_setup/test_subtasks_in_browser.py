@@ -50,6 +50,11 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         page.get_by_role("button", name="Send").click()
         expect(page.locator("#problems")).to_contain_text("Watch the video to its end first.")
         expect(page.locator("#problems")).to_contain_text("Say what is done in step 1.")
+        page.set_viewport_size({"width": 1280, "height": 800})
+        for needed in ("video", ".subtask", ".send"):
+            box = page.locator(needed).first.bounding_box()
+            assert box is not None
+            assert box["y"] + box["height"] <= 800, needed
         watch(page)
         duration = page.locator("video").evaluate("video => video.duration")
         assert duration < 1.5  # the episode alone, not the file with all of them
