@@ -9,7 +9,8 @@ import numpy as np
 
 from g3.actions.facing import ROW
 from g3.actions.loads import is_load
-from g3.groundings import FloatArray, Place
+from g3.geometry.plane import BoolArray
+from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
@@ -105,10 +106,7 @@ def own_label(case: CandidateCase) -> Measured:
     "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
 )
 def stands_on(case: FactorCase) -> Measured:
-    """A thing that is "on the truck" stands on it, and one "not on the truck" doesn't.
-
-    What was learned of "on" speaks for what stands there, so "not" counts twice.
-    """
+    """A thing that is "on the truck" stands on it, and one "not on the truck" doesn't."""
     said = concepts(field_words(case.sdc.relation))
     if "on" not in said or said & (SIDES | {"between"}):
         return False
@@ -121,7 +119,7 @@ def stands_on(case: FactorCase) -> Measured:
     there = under[batch.figure] == batch.landmark
     applies = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
     applies &= (batch.figure != batch.landmark) & (batch.bodies.count[batch.figure] == 1)
-    wrong: FloatArray = 2.0 * (applies & there) if negated(case.sdc) else 1.0 * (applies & ~there)
+    wrong: BoolArray = applies & (there if negated(case.sdc) else ~there)
     return wrong
 
 

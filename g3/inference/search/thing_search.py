@@ -50,6 +50,7 @@ from g3.inference.problem.phrases import (
     is_there,
     names_origin,
 )
+from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import NEARER, YOU
 from g3.sdc.clauses import SDCType
@@ -312,7 +313,10 @@ def _scored(
         landmark=landmark,
     )
     known = problem.leaves.get(node)
-    own = problem.cost.log_probability(batch) if known is None else known[index[:n]]
+    if known is None:  # of "not on the truck" the correspondence is false (section 3.2)
+        own = problem.cost.log_probability(batch, true=not negated(sdc))
+    else:
+        own = known[index[:n]]
     sizes = [len(figure.group) for figure, _ in pairs]
     own = own + added(FactorCase(tree, node, batch, problem, sizes))
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from g3.inference.potentials.cases import FactorCase
+from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import GroundingProblem
@@ -62,4 +62,6 @@ def _score(tree: Tree, node: int, found: dict[int, Group], problem: GroundingPro
     )
     score = float(problem.cost.log_probability(batch)[0])
     score += float(added(FactorCase(tree, node, batch, problem, [len(found[node])]))[0])
+    if not tree.nodes[node].figure:
+        score += float(added(CandidateCase(tree, node, problem, [found[node]], "figure", node))[0])
     return score

@@ -113,7 +113,7 @@ def test_you_are_the_robot():
     ("relation", "costs"),
     [
         ("on", [0, UNLIKELY]),
-        ("that is not on", [2 * UNLIKELY, 0]),
+        ("that is not on", [UNLIKELY, 0]),
         ("on the left of", [0, 0]),
         ("near", [0, 0]),
     ],

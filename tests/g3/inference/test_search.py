@@ -44,8 +44,7 @@ def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, mod
     score, groundings = best_groundings(tree, 0, problem)
     found = ground_thing(tree, 0, problem)[0]
     assert found.score == pytest.approx(score)
-    if learned:  # without costs others are as good
-        assert {n: group for n, (group, _) in found.nodes.items()} == groundings
+    assert {n: group for n, (group, _) in found.nodes.items()} == groundings
 
 
 def test_candidates_with_equal_scores_keep_the_order_of_the_context(dock):
