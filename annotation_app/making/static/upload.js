@@ -60,6 +60,7 @@ async function add(files) {
 }
 
 input.addEventListener("change", () => add(input.files));
+if (input.files.length) add(input.files); // chosen before this script had come
 for (const name of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(name, (event) => {
     event.preventDefault();

@@ -13,7 +13,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 
 from annotation_app.core.config import Config
 from corpus_tools.corpus.corpus_reading import load_corpus
@@ -63,8 +63,16 @@ def make_study(page: Page, folder: Path) -> list[str]:
     page.get_by_label("Title").fill("Commands for an arm")
     page.get_by_label("What your robot is called").fill("robot arm")
     page.get_by_label("Name in addresses").fill("arm")
+    scripts: list[Route] = []
+
+    def hold(route: Route) -> None:
+        scripts.append(route)
+
+    page.route("**/upload.js", hold)
     page.get_by_role("button", name="Begin").click()
     page.set_input_files("#files", sorted(folder.iterdir()))
+    expect(page.locator("#uploads")).to_be_empty()
+    scripts.pop().continue_()  # the files were chosen before the script had come
     expect(page.get_by_text("3 videos: lift, push, wait")).to_be_visible()
     found += look(page, "videos")
     go_on(page)
