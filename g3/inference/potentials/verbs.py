@@ -229,16 +229,9 @@ def verb_put(case: ActionCase) -> Measured:
 
 @potential("verb-place", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_place(case: ActionCase) -> Measured:
-    """A verb that may mean placing doesn't just pick up: "leave it there".
-
-    What is on the forks is put down where it says: "leave the crate by the truck".
-    """
+    """A verb that may mean placing doesn't just pick up: "leave it there"."""
     found = _reading(case, "placing")
-    if found is None:
-        return False
-    asked = found.asked
-    left = asked.held is not None and asked.theme and asked.leads and asked.at_place
-    return ~found.puts if left else found.picks
+    return found is not None and found.picks
 
 
 @potential("verb-carry", kind="action", types=_CLAUSES, weight=UNUSUAL)

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import lru_cache
 
-import snowballstemmer
-
 from g3.language.lexicon.spelling import mended
+from g3.language.lexicon.stemming import stem
 from g3.sdc.clauses import SDC, Span, all_words
-
-_STEMMER = snowballstemmer.stemmer("english")
 
 
 @lru_cache(maxsize=65536)
@@ -20,8 +17,7 @@ def normalise(word: str) -> str:
     >>> normalise("Pallets,"), normalise("beetween")
     ('pallet', 'between')
     """
-    stem: str = _STEMMER.stemWord(mended(bare(word)))
-    return stem
+    return stem(mended(bare(word)))
 
 
 def bare(word: str) -> str:

@@ -9,18 +9,9 @@ from __future__ import annotations
 from rapidfuzz.distance import OSA
 from rapidfuzz.process import extractOne
 
-_WHERE = (
-    "leftmost rightmost leftward rightward nearest closest farthest furthest second opposite "
-    "behind beside between middle forward backward towards sideways straight"
-)
-_ALIKE = (
-    "closet closets father fathers dearest bedside backyard secondo seconds muddle riddle fiddle "
-    "piddle peddle meddle diddle besides before reside"
-)
-VOCABULARY = tuple(_WHERE.split())
-"""Words whose misspellings are mended, long enough to look like few others."""
-OTHERS = frozenset(_ALIKE.split())
-"""Words that look like one of them and mean something else."""
+from g3.language.lexicon.word_sets import LIKE_WHERE, WHERE
+
+_VOCABULARY = tuple(sorted(WHERE))
 SHORTEST = 6
 """Shorter words have too many neighbours."""
 
@@ -36,7 +27,7 @@ def mended(word: str) -> str:
     >>> mended("frthest"), mended("cloesst"), mended("closet"), mended("pallet")
     ('farthest', 'closest', 'closet', 'pallet')
     """
-    return word if word in OTHERS else one_letter_away(word, VOCABULARY)
+    return word if word in LIKE_WHERE else one_letter_away(word, _VOCABULARY)
 
 
 def one_letter_away(word: str, vocabulary: tuple[str, ...]) -> str:

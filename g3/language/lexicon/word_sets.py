@@ -5,8 +5,9 @@ classes, such as nouns for things, are left to word similarity
 (:mod:`g3.language.similarity.word_similarity`).
 
 A set of `words` holds lower-case words as they are written
-(:func:`g3.language.lexicon.field_words.bare`). A set of `stems` holds normal forms
-(:func:`g3.language.lexicon.field_words.normalise`), so that it also has the words' other endings.
+(:func:`g3.language.lexicon.field_words.bare`). A set of `stems` holds the normal forms that
+:func:`g3.language.lexicon.field_words.normalise` gives, so that it also has the words' other
+endings.
 Where one set has more words than another for the same concept, it is built from it.
 """
 
@@ -15,7 +16,7 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 from g3.groundings import Colour
-from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.stemming import stem
 
 
 def words(text: str) -> frozenset[str]:
@@ -25,7 +26,7 @@ def words(text: str) -> frozenset[str]:
 
 def stems(text: str) -> frozenset[str]:
     """Normal forms of words that are written in one line."""
-    return frozenset(map(normalise, text.split()))
+    return frozenset(map(stem, text.split()))
 
 
 def counted(text: str, *, first: int) -> dict[str, int]:
@@ -70,6 +71,17 @@ BESIDE = SIDES | {"near", "between"}
 """Concepts by which something stands beside a thing, on the ground."""
 WAYS = SIDES | {"around"}
 """Concepts of ways that the robot can go without a landmark, and around."""
+
+WHERE = words(
+    "leftmost rightmost leftward rightward nearest closest farthest furthest second opposite "
+    "behind beside between middle forward backward towards sideways straight"
+)
+"""Words for sides, distances and order that look like few others, known misspelt, too."""
+LIKE_WHERE = words(
+    "closet closets father fathers dearest bedside backyard secondo seconds muddle riddle fiddle "
+    "piddle peddle meddle diddle besides before reside"
+)
+"""Words that look like one of them and mean something else."""
 
 BEHIND = stems("behind")
 """The far side of a thing. The concept "back" is also a thing's own rear."""
@@ -260,7 +272,7 @@ REGARDING = stems(
 )
 """Verbs of seeing, avoiding and saying, which handle nothing."""
 PHRASAL_VERBS = {
-    (normalise(verb), particle): classes
+    (stem(verb), particle): classes
     for phrase, classes in (
         ("let down", "placing"),
         ("let go", "placing"),
