@@ -33,7 +33,8 @@ def launched() -> Iterator[Browser]:
 def violations(
     page: Page, impacts: tuple[str, ...] = ("serious", "critical"), **options: object
 ) -> list[str]:
-    """What axe-core finds wrong with a page."""
+    """What axe-core finds wrong with a page, once it has come."""
+    page.wait_for_load_state()
     if not page.evaluate("'axe' in window"):
         page.evaluate(Axe().axe_script)
     found = page.evaluate(
@@ -65,6 +66,12 @@ def late(page: Page, name: str) -> Iterator[None]:
     while not held:
         page.wait_for_timeout(10)
     held.pop().continue_()
+
+
+def drawn_anew(page: Page) -> None:
+    """Wait until the page has drawn what a new size or a click has changed."""
+    frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    page.evaluate(frame)
 
 
 def width_of(page: Page) -> int:

@@ -73,6 +73,8 @@ def make_study(page: Page, folder: Path) -> list[str]:
         expect(page.locator("#uploads")).to_have_text("lift.mp4")
         with page.expect_response(f"**/*file={others[-1].name}*"):
             page.set_input_files("#files", others)
+        page.wait_for_timeout(300)
+        expect(page.locator("#uploads li")).to_have_count(3)  # the page waits for the first
     expect(page.get_by_text("3 videos: lift, push, wait")).to_be_visible()
     found += look(page, "videos")
     go_on(page)
