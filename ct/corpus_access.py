@@ -119,19 +119,13 @@ def import_function(importer: Importer, name: str) -> Callable[..., Corpus]:
     name
         What it is called.
     """
+    import inspect
 
-    def function(
-        path: Path | str,
-        *,
-        out: Path | str | None = None,
-        force: bool = False,
-        keep_going: bool = False,
-        salt: str | None = None,
-        **options: str,
-    ) -> Corpus:
-        common: dict[str, Any] = {"force": force, "keep_going": keep_going, "salt": salt}
-        return import_corpus(importer.name, path, out=out, **{**common, **options})
+    def function(path: Path | str, **given: Any) -> Corpus:
+        return import_corpus(importer.name, path, **given)
 
+    whole = inspect.signature(import_corpus)
+    function.__signature__ = whole.replace(parameters=[*whole.parameters.values()][1:])  # type: ignore[attr-defined]
     function.__name__ = function.__qualname__ = name
     own = [f"{option.name}: {option.summary}" for option in importer.options]
     function.__doc__ = "\n\n".join([importer.summary, importer.description, *own])

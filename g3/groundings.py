@@ -205,11 +205,12 @@ class Context:
     assumed: tuple[tuple[str, Aspect], ...] = ()
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row for each object: its labels, and where it is at first, in metres and radians."""
+        """A row for each object: labels, colours; where it is at first, in metres and radians."""
         return data_frame(
             {
                 "id": thing.id,
                 "labels": ", ".join(thing.labels),
+                "colours": ", ".join(thing.colours),
                 **dict(zip("xyz", map(float, thing.trajectory.xyz[0]), strict=True)),
                 "yaw": float(thing.trajectory.yaw[0]),
             }

@@ -133,12 +133,12 @@ def export(
     serving.note_on_this_machine(config, "exported", study.name, format=form)
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
-    if form != LEROBOT and not corpus.annotations:
+    if form != LEROBOT and not (corpus.annotations or corpus.judgments):
         note(*_without_annotations(corpus))
 
 
 def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
-    """What to say of a corpus that nothing can be learned from."""
+    """What to say of a corpus with neither annotations nor judgments."""
     if not corpus.contexts:  # videos of which it isn't known what is where
         return (
             "note: a corpus of these videos has no annotations, as its things have places in a "

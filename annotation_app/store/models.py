@@ -280,7 +280,7 @@ class Answer(Base):
     kind: Mapped[Literal["usual", "attention", "adjudicated"]] = mapped_column(
         String(20), server_default="usual"
     )
-    """``check`` is to an attention check, ``adjudicated`` that of somebody who decides."""
+    """``attention`` is to an attention check, ``adjudicated`` that of somebody who decides."""
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
     task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))

@@ -157,7 +157,7 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
                 prism=_prism(o.prism),
                 trajectory=trajectories.number(o.trajectory),
                 liftable=o.liftable,
-                colours=o.colours or (),
+                colours=o.colours,
             )
             for o in context.objects
         ),
@@ -224,7 +224,7 @@ def _grounding(
         _prism(grounding.prism),
         trajectories.number(grounding.trajectory),
         grounding.liftable,
-        grounding.colours or (),
+        grounding.colours,
     )
 
 

@@ -135,7 +135,7 @@ def _shown(thing: PhysicalObject, state: State, *, liftable: bool) -> ThingInSce
         seen=_seen(state.pose, middle),
         liftable=liftable,
         on=under.id if under and thing.id != state.held else "",
-        colours=thing.colours or (),
+        colours=thing.colours,
     )
 
 

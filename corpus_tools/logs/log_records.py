@@ -122,7 +122,7 @@ def context_record(context: Context, timestamp: Time) -> ContextRecord:
                 tuple(Vector3(*xyz) for xyz in item.trajectory.xyz.tolist()),
                 tuple(item.trajectory.yaw.tolist()),
                 _LIFTABLE[item.liftable],
-                item.colours or (),
+                item.colours,
             )
             for item in context.objects
         ),

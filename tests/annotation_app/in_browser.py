@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
 from werkzeug.serving import make_server
 
 from tests.annotation_app.conftest import PATIENCE_MS
@@ -33,7 +33,8 @@ def launched() -> Iterator[Browser]:
 def violations(
     page: Page, impacts: tuple[str, ...] = ("serious", "critical"), **options: object
 ) -> list[str]:
-    """What axe-core finds wrong with a page."""
+    """What axe-core finds wrong with a page, once it has come."""
+    page.wait_for_load_state()
     if not page.evaluate("'axe' in window"):
         page.evaluate(Axe().axe_script)
     found = page.evaluate(
@@ -50,6 +51,27 @@ def errors_of(page: Page) -> list[str]:
     page.on("pageerror", lambda error: errors.append(f"{page.url}: {error}"))
     page.on("console", lambda m: errors.append(f"{page.url}: {m.text}") if m.type == "error" else 0)
     return errors
+
+
+@contextmanager
+def late(page: Page, name: str) -> Iterator[None]:
+    """Have what a page asks for next by a name go at the end of the block: a slow network."""
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route(f"**/{name}", hold, times=1)
+    yield
+    while not held:
+        page.wait_for_timeout(10)
+    held.pop().continue_()
+
+
+def drawn_anew(page: Page) -> None:
+    """Wait until the page has drawn what a new size or a click has changed."""
+    frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    page.evaluate(frame)
 
 
 def width_of(page: Page) -> int:

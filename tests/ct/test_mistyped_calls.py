@@ -6,6 +6,7 @@ import copy
 import inspect
 import pickle
 import pydoc
+from dataclasses import replace
 
 import pytest
 
@@ -152,6 +153,9 @@ def test_what_a_notebook_shows_as_a_table_is_one_for_pandas(corpus):
     objects = context.to_pandas()
     assert list(objects["id"]) == [o.id for o in context.objects]
     assert list(objects["x"]) == [o.trajectory.xyz[0, 0] for o in context.objects]
+    first, *others = context.objects
+    painted = replace(context, objects=(replace(first, colours=("red", "black")), *others))
+    assert painted.to_pandas()["colours"][0] == "red, black"
 
 
 def test_trees_are_a_sequence_and_a_table():

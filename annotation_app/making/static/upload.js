@@ -44,8 +44,11 @@ async function send(file, shown) {
   }
 }
 
+let waiting = 0; // for how many choices of files
+let failed = 0;
+
 async function add(files) {
-  let failed = 0;
+  waiting += 1;
   for (const [file, shown] of [...files].map((file) => [file, row(file)])) {
     try {
       await send(file, shown);
@@ -54,13 +57,17 @@ async function add(files) {
       shown.wrong(error instanceof TypeError ? "There is no network. Add it again." : error.message);
     }
   }
+  waiting -= 1;
+  if (waiting) return;
   input.value = "";
   // What is there now is listed by the page; what failed stays to be read.
   if (!failed) location.assign(location.pathname);
+  failed = 0;
 }
 
 input.addEventListener("change", () => add(input.files));
 if (input.files.length) add(input.files); // chosen before this script had come
+document.getElementById("droppable").hidden = false;
 for (const name of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(name, (event) => {
     event.preventDefault();

@@ -8,6 +8,7 @@ import { _, ngettext } from "./speech.js";
 
 const text = $("text");
 const MOST_WORDS = Number(text.dataset.mostWords);
+const typed = text.value; // before this script had come
 const countOf = (typed) => (typed.trim() ? typed.trim().split(/\s+/).length : 0);
 
 const work = begin({
@@ -33,6 +34,7 @@ const work = begin({
 });
 
 text.addEventListener("input", () => work.change({ ...work.state, text: text.value }));
+if (typed) work.change({ ...work.state, text: [work.state.text, typed].filter(Boolean).join(" ") });
 watchToEnd(playerOf(document.querySelector(".player")), work.state.played_to_end, (watched) =>
   work.change({ ...work.state, played_to_end: true, ...watched }),
 );

@@ -127,7 +127,8 @@ export function equip(box, moved = () => {}) {
   video.controls = false;
   video.tabIndex = 0;
   const kept = Number(read(SPEED));
-  setSpeed(SPEEDS.includes(kept) ? kept : 1);
+  if (isBegun(video)) speed.value = video.playbackRate;
+  else setSpeed(SPEEDS.includes(kept) ? kept : 1);
   slider.addEventListener("input", () => go(Number(slider.value)));
   video.addEventListener("click", toggle);
   video.addEventListener("keydown", (event) => {
@@ -154,7 +155,8 @@ export function equip(box, moved = () => {}) {
   failure.hidden = !video.error;
   video.addEventListener("error", () => (failure.hidden = false));
   box.append(bar, note, failure);
-  show(0);
+  show(isBegun(video) ? video.currentTime : 0);
+  catchUp(video);
   return player;
 }
 
@@ -188,6 +190,18 @@ export function watchToEnd({ video, note }, alreadyWatched, watched) {
       : _("Watch the video to its end before you send."),
     isDone ? "done" : "open",
   );
+  catchUp(video);
+}
+
+/** Whether somebody has used the browser's own controls, which are there before this script is. */
+function isBegun(video) {
+  return !video.paused || video.played.length > 0;
+}
+
+/** Have listeners know of what was played before they were there. */
+function catchUp(video) {
+  if (!video.paused) video.dispatchEvent(new Event("play"));
+  if (video.ended) video.dispatchEvent(new Event("ended"));
 }
 
 /** How many seconds of a video have been played, at any speed. */

@@ -36,6 +36,7 @@ document.addEventListener("keydown", (event) => {
   radio.focus();
   announce(radio.parentElement.textContent.trim());
 });
+$("likert").disabled = false;
 watchToEnd(playerOf(document.querySelector(".player")), work.state.played_to_end, (watched) =>
   work.change({ ...work.state, played_to_end: true, ...watched }, { silent: true }),
 );

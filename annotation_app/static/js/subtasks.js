@@ -92,6 +92,7 @@ watchToEnd(player, work.state.played_to_end, (watched) =>
 );
 video.addEventListener("timeupdate", () => ($("now").textContent = _("%(time)s s", { time: number(video.currentTime) })));
 $("add").addEventListener("click", add);
+$("add").disabled = false;
 document.addEventListener("keydown", (event) => {
   if (event.key.toLowerCase() !== "n" || !isShortcut(event)) return;
   event.preventDefault();

@@ -27,6 +27,7 @@ $("ask").addEventListener("submit", (event) => {
 const showScene = () => { $("scene").src = `/try/scenes/${$("scenario").value}`; };
 $("scenario").addEventListener("change", showScene);
 showScene(); // browsers keep what was chosen before a page was loaded again
+$("go").disabled = false;
 
 async function begin(asked) {
   current = null;

@@ -171,6 +171,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
   if (singleKeys) {
     singleKeys.checked = usesSingleKeys();
     singleKeys.addEventListener("change", () => useSingleKeys(singleKeys.checked));
+    singleKeys.disabled = false;
   }
   $("submit").addEventListener("click", submit);
   $("undo").addEventListener("click", undo);

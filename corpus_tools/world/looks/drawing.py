@@ -8,6 +8,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from corpus_tools.world.looks.atlas import PICTURE
 from corpus_tools.world.looks.parts import Part, join
@@ -36,9 +37,17 @@ def draw(
     return _add_mesh_geom(spec, body, join(parts), name)
 
 
-def add_texture(spec: mujoco.MjSpec, name: str, picture: Path) -> None:
-    """Add a picture."""
-    spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3, file=str(picture))
+def add_texture(
+    spec: mujoco.MjSpec, name: str, picture: Path | npt.NDArray[np.uint8]
+) -> mujoco.MjsTexture:
+    """Add a picture: a file, or an array (rows from the top down, columns, RGB)."""
+    made = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    if isinstance(picture, Path):
+        made.file = str(picture)
+    else:
+        made.height, made.width, _ = picture.shape
+        made.data = picture.tobytes()
+    return made
 
 
 def add_material(

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material
+from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture
 from corpus_tools.world.looks.markings import PAINT_M
 from corpus_tools.world.state.recording import upright
 from g3.groundings import Context
@@ -43,14 +43,7 @@ def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
         along, across = place.prism.xy @ ahead, place.prism.xy @ aside
         near = along.min() - height / 2 - 0.2
         middle = near * ahead + (across.min() + across.max()) / 2 * aside
-        spec.add_texture(
-            name=name,
-            type=mujoco.mjtTexture.mjTEXTURE_2D,
-            nchannel=3,
-            width=picture.shape[1],
-            height=picture.shape[0],
-            data=picture.ravel().tolist(),
-        )
+        add_texture(spec, name, picture)
         add_material(spec, name, name)
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_PLANE,

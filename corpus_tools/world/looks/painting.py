@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import PICTURE
-from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material
+from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture
 from corpus_tools.world.state.paints import PAINTS
 from g3.groundings import Colour
 
@@ -45,11 +45,4 @@ def _add_grey(spec: mujoco.MjSpec) -> None:
     """Add the picture of all surfaces without their colours."""
     light = np.asarray(cv2.imread(str(PICTURE), cv2.IMREAD_GRAYSCALE), dtype=float)
     grey = (255 * _DARKEST + (1 - _DARKEST) * light).astype(np.uint8)
-    spec.add_texture(
-        name=_GREY,
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        nchannel=3,
-        width=grey.shape[1],
-        height=grey.shape[0],
-        data=np.repeat(grey, 3).tolist(),
-    )
+    add_texture(spec, _GREY, np.dstack([grey] * 3))

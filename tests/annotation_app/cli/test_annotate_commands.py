@@ -106,6 +106,11 @@ def test_an_export_without_annotations_says_how_to_get_some(
     assert json.loads(told.out)["annotations"] == 0
     assert "no annotations yet" in told.err
     assert all(task in told.err for task in ("Describe", "Segment", "Ground"))
+    Browser(app).do("rate", {"rating": 4})
+    assert run([*command, "--json", "--force"]) == 0
+    told = capsys.readouterr()
+    assert (json.loads(told.out)["annotations"], json.loads(told.out)["judgments"]) == (0, 1)
+    assert "no annotations" not in told.err  # ratings alone are what a study may be for
 
 
 def test_tables(app: Flask, tmp_path: Path) -> None:

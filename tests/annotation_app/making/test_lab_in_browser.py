@@ -13,11 +13,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
 from corpus_tools.corpus.corpus_reading import load_corpus
-from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.in_browser import errors_of, late, violations, width_of
 from tests.annotation_app.pages.segmenting import place, start_from_nothing
 from tests.annotation_app.real_server import running
 from tests.annotation_app.signing_in import PASSWORD
@@ -63,16 +63,18 @@ def make_study(page: Page, folder: Path) -> list[str]:
     page.get_by_label("Title").fill("Commands for an arm")
     page.get_by_label("What your robot is called").fill("robot arm")
     page.get_by_label("Name in addresses").fill("arm")
-    scripts: list[Route] = []
-
-    def hold(route: Route) -> None:
-        scripts.append(route)
-
-    page.route("**/upload.js", hold)
-    page.get_by_role("button", name="Begin").click()
-    page.set_input_files("#files", sorted(folder.iterdir()))
-    expect(page.locator("#uploads")).to_be_empty()
-    scripts.pop().continue_()  # the files were chosen before the script had come
+    lift, *others = sorted(folder.iterdir())
+    with late(page, "*file=*"):
+        with late(page, "upload.js"):
+            page.get_by_role("button", name="Begin").click()
+            page.set_input_files("#files", lift)
+            expect(page.locator("#uploads")).to_be_empty()
+            expect(page.get_by_text("or drop them here")).to_be_hidden()
+        expect(page.locator("#uploads")).to_have_text("lift.mp4")
+        with page.expect_response(f"**/*file={others[-1].name}*"):
+            page.set_input_files("#files", others)
+        page.wait_for_timeout(300)
+        expect(page.locator("#uploads li")).to_have_count(3)  # the page waits for the first
     expect(page.get_by_text("3 videos: lift, push, wait")).to_be_visible()
     found += look(page, "videos")
     go_on(page)

@@ -14,7 +14,7 @@ from annotation_app.store.database import reading
 from annotation_app.store.models import Answer, Remark
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser
-from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.in_browser import drawn_anew, errors_of, violations, width_of
 from tests.annotation_app.pages.conftest import COMMAND, NOTATION, Site
 
 pytestmark = pytest.mark.slow
@@ -83,8 +83,9 @@ def test_a_tree_is_edited_as_workers_do(site: Site, context: BrowserContext) -> 
     judge, page, errors = judge_page(site, context, item)
     page.get_by_role("link", name="Edit answer 1").click()
     expect(page.get_by_role("heading", name="Segment")).to_be_visible()
-    assert page.get_by_text("start from nothing").is_hidden()  # no program has suggested it
-    expect(page.get_by_role("button", name="Adopt this answer")).to_be_enabled()
+    adopt = page.get_by_role("button", name="Adopt this answer")
+    expect(adopt).to_be_enabled()
+    expect(page.get_by_text("start from nothing")).to_be_hidden()  # no program has suggested it
     page.keyboard.press("]")  # to the second clause, "to"
     page.keyboard.press("Delete")
     expect(page.locator("#undo")).to_be_enabled()
@@ -92,13 +93,14 @@ def test_a_tree_is_edited_as_workers_do(site: Site, context: BrowserContext) -> 
     expect(page.locator("#saving")).to_have_text("Your draft is back")
     page.get_by_role("link", name="Back to the answers").click()
     page.get_by_role("link", name="Edit answer 2").click()  # another answer has its own draft
-    expect(page.get_by_role("heading", name="Segment")).to_be_visible()
+    expect(page).to_have_url(re.compile(r"answer=\d+$"))
+    expect(adopt).to_be_enabled()
     expect(page.locator("#saving")).to_be_empty()
     page.go_back()
     page.get_by_role("link", name="Edit answer 1").click()
     expect(page.locator("#saving")).to_have_text("Your draft is back")
     page.get_by_label("Comment, for those who run the study").fill("no path <b>")
-    page.get_by_role("button", name="Adopt this answer").click()
+    adopt.click()
     page.wait_for_url("**/dashboard/sea/queue")
     answer = last_answer(site, judge)
     assert '"PATH"' in str(trees(NOTATION)[0]).replace("'", '"')
@@ -183,6 +185,7 @@ def test_labels_do_not_cover_each_other(site: Site, context: BrowserContext) -> 
     expect(page.locator("svg.map .cap")).to_have_count(2)
     for width in (1280, 390):
         page.set_viewport_size({"width": width, "height": 800})
+        drawn_anew(page)
         caps = page.evaluate(CAPS)
         assert len(caps) == 4  # two in the picture, two on the map
         texts = set(page.locator("dd b[data-shown]").all_inner_texts())

@@ -15,7 +15,7 @@ pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser as Known
-from tests.annotation_app.in_browser import errors_of, launched, serving, violations, width_of
+from tests.annotation_app.in_browser import errors_of, late, launched, serving, violations, width_of
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export, study_of
 
@@ -39,7 +39,11 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         context.add_cookies([{"name": "session", "value": cookie.value, "url": url}])
         page = context.new_page()
         errors = errors_of(page)
-        page.goto(f"{url}/practice/subtasks?study=robot")
+        add = page.get_by_role("button", name="A step begins here")
+        with late(page, "subtasks.js"):
+            page.goto(f"{url}/practice/subtasks?study=robot", wait_until="commit")
+            expect(add).to_be_disabled()
+        expect(add).to_be_enabled()
         watch(page)
         page.get_by_label("What is done").fill("Sail to the buoy")
         page.get_by_role("button", name="Check my answer").click()
@@ -65,7 +69,7 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         second = page.get_by_label("What is done").nth(1)
         expect(second).to_be_focused()
         second.fill("grasp n it")  # the key types a letter here
-        page.get_by_role("button", name="A step begins here").click()
+        add.click()
         expect(page.locator(".subtask")).to_have_count(3)
         page.locator(".subtask").last.get_by_role("button", name="Remove").click()
         expect(page.locator(".subtask")).to_have_count(2)

@@ -16,7 +16,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 from tests.annotation_app.browser import engine_of, installation_of
-from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
+from tests.annotation_app.in_browser import errors_of, late, serving, violations, width_of
 
 pytestmark = pytest.mark.slow
 
@@ -48,11 +48,13 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     page = context.new_page()
     errors = errors_of(page)
     page.emulate_media(reduced_motion="reduce")  # colours on their way have little contrast
-    page.goto(f"{address}/try")
+    with late(page, "try.js"):
+        page.goto(f"{address}/try", wait_until="commit")
+        page.get_by_label("Command").fill("fly")
+        page.keyboard.press("Enter")
+        expect(page.locator("#go")).to_be_disabled()
     scene = page.get_by_alt_text("The scene from above")
-    expect(scene).to_have_js_property("complete", True)
-    assert scene.evaluate("image => image.naturalWidth") > 0
-    page.get_by_label("Command").fill("fly")
+    expect(scene).not_to_have_js_property("naturalWidth", 0)
     page.get_by_role("button", name="Try it").click()
     expect(page.get_by_text("Nothing: ")).to_be_visible(timeout=PATIENCE_MS)
     expect(page.locator("#go")).to_be_enabled()
@@ -84,7 +86,7 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     expect(clause).to_be_focused()
     expect(page.locator(".outlines .chosen .shape").first).to_be_visible()
     expect(page.locator(".outlines .chosen text").first).to_contain_text("%")
-    assert page.get_by_alt_text("Among them").evaluate("i => i.complete && i.naturalWidth > 0")
+    expect(page.get_by_alt_text("Among them")).not_to_have_js_property("naturalWidth", 0)
     impacts = ("moderate", "serious", "critical")
     found = violations(page, impacts)
     page.emulate_media(color_scheme="dark")

@@ -1,67 +1,24 @@
 """The paper's Figure 1, and what it says goes wrong, in worlds where the right plan is plain.
 
-The robot stands at the origin and looks along x, so that the left is where y is large. The model
-has learned from a quarter of the bundled corpus, and hasn't seen these worlds.
+The model has learned from a quarter of the bundled corpus, and hasn't seen these worlds.
 """
 
 import numpy as np
 import pytest
 
 from corpus_tools.corpus.annotated_trees import annotated_commands
-from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.judging.judge import judge
-from g3.actions.grounding_candidates import beneath
-from g3.geometry.footprints import centre
-from g3.groundings import Place, object_ids
-from g3.inference.grounder import Grounder
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
-from g3.learning.grounding_model import GroundingModel
+from g3.groundings import object_ids
+from tests.g3.inference.following_commands import BOXES, TIRES, did, end_of, followed, under, world
 
 UNSURE = 0.5
 PROBABLE = 0.6
 """A plan that isn't what was meant must be less probable."""
-FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
-TIRES, BOXES = "tire-pallet", "box-pallet"
 
 
 @pytest.fixture(scope="module")
-def grounder():
-    annotations = open_corpus("warehouse").annotations
-    commands = dict.fromkeys(a.command.id for a in annotations)
-    quarter = {command for i, command in enumerate(commands) if i % 4 == 0}
-    data = training_data([a for a in annotations if a.command.id in quarter], search_sets())
-    return Grounder.load(GroundingModel(tolerance=TOLERANCE).fit(data))
-
-
-def world(carries=None, **things):
-    """A context with things: a kind and where it is, or also its heading and on what."""
-    objects = {name.replace("_", "-"): Thing(*thing) for name, thing in things.items()}
-    return scenario_context(
-        Scenario("field", "", FIELD, objects, {}, Robot((0, 0), 0, carries), ())
-    )
-
-
-def followed(result):
-    assert result.plan is not None, result.note
-    return result.plan
-
-
-def did(result):
-    return [(a.kind.name, a.object_id) for a in followed(result).actions]
-
-
-def end_of(result, name):
-    return centre(followed(result).state.thing(name).prism)
-
-
-def under(result, name):
-    """What something stands on at the end; None for the ground."""
-    state = followed(result).state
-    assert state.held != name
-    found = beneath(Place(state.thing(name).prism), state, name)
-    return found.id if found else None
+def grounder(widely_trained):
+    return widely_trained
 
 
 def meant(result, text):
@@ -110,16 +67,6 @@ def test_pallets_are_dropped_to_the_right_of_the_first_tires(grounder):
     assert -4 < y < -1
     assert abs(x - 10) < 2
     assert under(found, "boxes-1") is None
-
-
-@pytest.fixture
-def loaded_truck():
-    """A truck with one pallet of tires; another one is on the ground."""
-    return {
-        "truck_1": ("truck", (10, 0)),
-        "tires_1": (TIRES, (8, 0), 0, "truck-1"),
-        "tires_3": (TIRES, (6, -5)),
-    }
 
 
 def test_the_tires_off_the_truck_are_set_down(grounder, loaded_truck):
@@ -281,25 +228,6 @@ def test_what_is_not_understood_is_not_probable(grounder, yard):
     for parses, most in ((1, UNSURE), (3, PROBABLE)):
         found = grounder.follow("Pull parallel to the skid", yard, parses=parses)
         assert found.plan is None or found.plan.probability < most
-
-
-@pytest.mark.parametrize("noun", ["your load", "the load", "the cargo", "it"])
-def test_the_load_on_the_forks_is_put_down(grounder, noun):
-    others = {f"boxes_{n}": (BOXES, (10, 3 * n)) for n in range(6)}
-    there = world("crate-1", crate_1=("crate",), truck_1=("truck", (8, -8)), **others)
-    found = grounder.follow(f"Put {noun} onto the truck", there)
-    assert did(found) == [("put down", "crate-1")]
-    assert under(found, "crate-1") == "truck-1"
-
-
-def test_not_on_the_truck_is_elsewhere(grounder, loaded_truck):
-    found = grounder.follow("Pick up the tires that are not on the truck", world(**loaded_truck))
-    assert did(found) == [("pick up", "tires-3")]
-
-
-def test_the_farthest_crate_is_the_farthest_of_the_crates(grounder):
-    there = world(crate_1=("crate", (6, 6)), crate_2=("crate", (12, 0)), boxes_1=(BOXES, (20, -5)))
-    assert did(grounder.follow("Pick up the farthest crate", there)) == [("pick up", "crate-2")]
 
 
 # What the paper leaves to later work

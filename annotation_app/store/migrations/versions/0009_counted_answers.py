@@ -82,7 +82,7 @@ def _fill() -> None:
         answer.update().values(
             study_id=study_id,
             kind=sa.case(
-                (is_check, "attention"), (event_name == "adjudicate", "adjudicated"), else_="usual"
+                (is_check, "check"), (event_name == "adjudicate", "adjudicated"), else_="usual"
             ),
             gist=sa.case((answer.c.task == "rate", rating)),
             odd_below_s=watched_long + read + 0.001,

@@ -1,0 +1,44 @@
+"""What migrations make of the rows that they find."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from flask import Flask
+from sqlalchemy import Engine, text
+
+from annotation_app.store.database import opened, reading
+from annotation_app.store.schema import is_current, migrate
+from tests.annotation_app.browser import Browser, described, installation_of
+from tests.annotation_app.conftest import new_database
+from tests.annotation_app.old_installations import old_installation
+
+
+def kinds(engine: Engine) -> Counter[str]:
+    with reading(engine) as session:
+        return Counter(session.scalars(text("SELECT kind FROM answer")))
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_answers_to_attention_checks_are_renamed(
+    app: Flask, kind: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    for author in (Browser(app), Browser(app)):
+        author.do("describe", described())
+    rater = Browser(app)
+    while rater.lease("rate").status_code == 200:
+        rater.do("rate", {"rating": 4, "watched_s": 900.0})
+    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
+    database = new_database(server) if server else None
+    old = old_installation(installation_of(app).config, tmp_path / "old", database)
+    with opened(old.database) as engine:
+        migrate(engine, "0009")
+        before = kinds(engine)
+        assert before["check"] > 0
+        migrate(engine)
+        assert is_current(engine)
+        found = kinds(engine)
+    assert found == {"attention": before["check"], "usual": before["usual"]}
+    assert found == kinds(installation_of(app).engine)
