@@ -1,4 +1,4 @@
-"""Which load is meant, and where it is left, in worlds where the right plan is plain."""
+"""Which load is meant in worlds where the right plan is plain."""
 
 import pytest
 
