@@ -76,8 +76,8 @@ def main() -> None:
                 str(folder / "imported"),
             ]
             seconds, wall_s, mib = spent(imported)
-            measured = f"{wall_s:.1f} s; processor time {seconds:.1f} s, {mib:.0f} MiB"
-            aim("import of the paper's corpus", measured, "2 s with two cores")
+            took = f"{wall_s:.1f} s; processor time {seconds:.1f} s, {mib:.0f} MiB"
+            aim("import of the paper's corpus", took, "2 s with two cores")
         original = load_corpus(resolve(given.corpus))
         for times in given.times:
             write_corpus(repeated(original, times), folder / f"{times}")
