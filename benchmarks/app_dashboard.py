@@ -45,7 +45,7 @@ from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_gist import gist_of
-from benchmarks.timing import best, heading, most_mib
+from benchmarks.timing import aim, best, heading, most_mib
 
 PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
 """Answers to an item, and by a person."""
@@ -198,6 +198,17 @@ def show(name: str, found: Mapping[int, Mapping[str, float]]) -> None:
         print(
             f"{np.polyfit(np.log(list(found)), np.log(values), 1)[0]:>12.2f}" if values[1:] else ""
         )
+    answers = max(found)
+    most = found[answers]
+    for what, reach in (("overview, all parts", "0.3 s"), ("people", "0.3 s")):
+        aim(
+            f"dashboard, {name}, {answers:,} answers: {what}",
+            f"{most[f'{what}, ms'] / 1000:.2f} s",
+            reach,
+        )
+    for form in EXPORTS:
+        measured = f"{most[f'{form}, s']:.1f} s, {most[f'{form}, MiB']:.0f} MiB"
+        aim(f"export, {name}, {answers:,} answers: {form}", measured, "120 MiB")
 
 
 def main() -> None:

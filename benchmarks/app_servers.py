@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import random
 import signal
 import socket
@@ -11,10 +12,12 @@ import sys
 import time
 import urllib.request
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from annotation_app.core.config import Config
 
 PATIENCE_S = 60.0
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 CT = ("-m", "corpus_tools")
 """What Python is given to run ``ct``."""
 
@@ -79,3 +82,20 @@ def servers(
     finally:
         for server in running:
             server.stop()
+
+
+def processor_s() -> dict[str, float]:
+    """Processor time so far of the servers, of PostgreSQL and of this process."""
+    found = {"servers": 0.0, "database": 0.0, "workers": time.process_time()}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
+        except OSError:  # it has ended
+            continue
+        fields = rest.split()
+        seconds = (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+        if int(fields[1]) == os.getpid() and name != "postgres":
+            found["servers"] += seconds
+        elif name == "postgres":
+            found["database"] += seconds
+    return found

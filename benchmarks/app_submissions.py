@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
@@ -34,10 +36,10 @@ from annotation_app.studies.study_file import RatedPair, StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from benchmarks.app import STUDY, add_workers, cookies
 from benchmarks.app_client import Client
-from benchmarks.app_servers import PATIENCE_S, servers
+from benchmarks.app_servers import PATIENCE_S, processor_s, servers
+from benchmarks.timing import aim
 
 PAIRS = 20
-TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 def add_study(config: Config, videos: Path, workers: int, slots: int, each: int) -> list[str]:
@@ -117,23 +119,6 @@ async def run(ports: Sequence[int], signed: Sequence[str], at_once: int, each: i
     return Figures(len(seconds) / wall_s, p50, p95, longest, processor)
 
 
-def processor_s() -> dict[str, float]:
-    """Processor time so far of the servers, of PostgreSQL and of this process."""
-    found = {"servers": 0.0, "database": 0.0, "workers": time.process_time()}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
-        except OSError:  # it has ended
-            continue
-        fields = rest.split()
-        seconds = (int(fields[11]) + int(fields[12])) / TICKS_PER_S
-        if int(fields[1]) == os.getpid() and name != "postgres":
-            found["servers"] += seconds
-        elif name == "postgres":
-            found["database"] += seconds
-    return found
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, prog="python -m benchmarks.app_submissions"
@@ -181,12 +166,20 @@ def in_turn(beside: Path, rounds: int) -> None:
     command = [sys.executable, "-m", "benchmarks.app_submissions", *arguments]
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "benchmarks").symlink_to(ours / "benchmarks")
+        rates: dict[str, list[float]] = {"beside": [], "ours": []}
         for _ in range(rounds):
             for name, checkout in (("beside", beside), ("ours", ours)):
-                print(name, end=": ", flush=True)
                 path = f"{folder}{os.pathsep}{checkout}"
                 surroundings = {**os.environ, "PYTHONPATH": path}
-                subprocess.run(command, cwd=folder, env=surroundings, check=True)
+                done = subprocess.run(
+                    command, cwd=folder, env=surroundings, check=True, stdout=subprocess.PIPE
+                )
+                said = done.stdout.decode()
+                print(f"{name}: {said}", end="", flush=True)
+                rates[name] += map(float, re.findall(r"(\d+) submissions/s", said))
+    before, now = median(rates["beside"]), median(rates["ours"])
+    measured = f"{now:.0f}, before {before:.0f}: {now / before:.2f} times"
+    aim("submissions a second, in turn with the checkout beside", measured, "2 times")
 
 
 def show(at_once: int, found: Figures) -> None:

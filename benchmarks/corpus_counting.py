@@ -19,7 +19,7 @@ from pathlib import Path
 
 import msgspec
 
-from benchmarks.timing import heading, most_mib
+from benchmarks.timing import aim, heading, most_mib
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_statistics import Statistics, statistics
@@ -76,6 +76,7 @@ def main() -> None:
             path = Path(folder) / "corpus"
             write_corpus(repeated(load_corpus(corpus), times), path)
             said = set()
+            spent = {}
             for way in WAYS:
                 command = [
                     sys.executable,
@@ -88,8 +89,11 @@ def main() -> None:
                 done = subprocess.run(command, check=True, capture_output=True, text=True)
                 seconds, mib, found = json.loads(done.stdout)
                 print(f"  {way:<14}{seconds:7.2f} s{mib:8.0f} MiB")
+                spent[way] = seconds, mib
                 said.add(json.dumps(found))
             print(f"  the same figures: {len(said) == 1}")
+        measured = "; ".join(f"{way} {s:.1f} s, {mib:.0f} MiB" for way, (s, mib) in spent.items())
+        aim(f"counting a corpus, {times} times", measured, "a third of the time, memory flat")
 
 
 if __name__ == "__main__":

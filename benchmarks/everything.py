@@ -8,15 +8,25 @@ Simulated corpora and shards are kept in a folder; a run begun again makes what 
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import platform
+import re
 import shlex
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+
+from benchmarks.timing import MEASURED
 
 SEEDS = (101, 102, 103, 104, 105, 107, 108)
 """Of the simulated corpora."""
+PAGE = Path(__file__).with_name("README.md")
+MARKS = ("<!-- measured in one run -->", "<!-- until here -->")
+"""``--write`` replaces what stands between them."""
 
 
 def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
@@ -25,6 +35,7 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield [*bench, "benchmarks", *(["--slu-core", str(slu_core)] if slu_core else [])]
     yield [*bench, "benchmarks.rendering"]
     yield [*bench, "benchmarks.cold_start"]
+    yield [*bench, "benchmarks.installed_size"]
     yield [*bench, "benchmarks.own_rooms"]
     yield [*bench, "benchmarks.inference"]
     yield [*bench, "benchmarks.jobs"]
@@ -60,16 +71,19 @@ def quick(
     bench = [sys.executable, "-m"]
     imported = ["--slu-core", str(slu_core)] if slu_core else []
     turns = ["--beside", str(beside)] if beside else []
+    yield [*bench, "benchmarks.installed_size"]
     yield [*bench, "benchmarks.app_leases", "--databases", "sqlite"]
     many = ["--workers", "50", "--slots", "15000", "--each", "20", "--at-once", "50"]
     yield [*bench, "benchmarks.app_submissions", "--databases", "sqlite", *many, *turns]
-    yield [*bench, "benchmarks.app_dashboard", "--databases", "sqlite"]
+    answers = ["--answers", "1000", "100000"]
+    yield [*bench, "benchmarks.app_dashboard", "--databases", "sqlite", *answers]
     yield [*bench, "benchmarks.growth", corpus, *imported]
     yield [*bench, "benchmarks.corpus_counting", corpus, "--times", "1", "10", "100"]
     yield [*bench, "benchmarks.cold_start", "--runs", "3", *turns]
-    yield [*bench, "benchmarks.rendering", "--jobs", "1"]
-    yield [*bench, "benchmarks.peers", "--folder", str(folder / "peers")]
+    yield [*bench, "benchmarks.rendering", "--jobs", "1", "--frames", "100"]
+    yield [*bench, "benchmarks.peers", "--each", "4", "--folder", str(folder / "peers")]
     crowd = ["--workers", "1000", "--processes", "4", "--think", "15", "--no-kill"]
+    crowd += ["--seconds", "90", "--warm-up", "30"]
     yield [*bench, "benchmarks.app", "--databases", "postgresql", *crowd]
 
 
@@ -93,6 +107,32 @@ def run(chosen: Sequence[list[str]]) -> int:
     return len(failed)
 
 
+def table(lines: Iterable[str]) -> str:
+    """What was measured beside what it should reach, in Markdown."""
+    rows = (json.loads(line) for line in lines)
+    body = "".join(f"| {what} | {measured} | {reach} |\n" for what, measured, reach in rows)
+    return f"| What | Measured | Aim |\n|---|---|---|\n{body}"
+
+
+def write(page: Path, block: str) -> None:
+    """Put a block between the two marks of a page."""
+    text = page.read_text(encoding="utf-8")
+    begin, end = MARKS
+    if len(re.findall(f"(?s){begin}.*{end}", text)) != 1:
+        raise SystemExit(f"{page} needs the lines {begin} and {end} once")
+    new = f"{begin}\n{block}\n{end}"
+    page.write_text(re.sub(f"(?s){begin}.*{end}", lambda _: new, text), encoding="utf-8")
+
+
+def machine(command: Sequence[str], seconds: float) -> str:
+    """What was run, when and where."""
+    return (
+        f"`{shlex.join(command)}`: {seconds / 60:.0f} minutes, {time.strftime('%Y-%m-%d')}, "
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the end, "
+        f"Python {platform.python_version()}.\n"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.everything", description=__doc__)
     parser.add_argument(
@@ -104,6 +144,7 @@ def main() -> None:
     parser.add_argument("--corpus", default="warehouse", help="with --quick, what is repeated")
     parser.add_argument("--beside", type=Path, metavar="PATH", help="with --quick: a checkout")
     parser.add_argument("--list", action="store_true", help="show the commands, run nothing")
+    parser.add_argument("--write", action="store_true", help="put the table into the README")
     given = parser.parse_args()
     every = commands(given.folder, given.slu_core)
     if given.quick:
@@ -112,7 +153,18 @@ def main() -> None:
     if given.list:
         print(*(shlex.join(["python", *command[1:]]) for command in chosen), sep="\n")
         return
-    sys.exit(1 if run(chosen) else 0)
+    with tempfile.TemporaryDirectory() as name:
+        measured, start = Path(name) / "measured", time.perf_counter()
+        measured.touch()
+        os.environ[MEASURED] = str(measured)
+        failed = run(chosen)
+        reached = table(measured.read_text(encoding="utf-8").splitlines())
+        print(f"\n{reached}")
+        if given.write:
+            command = ["python", "-m", "benchmarks.everything", *sys.argv[1:]]
+            text = f"{machine(command, time.perf_counter() - start)}\n{reached}"
+            write(PAGE, text + f"\n{failed} of the benchmarks failed.\n" * bool(failed))
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ import numpy as np
 
 from benchmarks.app_servers import free_port
 from benchmarks.peer_programs import PEERS, Client, LabelStudio, Ours, Potato, Program
+from benchmarks.timing import aim
 
 PATIENCE_S = 300.0
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -156,8 +157,8 @@ def processor_s(process: int) -> float:
     return sum(own for pid, own in seconds.items() if belongs(pid))
 
 
-def measure(program: Program, workers: int, each: int, think_s: float) -> None:
-    """Print the figures of a program."""
+def measure(program: Program, workers: int, each: int, think_s: float) -> str:
+    """Print the figures of a program, and say the most important ones."""
     with (
         tempfile.TemporaryDirectory() as name,
         running(program, Path(name)) as (port, start_s, process),
@@ -172,6 +173,7 @@ def measure(program: Program, workers: int, each: int, think_s: float) -> None:
         f"{fast.refused + slow.refused} |",
         flush=True,
     )
+    return f"{fast.per_s:.0f} answers/s; first page {start_s:.1f} s"
 
 
 def made(kind: type[Ours | Potato | LabelStudio], folder: Path) -> Program:
@@ -198,14 +200,17 @@ def main() -> None:
         flush=True,
     )
     missing = []
+    said: dict[str, str] = {}
     for kind in (Ours, *PEERS):
         if given.only.lower() in kind.name.lower():
             try:
                 program = made(kind, given.folder.resolve())
-                measure(program, given.workers, given.each, given.think)
+                said[kind.name] = measure(program, given.workers, given.each, given.think)
             except (OSError, subprocess.SubprocessError, AssertionError) as error:
                 missing.append(f"{kind.name}: left out: {error}")
     print("", *missing, sep="\n")
+    for name, measured in said.items():
+        aim(f"{given.workers} workers, one process: {name}", measured, "ours first")
     print("What is compared: an item is opened and rated, and the answer is on the disk.")
     print("What isn't:", *(f"- {p.name}: {p.about}" for p in (Ours, *PEERS)), sep="\n")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import time
 from collections.abc import Callable, Mapping
@@ -65,6 +67,18 @@ class Comparison:
     peer: str
     ratio: float
     limit: str
+
+
+MEASURED = "BENCHMARKS_MEASURED"
+"""Names the file that :func:`aim` writes to, in the surroundings."""
+
+
+def aim(what: str, measured: str, reach: str) -> None:
+    """Print a figure with its aim, and keep it for the table of ``benchmarks.everything``."""
+    print(f"  {what}: {measured} (aim: {reach})", flush=True)
+    if MEASURED in os.environ:
+        with Path(os.environ[MEASURED]).open("a", encoding="utf-8") as file:
+            file.write(json.dumps([what, measured, reach]) + "\n")
 
 
 COMPARISONS: list[Comparison] = []

@@ -18,7 +18,7 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import clip_digest, ensure
 from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading
+from annotation_app.store.database import core, reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Media
 from g3.errors import CorpusError
@@ -89,8 +89,9 @@ class Files:
     paths: Mapping[str, Path]
 
 
-_FILES = select(Media.role, Media.id, Media.path).where(
-    Media.study_id == bindparam("study"), Media.video == bindparam("video")
+MEDIA = core(Media)
+_FILES = select(MEDIA.c.role, MEDIA.c.id, MEDIA.c.path).where(
+    MEDIA.c.study_id == bindparam("study"), MEDIA.c.video == bindparam("video")
 )
 
 

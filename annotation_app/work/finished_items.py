@@ -12,13 +12,15 @@ from uuid import uuid4
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
+from annotation_app.store.database import core
 from annotation_app.store.models import Answer, Item, Slot
 from annotation_app.store.program_models import Webhook, WebhookMessage
 from annotation_app.tasks.task_registry import task_of
 
 About: TypeAlias = Literal["adopted", "answered", "in dispute"]
 
-_WEBHOOKS = select(Webhook.id).where(Webhook.study_id == bindparam("study"))
+WEBHOOK = core(Webhook)
+_WEBHOOKS = select(WEBHOOK.c.id).where(WEBHOOK.c.study_id == bindparam("study"))
 _ITEM = select(Item).where(Item.id == bindparam("item")).with_for_update(key_share=True)
 _OPEN = select(Slot.id).where(Slot.item_id == bindparam("item"), Slot.answered.is_(False)).limit(1)
 _ADOPTED = select(Answer.id).where(Answer.item_id == bindparam("item"), Answer.adopted).limit(1)

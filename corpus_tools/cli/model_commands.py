@@ -300,7 +300,7 @@ def g3(
     model = trained.model
     model.save(out)
     if trained.on_disk:
-        note("To save memory, features were kept in files while training.")
+        note("To save memory, features were kept in files, as shards, while training.")
     counts = ", ".join(f"{count} {source}" for source, count in trained.sources.items())
     arrays, card = model_files(out)
     record = {

@@ -96,7 +96,9 @@ def load_elsewhere(case: CandidateCase) -> Measured:
 def own_label(case: CandidateCase) -> Measured:
     """A noun that is a label of some load means such a load: "the crate"."""
     noun, state = noun_words(case.sdc)[-1:], case.problem.state
-    labelled = {o.id for o in state.context.objects if labels_in(noun, o.labels)}
+    objects = state.context.objects
+    names = {labels for labels in {o.labels for o in objects} if labels_in(noun, labels)}
+    labelled = {o.id for o in objects if o.labels in names}
     if not any(is_load(state, own) for own in labelled):
         return False
     return _says(case, lambda g: not _ids(g) or not _ids(g) <= labelled)
