@@ -76,7 +76,7 @@ def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
         best.score, best.state, best.actions, {0: ((), np.log(0.5)), 2: ((), np.log(0.125))}
     )
     seen = evidence(best, share_alike(best, [best, alike, another]))
-    assert seen.tolist() == pytest.approx([1.0, 0.75 * 0.25**0.25])
+    assert seen.tolist() == pytest.approx([1.0, 0.75 * np.sqrt(0.25)])
 
 
 def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhere():
