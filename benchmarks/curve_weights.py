@@ -3,7 +3,7 @@
 ``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus, each
 scenario held out of what is learned. It then fits the curve to the plans for all corpora but one,
 each counted as much as the others, and prints its errors on the one. The last line has the weights
-for `g3.inference.calibration`, fitted to all.
+for `g3.inference.calibration`, fitted to all. Corpora after ``--tested`` are not learned from.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ DRAWS = 300
 
 
 def main(names: list[str]) -> None:
-    plans = {name: _plans(name, ",".join(names)) for name in names}
+    at = names.index("--tested") if "--tested" in names else len(names)
+    learned, tested = names[:at], names[at + 1 :]
+    plans = {name: _plans(name, ",".join(learned)) for name in (*learned, *tested)}
     print("| left out | plans | right | ECE | by chance | Brier | under risk-coverage |")
     for name, own in plans.items():
         weights = fitted(plan for other, plan in plans.items() if other != name)

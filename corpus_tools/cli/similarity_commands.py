@@ -10,6 +10,9 @@ from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
+SHOWN_PEOPLE = 5
+"""So many people are shown of whom most commands had nothing to do with what was done."""
+
 
 @click.group()
 def similarity() -> None:
@@ -86,20 +89,25 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
 def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
     """Learn which words people use for loads, from what was picked up.
 
-    CORPORA have outcomes or annotations. Training and inference learn the same from the corpora
-    that they are given, so they don't need this file: it is for looking into.
+    CORPORA have outcomes or annotations. A command counts by how probably it has to do with what
+    was done, which differs from person to person. Training and inference learn the same from the
+    corpora that they are given, so they don't need this file: it is for looking into.
     """
     from corpus_tools.corpus.load_choices import load_choices
     from corpus_tools.importers.authored.bundled import open_corpus
-    from g3.learning.load_choice import lexicon_of
+    from g3.learning.load_choice import LoadChooser
 
     choices = [choice for name in corpora for choice in load_choices(open_corpus(name))]
-    lexicon = lexicon_of(choices)
+    learned = LoadChooser.fit(choices)
+    lexicon = learned.lexicon
     lexicon.save(out)
+    people = {p: s for p, s in sorted(learned.people.items(), key=lambda x: -x[1]) if p[-1] != "/"}
+    most = ", ".join(f"{share:.2f} by {name}" for name, share in [*people.items()][:SHOWN_PEOPLE])
     record = {
         "commands": len(choices),
         "words": len(lexicon.words),
         "names": list(lexicon.names),
+        "unrelated": {name: round(share, 3) for name, share in people.items()},
         "files": [out],
     }
     tell(
@@ -107,6 +115,7 @@ def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
         record,
         f"{len(choices)} commands, {len(lexicon.words)} words and pairs of words",
         f"loads: {', '.join(lexicon.names)}",
+        "commands unrelated to what was done, the greatest shares: " + (most or "persons unknown"),
         f"wrote {out}; 'ct similarity show WORD --lexicon {out}' shows what it knows",
     )
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
@@ -109,11 +109,14 @@ class LoadChooser:
         Of `PARAMETERS`, shape (8,).
     unrelated
         How probably a command of somebody unknown has nothing to do with what was done.
+    people
+        The same of each person who taught it, as ``corpus/person``; a file of a model has none.
     """
 
     lexicon: Lexicon
     weights: FloatArray
     unrelated: float = 0.0
+    people: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def fit(cls, choices: Sequence[LoadChoice], *, l2: float = DEFAULT_L2) -> LoadChooser:
@@ -145,7 +148,7 @@ class LoadChooser:
                 seen = Seen(people, probable, np.array([own.mean() for own in right]))
                 shares = seen.unrelated(shares)
                 counted = dict(zip(telling, seen.related(shares).tolist(), strict=True))
-        return cls(lexicon_of(choices, counted), weights, unknown_person(shares))
+        return cls(lexicon_of(choices, counted), weights, unknown_person(shares), shares)
 
     def log_probability(self, choice: LoadChoice) -> FloatArray:
         """The logarithm of the probability that each load is meant, shape (loads,)."""

@@ -142,6 +142,7 @@ def test_a_person_whose_commands_have_nothing_to_do_with_what_was_done_teaches_l
     (counts,) = learned.lexicon.corpora.values()
     speakers = counts.together["speaker"]
     assert speakers["tire pallet"] / 4 < speakers["washing machine pallet"] / 8 - 0.2
+    assert learned.people["yard/careless"] > 1.5 * learned.people["yard/careful"]
 
 
 def test_shares_of_unrelated_commands_by_hand():
@@ -172,3 +173,13 @@ def test_probabilities_sum_to_one_in_any_order(text, loads):
     assert given_.sum() == pytest.approx(1)
     turned = replace(own, loads=tuple(reversed(loads)))
     assert np.exp(learned.log_probability(turned))[::-1] == pytest.approx(given_)
+
+
+@settings(max_examples=10, deadline=None)
+@given(wrong=st.integers(1, 8))
+def test_who_is_wrong_more_often_is_trusted_less(wrong):
+    taught = [replace(c, person="p", scenario=f"{c.scenario}{n}") for c in SEEN for n in "abc"]
+    others = [replace(c, person="q", scenario=f"q{c.scenario}") for c in SEEN]
+    other_way = [replace(c, right=c.right[::-1]) for c in others[:wrong]]
+    share = LoadChooser.fit([*taught, *other_way, *others[wrong:]]).people
+    assert 0 < share["yard/p"] < share["yard/q"] < 1
