@@ -24,6 +24,7 @@ from g3.inference.named_models import open_model
 from g3.inference.plan_marks import plan_marks
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
+from g3.inference.problem.alternations import Nouns, plain
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import counts_said
 from g3.inference.problem.command_tree import Tree
@@ -311,7 +312,7 @@ class Grounder:
         explain: bool,
         insist: bool,
     ) -> _Reading:
-        tree = Tree(sdcs)
+        tree = Tree(plain(sdcs, Nouns(start)))
         problem = GroundingProblem(
             start,
             scene_of(start.context, object_groups(start.context, start.held, counts_said(tree))),
@@ -374,7 +375,7 @@ def _guessed(tree: Tree) -> list[str]:
 
 
 def _guesses(tree: Tree) -> str:
-    verbs = " and ".join(map(repr, dict.fromkeys(_guessed(tree))))
+    verbs = " and ".join(map(repr, filter(None, dict.fromkeys(_guessed(tree)))))
     return f"nobody has taught the robot what {verbs} means: this is a guess" if verbs else ""
 
 

@@ -6,6 +6,7 @@ from its like, and who swings left comes to the one on the left.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import log
 
 import numpy as np
@@ -13,15 +14,18 @@ import numpy as np
 from g3.features.sets.order import rivals
 from g3.features.sets.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.geometry.plane import BoolArray
+from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.phrases import is_bare
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import ALONE, FARTHEST, NEAREST, SELVES, SIDES
+from g3.language.lexicon.word_sets import ALONE, DISTANT, FARTHEST, NEAREST, SELVES, SIDES
 from g3.sdc.clauses import SDC, all_words
 
+FAR_TIMES = 1.5
+"""What is far from something has nothing alike that is so many times as far from it."""
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 
@@ -61,20 +65,46 @@ def alone(case: FactorCase) -> Measured:
 )
 def superlative(case: FactorCase) -> Measured:
     """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest"."""
-    batch = case.batch
-    relations = [words.get("relation", ()) for words in batch.words]
-    sign = np.array(
-        [float(bool(NEAREST.intersection(r))) - bool(FARTHEST.intersection(r)) for r in relations]
-    )[batch.factor]
-    applies = (sign != 0) & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
+    near, far = _says(case, NEAREST.intersection), _says(case, FARTHEST.intersection)
+    sign = 1.0 * near - far
+    return _beaten(case, sign != 0, lambda own, others: sign[:, None] * (own - others))
+
+
+@potential("far-from", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
+def far_from(case: FactorCase) -> Measured:
+    """Nothing alike is half as far again as "the crate far from the truck"."""
+    far = _says(case, lambda words: DISTANT & words and "from" in words)
+    return _beaten(case, far, lambda own, others: others - FAR_TIMES * own)
+
+
+def _says(case: FactorCase, test: Callable[[frozenset[str]], object]) -> BoolArray:
+    """Of which rows a relation's words pass a test; (n,)."""
+    passes = [bool(test(frozenset(words.get("relation", ())))) for words in case.batch.words]
+    found: BoolArray = np.array(passes, dtype=bool)[case.batch.factor]
+    return found
+
+
+def _beaten(
+    case: FactorCase, said: BoolArray, lead: Callable[[FloatArray, FloatArray], FloatArray]
+) -> Measured:
+    """Whether a rival fits better by its distance from the landmark than a single figure does.
+
+    Parameters
+    ----------
+    said
+        Of which rows the words compare distances, shape (n,).
+    lead
+        By how many metres rivals fit better, (n, p), by the figure's distance, (n, 1), and theirs.
+    """
+    batch, bodies = case.batch, case.batch.bodies
+    applies = said & (batch.landmark >= 0) & (batch.landmark != batch.agent_body)
     if not applies.any():
         return False
-    bodies = batch.bodies
     mark = bodies.centre[batch.landmark]
     own = np.linalg.norm(bodies.centre[batch.figure] - mark, axis=-1)
     others = np.linalg.norm(bodies.centre[batch.peers] - mark[:, None], axis=-1)
     rival = rivals(batch) & (batch.peers != batch.landmark[:, None])
-    beaten = (rival & (sign[:, None] * (own[:, None] - others) > SAME_PLACE_M)).any(axis=1)
+    beaten = (rival & (lead(own[:, None], others) > SAME_PLACE_M)).any(axis=1)
     result: BoolArray = applies & beaten & (bodies.count[batch.figure] == 1)
     return result
 

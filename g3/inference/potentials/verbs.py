@@ -59,6 +59,8 @@ class Asked:
         Whether the command itself has had that picked up.
     put_later
         Whether a later clause puts down what this one is about.
+    sent
+        Whether it says where something is in the end: "deliver it to the truck".
     spared
         Whether it says what to leave alone.
     """
@@ -70,6 +72,7 @@ class Asked:
     held: str | None = None
     taken: bool = False
     put_later: bool = False
+    sent: bool = False
     spared: bool = False
 
 
@@ -140,6 +143,7 @@ def _read(case: ActionCase) -> _Reading:
         held=held,
         taken=held not in (None, case.problem.state.held),
         put_later=is_itself_put_later(tree, root),
+        sent=own.sends,
         spared=spares(tree, root, held),
     )
     return _Reading(
@@ -249,7 +253,8 @@ def verb_take(case: ActionCase) -> Measured:
 
 
 def _not_carrying(found: _Reading) -> BoolArray:
-    may_drive = found.asked.held is not None and not found.asked.at_place
+    asked = found.asked
+    may_drive = asked.held is not None and not (asked.at_place or asked.sent)
     return ~(found.puts | (found.drives & may_drive))
 
 

@@ -30,7 +30,8 @@ _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 def is_source(sdc: SDC) -> bool:
     """Whether a PATH or a PLACE tells where something is taken from: "off the truck"."""
     named = concepts(field_words(sdc.relation))
-    return "from" in named and "to" not in named
+    emptied = sdc.type == "PATH" and field_words(sdc.relation) == ("of",)  # "clear it of crates"
+    return emptied or ("from" in named and "to" not in named)
 
 
 def is_company(path: SDC) -> bool:

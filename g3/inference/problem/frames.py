@@ -25,7 +25,16 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import is_measure, is_pronoun, names_forks, names_robot
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, figure_words, normalise
-from g3.language.lexicon.word_sets import ABOARD, HANDLING_VERBS, LEAVING, PURPOSES, UNTIL
+from g3.language.lexicon.word_sets import (
+    ABOARD,
+    EMPTYING,
+    FILLING,
+    HANDLING_VERBS,
+    LEAVING,
+    PURPOSES,
+    SENDING,
+    UNTIL,
+)
 from g3.sdc.clauses import Field, all_words
 from g3.short_repr import short_repr
 
@@ -103,6 +112,16 @@ class Frame:
     def handles(self) -> bool:
         """Whether it asks for something to be done to a load."""
         return bool(self.classes & HANDLING_VERBS)
+
+    @property
+    def sends(self) -> bool:
+        """Whether it says where something is in the end: "deliver it to the truck"."""
+        return not SENDING.isdisjoint(map(normalise, self.verb[:1]))
+
+    @property
+    def empties(self) -> bool:
+        """Whether it may name what something is taken off: "unload the truck"."""
+        return not EMPTYING.isdisjoint(self.verb[:1])
 
     @property
     def places_load(self) -> bool:
@@ -232,14 +251,21 @@ def _frame(tree: Tree, node: int) -> Frame:
     end = goal_within(tree, node)
     leads = bool(places or paths) or end is not None
     classes = frozenset(("carrying",)) if subjects(tree, node) else verb.classes
-    guessed = verb.is_open and not classes
+    said = set(_relation(tree, node))
+    if said & FILLING and "with" in said and len(named) > 1:
+        classes = frozenset(("carrying",))
+    elif said & EMPTYING and not classes and named:
+        classes = frozenset(("taking", "placing"))
+    leads = leads or len(named) > 1
+    wordless = tree.nodes[node].type == "EVENT" and not said
+    guessed = not classes and (verb.is_open or wordless or (verb.leads_on and named and leads))
     if guessed:
         classes = _guessed(theme=bool(named), leads=leads)
     return Frame(
         node,
         tuple(_relation(tree, node)[verb.start :]),
         classes,
-        guessed,
+        bool(guessed),
         any(negated(tree.nodes[n]) for n in (*outer, node)),
         tuple(subjects(tree, node)),
         named,

@@ -81,6 +81,8 @@ def _themes(
     if problem.held is not None:  # of all things, so that what is on the forks is among them
         problem = replace(problem, width=max(problem.width, len(problem.scene.groups)))
     beam = ground_thing(tree, theme, problem)
+    if own.empties and problem.held is None:
+        beam = _emptied(beam, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:
         beam = _same(beam, ground_thing(tree, left.pop(0), problem))
     beam = as_argument(beam, tree, theme, problem, role="theme", within=own.node)
@@ -88,6 +90,21 @@ def _themes(
     held = [problem.held]
     on_forks = [c for c in beam if [t.id for t in things_of(c.group)] == held and c not in found]
     return (*found, *on_forks), left
+
+
+def _emptied(beam: Sequence[Candidate], problem: GroundingProblem) -> list[Candidate]:
+    """With what stands on each thing instead of the thing itself: "unload the truck"."""
+    state = problem.state
+    loads: dict[str, list[PhysicalObject]] = {}
+    for upper, lower in problem.carriers.items():
+        if is_load(state, upper):
+            loads.setdefault(lower, []).append(state.thing(upper))
+    found = []
+    for c in beam:
+        ids = [thing.id for thing in things_of(c.group)]
+        on = [load for name in ids for load in loads.get(name, ()) if not is_load(state, name)]
+        found += [replace(c, group=(load,)) for load in on] or [c]
+    return found
 
 
 def _unnamed(tree: Tree, own: Frame, problem: GroundingProblem) -> tuple[Candidate, ...]:

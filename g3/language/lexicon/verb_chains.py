@@ -16,14 +16,15 @@ from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
     ARTICLES,
+    ASKING,
     CARDINALS,
     LEADING,
     LINKING,
+    NOMINALS,
     NOT_IMPERATIVE,
     PHRASAL_VERBS,
     REGARDING,
     VERBS,
-    stems,
 )
 from g3.short_repr import short_repr
 
@@ -82,14 +83,10 @@ def verb_of(words: tuple[str, ...]) -> Verb:
     return Verb(start, classes, leads_on, is_open)
 
 
-_ASKING = stems("need want")
-"""These ask for what they have as their object: "we need the crate on the truck"."""
-
-
 def _is_open(head: str) -> bool:
     """Whether a word of no class of verbs may be a verb all the same."""
     stem = normalise(head)
-    closed = (stem in LEADING and stem not in _ASKING) or stem in REGARDING
+    closed = (stem in LEADING and stem not in ASKING) or stem in REGARDING
     other = word_class(head) or head in NOT_IMPERATIVE or head in LINKING or _is_aside(head)
     return head.replace("-", "").isalpha() and not (closed or other)
 
@@ -151,8 +148,18 @@ def _is_plain_verb(word: str) -> bool:
     return bool(_verb_classes(word)) and not set(_NO_VERBS) & set(word_class(word).split("+"))
 
 
+def is_nominal(word: str) -> bool:
+    """Whether a noun says what to do: "a lift", "a delivery".
+
+    >>> is_nominal("turn"), is_nominal("pickup"), is_nominal("truck")
+    (True, True, False)
+    """
+    return bool(_verb_classes(word))
+
+
 def _verb_classes(word: str) -> frozenset[str]:
-    return VERBS.intersection((word_class(word) or word_class(normalise(word))).split("+"))
+    known = word_class(word) or word_class(normalise(word)) or NOMINALS.get(word, "")
+    return VERBS.intersection(known.split("+"))
 
 
 def _classes(words: Sequence[str]) -> frozenset[str]:

@@ -102,6 +102,8 @@ TOWARD = stems("toward towards")
 """A way, which need not end there."""
 NEAREST = stems(NEAREST_WORDS)
 FARTHEST = stems(FARTHEST_WORDS)
+DISTANT = stems("far away distant further farther")
+"""With "from" these tell of things that are not near: "the crate far from the truck"."""
 STRESSED = stems("in next beside by behind near there")
 """After "right" these are stressed by it, and it names no side: "right in front of you"."""
 
@@ -244,8 +246,34 @@ VERBS = words("placing taking carrying going turning staying")
 """Classes of verbs, by what they ask for."""
 HANDLING_VERBS = words("placing taking carrying")
 """Those of them that handle something."""
-FILLING = words("load fill stack")
+FILLING = words(
+    "load loading fill filling stack stacking stock stocking pack packing pile piling heap heaping "
+    "cram stuff"
+)
 """Verbs that have what is filled first: "load the truck with the tires"."""
+EMPTYING = words(
+    "unload unloading offload empty emptying clear clearing strip stripping rid relieve relieving "
+    "unburden disburden free drain"
+)
+"""Verbs that have what is emptied first: "clear the truck of tires"."""
+SENDING = stems("deliver delivery transfer ship send return forward relocate dispatch")
+"""Verbs that say where something is in the end, not on the way: "deliver it to the truck"."""
+LIGHT = words(
+    "make making do doing take taking give giving perform performing execute executing have"
+)
+"""Verbs that leave what to do to a noun: "make a left turn"."""
+NOMINALS = {
+    **dict.fromkeys(("pickup", "pick-up", "removal", "retrieval", "collection"), "taking"),
+    **dict.fromkeys(("drop-off", "dropoff", "placement", "deposit", "unloading"), "placing"),
+    **dict.fromkeys(("delivery", "transport", "relocation", "ride"), "carrying"),
+    **dict.fromkeys(("trip", "approach"), "going"),
+    "u-turn": "turning",
+    "about-turn": "turning",
+    "rotation": "turning",
+}
+"""Nouns for what verbs of a class do, other than these verbs themselves: "a lift"."""
+ASKING = stems("need want require")
+"""These ask for what they have as their object: "we need the crate on the truck"."""
 LEAVING = words("leave leaving")
 RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
 LOWERING = words("lower lowering drop dropping")

@@ -142,6 +142,23 @@ def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
     assert costs("near") == [0, 0, 0]
 
 
+def test_what_is_far_from_something_has_nothing_alike_much_farther():
+    rank = [thing(name, "pallet", x, 0) for name, x in (("a", 5), ("b", 9), ("c", 12), ("d", 14))]
+    barrel = thing("barrel", "barrel", 1, 3, (1, 1))
+    world = scene(*rank, barrel, thing("e", "crate", 30, 0), agent=robot())
+
+    def costs(relation):
+        rows = [
+            row(world, "OBJECT", t, words="the pallet", relation=relation, landmark=(barrel,))
+            for t in rank
+        ]
+        return of_rows("far-from", to_batch(rows)).tolist()
+
+    dear = WEIGHT["far-from"]
+    assert costs("far from") == costs("far away from") == [dear, dear, 0, 0]
+    assert costs("from") == costs("far") == costs("next to") == [0, 0, 0, 0]
+
+
 @pytest.mark.parametrize(
     ("words", "meant"),
     [

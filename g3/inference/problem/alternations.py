@@ -1,0 +1,299 @@
+"""Other ways to say the same, as clauses that say it plainly.
+
+What is moved is the first OBJECT of a plain clause, and where to comes after it. People also say
+"load the truck with the drum", "give the drum a lift", "make a left turn", "drum to the gate" and
+"make sure that the drum ends up on the truck". Levin, English Verb Classes and Alternations (1993),
+has the classes of verbs (sections 9.7, 10.3, 13.5), and VerbNet those of today. Words are moved,
+never made up, and a clause that is plain already stays as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from g3.actions.grounding_candidates import carrier
+from g3.actions.loads import is_load
+from g3.actions.robot_state import State
+from g3.inference.problem.clause_roles import is_goal
+from g3.inference.problem.phrases import names_forks, names_robot
+from g3.language.discourse.groups import noun_leaf
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.verb_chains import is_nominal, verb_of
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    ASKING,
+    BESIDE,
+    EMPTYING,
+    FILLING,
+    LIGHT,
+    REGARDING,
+)
+from g3.sdc.clauses import SDC, SDCType, Span, all_words
+from g3.sdc.sdc_notation import IMPLICIT_FIGURE
+from g3.short_repr import short_repr
+
+_JOINED = 1
+"""So far apart are two clauses with nothing but a space between them."""
+
+
+@short_repr
+@dataclass(frozen=True)
+class Nouns:
+    """What words may name in a world.
+
+    Parameters
+    ----------
+    state
+        The world.
+    """
+
+    state: State
+
+    @cached_property
+    def _labels(self) -> dict[str, frozenset[str]]:
+        """Normal forms of the labels of each thing, by id."""
+        return {o.id: frozenset(map(normalise, o.labels)) for o in self.state.context.objects}
+
+    @cached_property
+    def loads(self) -> frozenset[str]:
+        """Normal forms of the labels of what the forks can lift."""
+        names = (name for name in self._labels if is_load(self.state, name))
+        return frozenset(label for name in names for label in self._labels[name])
+
+    def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
+        """Whether something of one name stands on something of another."""
+        above = (n for n, own in self._labels.items() if own.intersection(upper))
+        on = (
+            carrier(self.state, n)
+            for n in above
+            if n not in (self.state.held, self.state.context.agent_id)
+        )
+        return any(self._labels[c.id].intersection(lower) for c in on if c is not None)
+
+
+def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
+    """The clauses of a command as plain ones.
+
+    Parameters
+    ----------
+    sdcs
+        The top-level clauses.
+    nouns
+        What words may name in the world.
+    """
+    found: list[SDC] = []
+    for sdc in sdcs:
+        last = found[-1] if found else None
+        joined = _joined(last, sdc) if last is not None else None
+        found[len(found) - (joined is not None) :] = [joined or sdc]
+    return tuple(_plain(sdc, nouns) for sdc in found)
+
+
+def _plain(sdc: SDC, nouns: Nouns) -> SDC:
+    if sdc.type != "EVENT":
+        return sdc
+    for alternate in _ALTERNATIONS:
+        sdc = alternate(sdc, nouns) or sdc
+    first, second = (
+        tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _words(sdc: SDC) -> list[str]:
+    return [bare(word.text) for word in sdc.relation]
+
+
+def _arguments(sdc: SDC) -> tuple[SDC, ...]:
+    return tuple(part for part in (*sdc.landmark1, *sdc.landmark2) if not part.is_implicit)
+
+
+def _subject(sdc: SDC) -> SDC | None:
+    return next((part for part in sdc.figure if not part.is_implicit), None)
+
+
+def _only(sdc: SDC) -> SDC | None:
+    """The OBJECT of a clause that has no other argument."""
+    own = _arguments(sdc)
+    return own[0] if len(own) == 1 and own[0].type == "OBJECT" else None
+
+
+def _names_load(sdc: SDC, nouns: Nouns) -> bool:
+    return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
+
+
+def _joined(before: SDC, sdc: SDC) -> SDC | None:
+    """One clause of two that lie side by side and are none without each other.
+
+    "The drum" and "to the gate"; "make sure the drum" and "ends up on the truck".
+    """
+    own, following = all_words(before), all_words(sdc)
+    if not own or not following or not 0 <= following[0].start - own[-1].end <= _JOINED:
+        return None
+    if before.type == "OBJECT" and sdc.type in ("PATH", "PLACE") and sdc.landmark1:
+        return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(sdc,))
+    if before.type != "EVENT" or sdc.type != "EVENT" or _subject(sdc):
+        return None
+    theme, verb = _only(before), verb_of(tuple(_words(before)))
+    goals = _arguments(sdc)
+    leads = any(part.type in ("PLACE", "PATH") for part in goals)
+    if (
+        theme is None
+        or verb.classes
+        or not (verb.leads_on or "that" in _words(before))
+        or not leads
+    ):
+        return None
+    if names_robot(theme) or names_forks(theme) or any(p.type == "OBJECT" for p in goals):
+        return None
+    return replace(sdc, figure=(theme,))
+
+
+def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A load that goes somewhere, named before the verb: "the drums go to the gate"."""
+    theme, *goals = _arguments(sdc) or (None,)
+    if theme is None or theme.type != "OBJECT" or not goals or _subject(sdc) or not sdc.relation:
+        return None
+    if all_words(theme)[0].start > sdc.relation[-1].start or not _names_load(theme, nouns):
+        return None
+    verb = verb_of(tuple(_words(sdc)))
+    others = any(part.type not in ("PATH", "PLACE") for part in goals)
+    if verb.classes != {"going"} or others:
+        return None
+    return replace(sdc, figure=(theme,), landmark1=tuple(goals), landmark2=())
+
+
+def _verbless(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A noun that was taken for a verb: "drums to the gate"."""
+    own, parts = sdc.relation, _arguments(sdc)
+    if not parts or any(part.type not in ("PATH", "PLACE") for part in parts) or _subject(sdc):
+        return None
+    verb = verb_of(tuple(_words(sdc)))
+    if verb.classes or nouns.loads.isdisjoint(field_words(own)):
+        return None
+    theme = SDC("OBJECT", words=own)
+    return replace(sdc, relation=(), landmark1=(theme,), landmark2=parts)
+
+
+def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What is filled comes first, and what with in it: "load the truck with the drum"."""
+    filled = _only(sdc)
+    if filled is None or not filled.figure or not filled.landmark1:
+        return None
+    if FILLING.isdisjoint(_words(sdc)) or [bare(w.text) for w in filled.relation] != ["with"]:
+        return None
+    if _names_load(filled.figure[0], nouns):
+        return None
+    return replace(
+        sdc,
+        relation=(*sdc.relation, *filled.relation),
+        landmark1=filled.figure,
+        landmark2=filled.landmark1,
+    )
+
+
+def _emptied(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What is emptied comes first, and what of in it: "clear the truck of drums"."""
+    emptied = next(iter(sdc.landmark1), None)
+    if emptied is None or not emptied.figure or not emptied.landmark1 or len(sdc.landmark1) > 1:
+        return None
+    if EMPTYING.isdisjoint(_words(sdc)) or [bare(w.text) for w in emptied.relation] != ["of"]:
+        return None
+    if _names_load(emptied.figure[0], nouns):
+        return None
+    source = SDC("PATH", relation=emptied.relation, landmark1=emptied.figure)
+    return replace(sdc, landmark1=emptied.landmark1, landmark2=(source, *sdc.landmark2))
+
+
+def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What needs something is where that goes: "the truck needs the drum"."""
+    theme = _only(sdc)
+    needs = _subject(sdc)
+    if theme is None or needs is None or ASKING.isdisjoint(map(normalise, _words(sdc))):
+        return None
+    if names_robot(needs) or _names_load(needs, nouns):
+        return None
+    if not _names_load(theme, nouns):
+        return None
+    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=(needs,))
+
+
+def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Where something shall be, if it isn't there: "I want the drum on the truck"."""
+    theme = _only(sdc)
+    if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
+        return None
+    said = concepts(field_words(theme.relation))
+    own = set(map(normalise, _words(sdc)))
+    verb = verb_of(tuple(_words(sdc)))
+    wants = bool(own & ASKING) or verb.classes in ({"placing"}, {"carrying"})
+    if not wants or "on" not in said or said & (BESIDE | {"from"}):
+        return None
+    one, other = (
+        field_words(noun_leaf(part).words) for part in (theme.figure[0], theme.landmark1[0])
+    )
+    if nouns.stands_on(one, other) or not nouns.loads.intersection(one):
+        return None
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    return replace(sdc, landmark1=theme.figure, landmark2=(place,))
+
+
+def _light(sdc: SDC, _: Nouns) -> SDC | None:
+    """A noun that says what to do: "make a left turn", "give the drum a lift"."""
+    words = tuple(_words(sdc))
+    first = next(iter(sdc.landmark1), None)
+    start = verb_of(words).start
+    if first is None or first.type != "OBJECT" or LIGHT.isdisjoint(words[start : start + 1]):
+        return None
+    if len(sdc.landmark1) > 1 or len(first.figure) > 1:
+        return None
+    leaf = first.figure[0] if first.figure else first
+    theme, act = _apart(_whole(leaf.words))
+    own = [bare(word.text) for word in act]
+    if not leaf.is_leaf or len(own) < 2 or own[0] not in ("a", "an"):
+        return None
+    acts = is_nominal(own[-1]) or normalise(own[-1]) in REGARDING
+    if not acts and own[1:] not in (["left"], ["right"]):
+        return None
+    around = tuple(word for word in act[:-1] if bare(word.text) not in ARTICLES)
+    themes = [SDC("OBJECT", words=theme)] if theme else []
+    rest = []
+    if first.relation and field_words(first.relation) == ("of",):
+        themes += first.landmark1
+    elif first.relation:
+        kind: SDCType = "PATH" if is_goal(first) or not first.landmark1 else "PLACE"
+        rest = [SDC(kind, relation=first.relation, landmark1=first.landmark1)]
+    relation = (*sdc.relation[:start], act[-1], *around, *sdc.relation[start + 1 :])
+    parts = (*themes, *rest, *sdc.landmark2)
+    return replace(sdc, relation=relation, landmark1=parts[:1], landmark2=parts[1:])
+
+
+def _whole(words: tuple[Span, ...]) -> tuple[Span, ...]:
+    """Words whose parts were taken for words, as they are written: "U-turn"."""
+    found: list[Span] = []
+    for word in words:
+        if found and found[-1].end == word.start:
+            word = Span(found[-1].start, found.pop().text + word.text)  # noqa: PLW2901
+        found.append(word)
+    return tuple(found)
+
+
+def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]:
+    """The two nouns of "the drum a lift", each with its article; the first is empty for one."""
+    inside = [i for i, word in enumerate(words) if i and bare(word.text) in ("a", "an")]
+    cut = inside[-1] if inside else 0
+    return words[:cut], words[cut:]
+
+
+_ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
+    _verbless,
+    _goes,
+    _light,
+    _filled,
+    _emptied,
+    _needed,
+    _result,
+)

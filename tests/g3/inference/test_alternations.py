@@ -1,0 +1,244 @@
+"""Commands that say otherwise what a plain clause says, annotated and typed."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from corpus_tools.world.scenarios.contexts import scenario_context
+from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
+from g3.actions.grounding_candidates import beneath
+from g3.actions.robot_state import start_state
+from g3.groundings import Place
+from g3.inference.problem.alternations import Nouns, plain
+from g3.language.parsing.parser import parse
+from g3.sdc.clauses import all_words
+from g3.sdc.sdc_notation import format_brackets, parse_brackets
+
+FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
+SPOTS = [(11, 5), (11, -6), (-6, 12), (-7, -11)]
+
+
+def world(spots=SPOTS, carries=None, aboard=None):
+    """A crate and bricks, a truck and a trailer, each somewhere.
+
+    Parameters
+    ----------
+    aboard
+        What one of the loads stands on.
+    """
+    crate, bricks, truck, trailer = spots
+    things = {
+        "crate-1": Thing("crate", None if carries else crate),
+        "bricks-1": Thing("bricks-pallet", bricks),
+        "truck-1": Thing("truck", truck),
+        "trailer-1": Thing("trailer", trailer),
+    }
+    if carries:
+        things["crate-1"] = Thing("crate")
+    if aboard:
+        x, y = dict(zip(("truck-1", "trailer-1"), (truck, trailer), strict=True))[aboard]
+        things["bricks-1"] = Thing("bricks-pallet", (x - 1, y), 0, aboard)
+    return scenario_context(Scenario("field", "", FIELD, things, {}, Robot((0, 0), 0, carries), ()))
+
+
+NOUNS = Nouns(start_state(world()))
+
+
+def written(sdcs):
+    """Clauses in brackets, without numbers."""
+    return re.sub(r"_\d+", "", format_brackets(sdcs))
+
+
+def made(notation, nouns=NOUNS):
+    """The plain clauses of annotated ones."""
+    return written(plain(parse_brackets(notation), nouns))
+
+
+@pytest.mark.parametrize(
+    ("said", "clauses"),
+    [
+        # What is filled comes first, and what with in it.
+        (
+            "EVENT(r = Stock, l = OBJ(f = OBJ(f = the van), r = with, l = OBJ(f = the crates)))",
+            "EVENT(r = Stock with, l = OBJ(f = the van), l2 = OBJ(f = the crates))",
+        ),
+        # A crate with bricks is filled already.
+        ("EVENT(r = Load, l = OBJ(f = OBJ(f = the crate), r = with, l = OBJ(f = bricks)))", None),
+        # What is emptied comes first, and what of in it.
+        (
+            "EVENT(r = Rid, l = OBJ(f = OBJ(f = the van), r = of, l = OBJ(f = the crate)))",
+            "EVENT(r = Rid, l = OBJ(f = the crate), l2 = PATH(r = of, l = OBJ(f = the van)))",
+        ),
+        ("EVENT(r = Unload, l = OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = bricks)))", None),
+        # A noun tells what to do.
+        (
+            "EVENT(r = Make, l = OBJ(f = a sharp turn), l2 = PATH(r = to, l = OBJ(f = the gate)))",
+            "EVENT(r = turn sharp, l = PATH(r = to, l = OBJ(f = the gate)))",
+        ),
+        (
+            "EVENT(r = Do, l = OBJ(f = OBJ(f = a pickup), r = of, l = OBJ(f = the crate)))",
+            "EVENT(r = pickup, l = OBJ(f = the crate))",
+        ),
+        (
+            "EVENT(r = Give, l = OBJ(f = the bricks a push))",
+            "EVENT(r = push, l = OBJ(f = the bricks))",
+        ),
+        ("EVENT(r = Hang, l = OBJ(f = a right))", None),
+        ("EVENT(r = Take, l = OBJ(f = a crate))", None),
+        ("EVENT(r = Take, l = OBJ(f = the lift))", None),
+        # A noun that was taken for a verb.
+        (
+            "EVENT(r = Bricks, l = PATH(r = to, l = OBJ(f = the van)))",
+            "EVENT(l = OBJ(f = Bricks), l2 = PATH(r = to, l = OBJ(f = the van)))",
+        ),
+        ("EVENT(r = Swing, l = PATH(r = to, l = OBJ(f = the van)))", None),
+        # What needs something is where that goes.
+        (
+            "EVENT(f = OBJ(f = The van), r = requires, l = OBJ(f = the bricks))",
+            "EVENT(r = requires, l = OBJ(f = the bricks), l2 = OBJ(f = The van))",
+        ),
+        ("EVENT(f = OBJ(f = We), r = need, l = OBJ(f = the bricks))", None),
+        # Where something shall be.
+        (
+            "EVENT(f = OBJ(f = I), r = want, l = OBJ(f = OBJ(f = the crate), r = on, "
+            "l = OBJ(f = the truck)))",
+            "EVENT(f = OBJ(f = I), r = want, l = OBJ(f = the crate), "
+            "l2 = PLACE(r = on, l = OBJ(f = the truck)))",
+        ),
+        (
+            "EVENT(r = Lift, l = OBJ(f = OBJ(f = the crate), r = on, l = OBJ(f = the truck)))",
+            None,
+        ),
+        (
+            "EVENT(r = Set, l = OBJ(f = OBJ(f = the crate), r = beside, l = OBJ(f = the van)))",
+            None,
+        ),
+        # Loads don't drive.
+        (
+            "EVENT(r = go, l = OBJ(f = Bricks), l2 = PATH(r = to, l = OBJ(f = the van)))",
+            None,
+        ),
+    ],
+)
+def test_clauses_are_said_plainly(said, clauses):
+    found = made(said)
+    assert found == written(parse_brackets(clauses or said))
+    assert made(clauses or said) == found
+
+
+def test_what_is_there_already_is_not_where_it_shall_be():
+    said = (
+        "EVENT(f = OBJ(f = I), r = want, l = OBJ(f = OBJ(f = the bricks), r = on, "
+        "l = OBJ(f = the truck)))"
+    )
+    there = Nouns(start_state(world(aboard="truck-1")))
+    assert made(said, there) == written(parse_brackets(said))
+    assert "PLACE" in made(said)
+
+
+TEXTS = (
+    "Stock the truck with the crate",
+    "Clear the trailer of bricks and turn around",
+    "Make a U-turn, then give the bricks a lift",
+    "Crate to the trailer",
+    "The bricks onto the truck please",
+    "Make sure the crate ends up on the truck",
+    "The trailer requires the bricks",
+    "We want the crate on the trailer",
+    "Use the forks to fill the truck with the bricks",
+)
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_what_is_plain_stays_and_no_word_is_made_up(text):
+    sdcs = parse(text).sdcs
+    once = plain(sdcs, NOUNS)
+    assert once != sdcs
+    assert plain(once, NOUNS) == once
+    spoken = [text[w.start : w.end] == w.text for sdc in once for w in all_words(sdc)]
+    assert all(spoken)
+
+
+def end(grounder, text, context):
+    """What is done to what, and what that stands on in the end."""
+    plan = grounder.follow(text, context, least=0.0).plan
+    assert plan is not None, text
+    done = [(a.kind.name, a.object_id) for a in plan.actions]
+    state, moved = plan.state, done[-1][1]
+    if not moved or state.held == moved:
+        return done, None
+    found = beneath(Place(state.thing(moved).prism), state, moved)
+    return done, found.id if found else None
+
+
+QUICK = settings(
+    max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+spots = st.permutations(SPOTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Stock the truck with the crate",
+        "Pile the truck with the crate",
+        "Crate onto the truck",
+        "The crate onto the truck please",
+        "Make sure the crate ends up on the truck",
+        "Ensure that the crate is on the truck",
+        "The truck requires the crate",
+        "We want the crate on the truck",
+        "Give the crate a ride to the truck",
+        "Crates go onto the truck",
+    ],
+)
+@QUICK
+@given(spots=spots)
+def test_what_is_said_otherwise_is_carried(text, spots, grounder):
+    assert end(grounder, text, world(spots)) == ([("carry", "crate-1")], "truck-1")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Unload the trailer",
+        "Empty the trailer",
+        "Clear the trailer of bricks",
+        "Strip the trailer of its bricks",
+        "Give the bricks a lift",
+        "Perform a pickup of the bricks",
+    ],
+)
+@QUICK
+@given(spots=spots)
+def test_what_is_taken_off_stands_there(text, spots, grounder):
+    done, _ = end(grounder, text, world(spots, aboard="trailer-1"))
+    assert done == [("pick up", "bricks-1")]
+
+
+@pytest.mark.parametrize("text", ["Deliver it to the trailer", "Transfer the crate to the trailer"])
+@QUICK
+@given(spots=spots)
+def test_what_is_sent_is_there_in_the_end(text, spots, grounder):
+    assert end(grounder, text, world(spots, "crate-1")) == (
+        [("put down", "crate-1")],
+        "trailer-1",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "amount"),
+    [
+        ("Make a right turn", -np.pi / 2),
+        ("Take a left", np.pi / 2),
+        ("Do a quick turn to the left", np.pi / 2),
+        ("Perform a U-turn", np.pi),
+    ],
+)
+def test_a_noun_may_say_how_to_turn(text, amount, grounder):
+    (action,) = grounder.follow(text, world(), least=0.0).plan.actions
+    assert action.kind.name == "turn"
+    assert action.amount == pytest.approx(amount)
