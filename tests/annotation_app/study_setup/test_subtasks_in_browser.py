@@ -15,9 +15,18 @@ pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser as Known
-from tests.annotation_app.in_browser import errors_of, launched, serving, violations, width_of
+from tests.annotation_app.in_browser import (
+    errors_of,
+    launched,
+    out_of_sight,
+    serving,
+    violations,
+    width_of,
+)
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export, study_of
+
+NEEDED = ("video", ".player-bar", ".subtask .what", "#add", "#undo", "#skip", "#submit")
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +60,7 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         expect(page.locator("#problems")).to_contain_text("Watch the video to its end first.")
         expect(page.locator("#problems")).to_contain_text("Say what is done in step 1.")
         page.set_viewport_size({"width": 1280, "height": 800})
-        for needed in ("video", ".subtask", ".send"):
-            box = page.locator(needed).first.bounding_box()
-            assert box is not None
-            assert box["y"] + box["height"] <= 800, needed
+        assert out_of_sight(page, *NEEDED) == []
         watch(page)
         duration = page.locator("video").evaluate("video => video.duration")
         assert duration < 1.5  # the episode alone, not the file with all of them
@@ -72,6 +78,9 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         page.get_by_role("button", name="Undo").click()
         expect(page.locator(".subtask")).to_have_count(3)
         page.get_by_role("button", name="Redo").click()
+        expect(page.locator(".subtask")).to_have_count(3)
+        page.evaluate("scrollTo(0, 0)")
+        assert out_of_sight(page, *NEEDED, ".subtask:last-child .what") == []
         for width, height in ((1280, 800), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
             for scheme in ("light", "dark"):
