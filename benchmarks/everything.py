@@ -52,6 +52,7 @@ def commands(folder: Path, slu_core: Path | None) -> Iterator[list[str]]:
     yield [*bench, "benchmarks.app_rooms"]
     yield [*bench, "benchmarks.app_leases"]
     yield [*bench, "benchmarks.app_dashboard"]
+    yield [*bench, "benchmarks.segment_designs"]
     corpora = [folder / "simulated" / str(seed) for seed in SEEDS]
     simulate = [*bench, "corpus_tools", "simulate-workers", "describe", "--scenarios", "10"]
     simulate += ["--commands", "1660", "--workers", "1660"]

@@ -14,6 +14,8 @@ from annotation_app.dashboard.study_statistics import Duration, History
 from annotation_app.tasks.agreement import Measured
 
 WIDTH = 360.0
+SECONDS_BELOW_S, DAY_S = 600.0, 86_400.0
+"""Shorter spans of time are told with seconds; longer ones by days."""
 LEFT, RIGHT, TOP, BOTTOM = 34.0, 82.0, 10.0, 22.0
 LINES_HEIGHT = 200.0
 ROW = 38.0
@@ -172,7 +174,8 @@ def written_time(at: float, span_s: float) -> str:
         found = datetime.datetime.fromtimestamp(at, datetime.timezone.utc)
     except (OverflowError, OSError, ValueError):  # a clock that was far out
         return "?"
-    return found.strftime("%H:%M" if span_s < 86_400 else "%d %b")
+    form = "%H:%M:%S" if span_s < SECONDS_BELOW_S else "%H:%M" if span_s < DAY_S else "%d %b"
+    return found.strftime(form)
 
 
 def _axis(most: float) -> tuple[float, float]:

@@ -34,7 +34,6 @@ from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
 from annotation_app.studies.study_file import StudyConfig, slug
-from annotation_app.studies.study_template import OWN_CONSENT
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.readiness import people_by_role
 from annotation_app.study_setup.server_folders import command_tables, files_ending, video_choices
@@ -86,7 +85,6 @@ def begin() -> ResponseReturnValue:
         "title": title,
         "robot": robot or "robot",
         "tasks": {task.name: {} for task in tasks() if not task.needs_scenes},
-        "consent": OWN_CONSENT,
     }
     keep_draft(folder, StudyDraft(name, folder / f"{name}.yaml"), value)
     return flask.redirect(flask.url_for(".step", name=name, step_name=STEPS[0].name), 303)

@@ -19,8 +19,8 @@ Language: TypeAlias = Annotated[
 ]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
 
-CONSENT = N_("""You will watch short videos of a robot {robot}, or read what others wrote about
-them. What you type and choose is kept without your name and may be published for research.
+CONSENT = N_("""You will watch short videos of a robot, or read what others wrote about them.
+What you type and choose is kept without your name and may be published for research.
 You may stop at any time by closing the page.""")
 STATEMENT = N_("The {robot} in the video is executing the above spoken command.")
 SCALE = (

@@ -45,12 +45,6 @@ payment: {{amount: 0.25, currency: USD}}
 #   - {{text: Pick up the tires., video: pick_up_tires, wrong_video: drive_to_truck}}
 """
 
-OWN_CONSENT = """\
-You will watch short videos of a {robot}, or read what others wrote about them.
-What you type and choose is kept without your name and may be published for research.
-You may stop at any time by closing the page.
-"""
-
 OWN_TEMPLATE = """\
 # A study of your own videos. docs/annotation.md lists all fields.
 # Check it with: ct annotate check {name}.yaml. Start it with: ct annotate {name}.yaml

@@ -236,6 +236,7 @@ CHECK = Task(
                 "looking at nothing but these words."
             ),
             N_("Choose “It doesn't match” if nobody would mean this by the words."),
+            N_("Go on with “Next clause” until every clause has a tick."),
         ),
         keys=(
             ("Y N X", N_("it matches, it doesn't, can't tell")),

@@ -115,6 +115,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         paper_1=PAPER_TABLE_1,
         paper_2=PAPER_TABLE_2,
         paper_3=paper_figure,
+        beside=beside,
         name_of=name_of,
         titles=TITLES,
         measures=MEASURES,
@@ -182,7 +183,9 @@ def _themed(plot: Plot, width: float) -> str:
 
 
 def _of_table_1(rows: Sequence[Row]) -> list[Line]:
-    return [Line(row.type, {"F-score": row.f}, PAPER_TABLE_1[row.type].f) for row in rows]
+    return [
+        Line(row.type, {"F-score": row.f}, beside(PAPER_TABLE_1[row.type].f, row.n)) for row in rows
+    ]
 
 
 def _of_table_2(results: Results) -> list[Line]:
@@ -190,7 +193,7 @@ def _of_table_2(results: Results) -> list[Line]:
         Line(
             f"{row.configuration} video",
             {"other videos": row.share, "and other raters": row.two_way},
-            PAPER_TABLE_2[row.configuration],
+            beside(PAPER_TABLE_2[row.configuration], row.pairs),
         )
         for row in results.rows
     ]
@@ -210,7 +213,12 @@ def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
 def paper_figure(row: PlanRow, plans: Plans) -> float | None:
     """The paper's figure beside a row, where its corpus is one like the tested one."""
     is_alike = row.subset == WHOLE and plans.has_paper
-    return PAPER_TABLE_3.get(row.configuration) if is_alike else None
+    return beside(PAPER_TABLE_3.get(row.configuration), row.n) if is_alike else None
+
+
+def beside(paper: float | None, n: int) -> float | None:
+    """The paper's figure, unless ours is of so few that nothing can be compared."""
+    return paper if n >= FEWEST_CLUSTERS else None
 
 
 def name_of(row: PlanRow) -> str:

@@ -15,6 +15,7 @@ from werkzeug.serving import make_server
 from tests.annotation_app.conftest import PATIENCE_MS
 from tests.chromium import CHROMIUM
 
+SMALLEST_PX = 8
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 
 
@@ -77,6 +78,24 @@ def drawn_anew(page: Page) -> None:
 def width_of(page: Page) -> int:
     """How wide a page is, in pixels, with what doesn't fit the window."""
     return int(page.evaluate("document.documentElement.scrollWidth"))
+
+
+def out_of_sight(page: Page, *selectors: str) -> list[str]:
+    """What of these isn't wholly in the window, or isn't there, with its box."""
+    size = page.viewport_size
+    assert size is not None
+    wrong = []
+    for selector in selectors:
+        box = page.locator(selector).first.bounding_box()
+        if (
+            box is None
+            or box["width"] < SMALLEST_PX
+            or min(box["x"], box["y"]) < 0
+            or box["x"] + box["width"] > size["width"]
+            or box["y"] + box["height"] > size["height"]
+        ):
+            wrong.append(f"{page.url}: {selector} {box}")
+    return wrong
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -34,9 +35,13 @@ def context(name: str, number: int) -> Context:
     return Context(name, objects, places, "robot")
 
 
-def recording(name: str, number: int) -> Recording:
+World = Callable[[str, int], Context]
+"""What is where when a video of this name and number begins."""
+
+
+def recording(name: str, number: int, world: World = context) -> Recording:
     """The robot drives to the right, or to the left in every other video."""
-    start = context(name, number)
+    start = world(name, number)
     t = np.arange(0, DURATION_S, 1 / FPS)
     position = np.zeros((len(t), len(start.objects), 3))
     position[:] = [o.trajectory.xyz[0] for o in start.objects]
@@ -52,11 +57,11 @@ def recording(name: str, number: int) -> Recording:
     )
 
 
-def render(folder: Path, videos: tuple[str, ...] = VIDEOS) -> Path:
+def render(folder: Path, videos: tuple[str, ...] = VIDEOS, world: World = context) -> Path:
     for number, name in enumerate(videos):
         target = folder / name
         target.mkdir(parents=True)
-        made = recording(name, number)
+        made = recording(name, number, world)
         write_log(made, target / "log.mcap", name=name, metadata={})
         outlines = [
             {

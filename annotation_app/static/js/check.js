@@ -96,11 +96,13 @@ function draw(state) {
   picture.mark(shown.objects);
   map.mark(shown.objects, shown.places, []);
   redraw(bar, clauseBar(clauses, clause.node, (c) => state.verdicts[c.node] !== undefined, go));
-  redraw(panel, ...parts(clause, scene, state.verdicts[clause.node]));
+  redraw(panel, ...parts(clause, scene, state.verdicts));
 }
 
-function parts(clause, scene, verdict) {
+function parts(clause, scene, verdicts) {
   const { shown } = clause;
+  const verdict = verdicts[clause.node];
+  const isNext = verdict !== undefined && clauses.some((c) => verdicts[c.node] === undefined);
   const names = [
     ...scene.things.filter((t) => shown.objects.includes(t.id)).map((t) => `${data.labels.thing} ${t.number}`),
     ...scene.zones.filter((z) => shown.places.includes(z.id)).map((z) => `${data.labels.place} ${z.letter}`),
@@ -117,7 +119,7 @@ function parts(clause, scene, verdict) {
       h("legend", { class: "unseen" }, _("Your verdict")),
       h("div", { class: "choices" }, VERDICTS.map(([value, label]) =>
         choice("radio", "verdict", label, verdict === value, () => judge(value), { "data-key": String(value) }),
-      ), h("button", { type: "button", "data-key": "next", onclick: () => go(neighbour(clauses, clause.node, 1)) }, _("Next clause"))),
+      ), clauses.length > 1 && h("button", { type: "button", class: isNext && "primary", "data-key": "next", onclick: () => go(neighbour(clauses, clause.node, 1)) }, _("Next clause"))),
     ),
   ];
 }

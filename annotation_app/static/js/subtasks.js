@@ -49,10 +49,6 @@ function row(number) {
       type: "number", min: 0, step: "any", value: 0, readonly: number === 0, "aria-label": _("Begins at, in seconds"),
       onchange: (event) => changed({ start_s: rounded(Number(event.target.value) || 0) }),
     }) })),
-    h("input", {
-      class: "what", maxlength: 300, dir: "auto", "aria-label": _("What is done"), placeholder: _("What is done from then on"), value: "",
-      oninput: (event) => changed({ text: event.target.value }, { silent: true }),
-    }),
     h("button", { type: "button", onclick: () => show(work.state.subtasks[at()].start_s) }, _("Show")),
   );
   if (number) {
@@ -62,6 +58,12 @@ function row(number) {
       announce(_("Removed"));
     } }, _("Remove")));
   }
+  line.append(
+    h("input", {
+      class: "what", maxlength: 300, dir: "auto", "aria-label": _("What is done"), placeholder: _("What is done from then on"), value: "",
+      oninput: (event) => changed({ text: event.target.value }, { silent: true }),
+    }),
+  );
   return line;
 }
 

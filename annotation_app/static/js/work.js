@@ -123,7 +123,9 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     if (good === false) return;
     // Kept before one can go on, and the focus stays where it is by then.
     if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
-    box.append(h("p", {}, h("a", { class: "button primary", href: data.next }, _("Go on"))));
+    const onwards = h("p", {}, h("a", { class: "button primary", href: data.next }, _("Go on")));
+    box.append(onwards);
+    onwards.scrollIntoView({ block: "nearest" });
   }
 
   async function note(name) {

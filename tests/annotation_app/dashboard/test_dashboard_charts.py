@@ -29,8 +29,9 @@ def test_lines_begin_and_end_where_they_should() -> None:
     # The axis goes from 0 to 8 by twos; the drawing is 200 high, with 10 above and 22 below.
     assert [tick.label for tick in chart.y_ticks] == ["0", "2", "4", "6", "8"]
     assert chart.lines[0].points == "34.0,178.0 156.0,73.0 278.0,10.0"
-    assert [tick.label for tick in chart.x_ticks] == ["00:00", "00:00", "00:01"]
+    assert [tick.label for tick in chart.x_ticks] == ["00:00:00", "00:00:50", "00:01:40"]
     assert written_time(86_400.0, 5 * 86_400.0) == "02 Jan"
+    assert written_time(61.0, 60.0) == "00:01:01"
 
 
 @given(

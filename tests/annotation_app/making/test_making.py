@@ -43,6 +43,11 @@ def begun(admin: Member) -> None:
 def made(admin: Member, texts: Mapping[str, str] = TEXTS, role: Role = "worker") -> None:
     """A running study."""
     begun(admin)
+    made_in(admin, texts, role)
+
+
+def made_in(admin: Member, texts: Mapping[str, str], role: Role = "worker") -> None:
+    """The draft is a running study."""
     for step, form in (
         ("videos", {"videos": "clips"}),
         ("tasks", TASKS),
@@ -61,6 +66,15 @@ def made(admin: Member, texts: Mapping[str, str] = TEXTS, role: Role = "worker")
 def test_the_last_page_says_who_can_take_part(admin: Member, role: Role, said: str) -> None:
     made(admin, role=role)
     assert said in admin.client.get("/admin/studies/arm/started").text
+
+
+def test_the_usual_consent_is_read_in_the_studys_language(app: Flask, admin: Member) -> None:
+    begun(admin)
+    page = admin.client.get("/admin/studies/arm/consent").text
+    assert "You will watch short videos of a robot, or read" in page
+    made_in(admin, {**TEXTS, "locale": "de"})
+    welcome = app.test_client().get("/s/arm/welcome").text
+    assert "Sie sehen kurze Videos eines Roboters oder lesen" in welcome
 
 
 def in_database(app: Flask) -> Study | None:

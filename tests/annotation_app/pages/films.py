@@ -9,15 +9,15 @@ from pathlib import Path
 import av
 import numpy as np
 
-from tests.annotation_app.rendered import VIDEOS, render
+from tests.annotation_app.rendered import VIDEOS, World, context, render
 
 WIDTH, HEIGHT, FPS, SECONDS = 320, 240, 10, 1.0
 BOXES = ((20, 150), (110, 60), (220, 170), (150, 120))
 
 
-def film(folder: Path) -> Path:
+def film(folder: Path, videos: tuple[str, ...] = VIDEOS, world: World = context) -> Path:
     """Folders as `render` makes them, with videos that play for a second."""
-    render(folder)
+    render(folder, videos, world)
     for target in folder.iterdir():
         _write_video(target / "video.mp4")
         _write_picture(target / "poster.png")
@@ -31,10 +31,12 @@ def film(folder: Path) -> Path:
         (target / "manifest.json").write_text(json.dumps(manifest))
         segmentation = json.loads((target / "segmentation.json").read_text())
         segmentation |= {"width": WIDTH, "height": HEIGHT}
-        for outline, (x, y) in zip(segmentation["objects"], BOXES, strict=True):
+        for number, outline in enumerate(segmentation["objects"]):
+            x, y = BOXES[number % len(BOXES)]
+            y += 10 * (number // len(BOXES))
             outline["box"] = [x, y, 50, 40]
             outline["polygons"] = [[[x, y], [x + 50, y], [x + 50, y + 40], [x, y + 40]]]
-        if target.name == VIDEOS[1]:
+        if target.name == videos[1]:
             segmentation["objects"][1] |= {"box": None, "polygons": []}  # hidden by another thing
         (target / "segmentation.json").write_text(json.dumps(segmentation))
     return folder

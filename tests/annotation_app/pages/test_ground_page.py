@@ -13,7 +13,7 @@ from annotation_app.store.database import transaction
 from annotation_app.store.models import Item, Slot
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.conftest import PATIENCE_MS
-from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.in_browser import errors_of, out_of_sight, violations, width_of
 from tests.annotation_app.pages.conftest import Site
 
 pytestmark = pytest.mark.slow
@@ -68,13 +68,7 @@ def test_everything_is_on_one_screen(
         kinds = page.locator(".clause-bar .clause")
         for at in range(kinds.count()):
             kinds.nth(at).click()
-            for selector in ABOVE_THE_FOLD:
-                found = box(page, selector)
-                assert found["width"] > 8, selector
-                assert found["x"] >= 0, selector
-                assert found["y"] >= 0, selector
-                assert found["x"] + found["width"] <= 1280, selector
-                assert found["y"] + found["height"] <= 800, (address, at, selector)
+            assert out_of_sight(page, *ABOVE_THE_FOLD) == []
             assert page.evaluate("document.documentElement.scrollHeight") <= 800
             assert box(page, "video")["height"] >= 250
             assert box(page, ".map")["height"] >= 250

@@ -17,8 +17,10 @@ ASKED = Asked({"describe": 3, "rate": 1}, people=2)
 NOBODY = Asked({}, people=0)
 
 
-def altered(after: StudyConfig, asked: Asked = ASKED) -> dict[str, str]:
-    return {change.field: change.alters for change in changes(BEFORE, after, asked)}
+def altered(
+    after: StudyConfig, asked: Asked = ASKED, before: StudyConfig = BEFORE
+) -> dict[str, str]:
+    return {change.field: change.alters for change in changes(before, after, asked)}
 
 
 def test_titles_and_numbers_alter_nothing() -> None:
@@ -41,8 +43,10 @@ def test_words_alter_the_answers_of_their_task() -> None:
 
 
 def test_the_robots_name_is_in_the_statement_and_the_consent() -> None:
+    before = replace(BEFORE, consent="You see a {robot}.")
     told = {"robot": "2 people have agreed to the old one; 1 answer to rate came before"}
-    assert altered(replace(BEFORE, robot="hand")) == told
+    assert altered(replace(before, robot="hand"), before=before) == told
+    assert altered(replace(BEFORE, robot="hand")) == {"robot": "1 answer to rate came before"}
 
 
 def test_another_language_alters_all_that_people_read() -> None:

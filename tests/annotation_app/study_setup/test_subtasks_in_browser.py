@@ -15,9 +15,22 @@ pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser as Known
+<<<<<<< HEAD
 from tests.annotation_app.in_browser import errors_of, late, launched, serving, violations, width_of
+=======
+from tests.annotation_app.in_browser import (
+    errors_of,
+    launched,
+    out_of_sight,
+    serving,
+    violations,
+    width_of,
+)
+>>>>>>> study
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export, study_of
+
+NEEDED = ("video", ".player-bar", ".subtask .what", "#add", "#undo", "#skip", "#submit")
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +68,7 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         expect(page.locator("#problems")).to_contain_text("Watch the video to its end first.")
         expect(page.locator("#problems")).to_contain_text("Say what is done in step 1.")
         page.set_viewport_size({"width": 1280, "height": 800})
-        for needed in ("video", ".subtask", ".send"):
-            box = page.locator(needed).first.bounding_box()
-            assert box is not None
-            assert box["y"] + box["height"] <= 800, needed
+        assert out_of_sight(page, *NEEDED) == []
         watch(page)
         duration = page.locator("video").evaluate("video => video.duration")
         assert duration < 1.5  # the episode alone, not the file with all of them
@@ -75,6 +85,10 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         expect(page.locator(".subtask")).to_have_count(2)
         page.get_by_role("button", name="Undo").click()
         expect(page.locator(".subtask")).to_have_count(3)
+        second.focus()
+        page.get_by_label("What is done").last.focus()
+        page.evaluate("scrollTo(0, 0)")
+        assert out_of_sight(page, *NEEDED, ".subtask:last-child .what") == []
         page.get_by_role("button", name="Redo").click()
         for width, height in ((1280, 800), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})

@@ -53,7 +53,7 @@ def test_a_study_speaks_its_language_whatever_the_browser_asks_for(app: Flask) -
         assert "Aufgaben" in page
     welcome = app.test_client().get("/s/tests/welcome").text
     assert "Sie bekommen 0,50 EUR für jede Aufgabe." in welcome
-    assert "Sie sehen kurze Videos eines Roboters (Gabelstapler)" in welcome
+    assert "Sie sehen kurze Videos eines Roboters oder" in welcome
     assert "Stimme voll zu" in person.client.get("/practice/rate?study=tests").text
 
 

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import shutil
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -22,6 +23,7 @@ from eval.report.charts import Line, differences, intervals
 from eval.report.gallery import examples, failures
 from eval.report.plan_results import read_all_plans, read_plans
 from eval.report.reliability import bins, calibration_error
+from eval.report.report_page import beside
 from eval.statistics.estimates import Estimate
 from eval.table_1.correspondence import Predictions
 from eval.table_3.end_to_end import EndToEnd
@@ -299,6 +301,13 @@ def test_new_worlds_come_first_and_names_are_told_apart(plans, tmp_path):
     ]
     with pytest.raises(FormatError, match="two files of plans are called own"):
         read_all_plans([files[0], files[0]], "a")
+
+
+def test_the_papers_figures_are_not_beside_a_handful(report):
+    assert [beside(0.9, n) for n in (6, 9, 10)] == [None, None, 0.9]
+    page = (report / "report.html").read_text()
+    table = page[page.index('<section id="table-2">') :].partition("</table>")[0]
+    assert re.findall('<td class="ref">([^<]*)</td>', table) == ["–", "–"]  # a pair of videos each
 
 
 def test_words_have_the_colour_of_what_they_name(corpus, videos):
