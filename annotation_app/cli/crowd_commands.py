@@ -117,9 +117,7 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
 
     known = {provider.name: provider for provider in providers() if provider.pays}
     if provider_name not in known:
-        raise FormatError(
-            "there is no such platform", where=provider_name, fix=f"use one of {', '.join(known)}"
-        )
+        raise FormatError.unknown("platform", provider_name, known)
     from annotation_app.crowds.crowd_session import open_session
     from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
 

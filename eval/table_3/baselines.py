@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from eval.table_3.grounder_registry import PlanTask, grounder, grounder_named, load_grounders
+from eval.table_3.grounder_registry import GROUNDERS, PlanTask, grounder
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import are_free, spots_about, spots_of_robot
@@ -76,7 +76,7 @@ BASELINES = ("nearest", "keywords", "embeddings")
 
 def missing() -> dict[str, str]:
     """Baselines that can't be run, and what they lack."""
-    lacking = {name: grounder_named(name).missing() for name in BASELINES}
+    lacking = {name: GROUNDERS[name].missing() for name in BASELINES}
     return {name: why for name, why in lacking.items() if why}
 
 
@@ -192,4 +192,4 @@ def _spots(
     return (spot for spot, is_free in zip(spots, free, strict=True) if is_free)
 
 
-load_grounders()
+GROUNDERS.load_others()

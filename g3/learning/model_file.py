@@ -20,7 +20,7 @@ import numpy.typing as npt
 from g3 import __version__
 from g3.errors import ModelError
 from g3.estimator import read_bytes
-from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
+from g3.features.feature_registry import CATALOGUE_VERSION, FEATURES, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
 from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts, likeness_identity
@@ -248,13 +248,9 @@ def read_card(path: Path | str) -> ModelCard:
         )
     if card.loads:
         _check_loads(card.loads, f"{card_path}: loads")
-    unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
-    if unknown:
-        raise ModelError(
-            f"there is no feature set {unknown[0]!r}",
-            where=f"{card_path}: sets",
-            fix=f"install what registers it, or {RETRAIN}",
-        )
+    more, where = f"install what registers it, or {RETRAIN}", f"{card_path}: sets"
+    for name in sorted(set(card.sets) - set(FEATURES)):
+        raise ModelError.unknown("feature set", name, (), where=where, more=more)
     _check_data(card, card_path)
     return card
 

@@ -186,7 +186,7 @@ def test_table_2(published):
 
 
 def test_there_is_no_table_4(corpus):
-    with pytest.raises(CorpusError, match=r"table can.t be 4 \(use one of 1, 2, 3"):
+    with pytest.raises(CorpusError, match=r"table can.t be 4 \(give one of 1, 2, 3"):
         ct.evaluate(corpus, table=4)  # type: ignore[arg-type]
 
 

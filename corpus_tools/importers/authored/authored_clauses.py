@@ -71,9 +71,8 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
         )
     for name in utterance.groundings:
         if name not in names:
-            raise FormatError(
-                f"there is no clause {name}", where=f"groundings.{name}", fix="correct the name"
-            )
+            known = sorted(filter(None, names))
+            raise FormatError.unknown("clause", name, known, where=f"groundings.{name}")
     return Clauses(sdcs, names, _ground(nodes, names, utterance, world, dataset))
 
 
@@ -151,11 +150,7 @@ def _ground(
 def _lookup(item: str, world: World, where: str) -> Grounding:
     known: dict[str, Grounding] = {**world.objects, **world.places}
     if item not in known:
-        raise FormatError(
-            f"there is no object or place {item!r}",
-            where=where,
-            fix=f"use one of {', '.join(known)}",
-        )
+        raise FormatError.unknown("object or place", item, known, where=where)
     return known[item]
 
 
