@@ -15,7 +15,7 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from eval.table_1.correspondence import ROW_TYPES
-from eval.table_1.experiment import curve_sizes
+from eval.table_1.held_out_predictions import curve_sizes
 from g3.features.feature_registry import select
 from g3.learning.examples import examples
 from g3.learning.factor_matrix import matrix_of_examples
