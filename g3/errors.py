@@ -12,7 +12,7 @@ MOST_NAMES = 40
 
 
 class CorpusError(Exception):
-    """Bad input, told so that its owner can mend it.
+    """Bad input, with what its owner needs to correct it.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class ManyError(FormatError):
     Parameters
     ----------
     errors
-        What is wrong, in the order in which it is told.
+        What is wrong, in the order in which it is shown.
     """
 
     def __init__(self, errors: Sequence[CorpusError]) -> None:

@@ -1,8 +1,8 @@
 """Commands in worlds from which what they mean was removed, and nouns of anything at all.
 
-Each command is given in its own world, where an alarm is false, and in that world without all
-things that share a label with something it means, where an alarm is right. What a model would have
-learned of words and labels is learned from other scenarios alone.
+Each command is given in its own world, where an alarm is false. It is also given in that world
+without all things that share a label with something it means: there an alarm is right. What a model
+would have learned of words and labels is learned from other scenarios alone.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class JudgedPlan:
     annotation
         The command's clauses and groundings by people; None if nobody has annotated it.
     done
-        What is known of what was done for the command; None where the log tells.
+        What is known of what was done for the command; None where the log shows it.
     """
 
     text: str

@@ -53,9 +53,9 @@ def nearest(task: PlanTask) -> list[Action]:
 def keywords(task: PlanTask) -> list[Action]:
     """The first word that is a label of a load.
 
-    Of several loads alike it is the left or the right one if "left" or "right" occurs, as the robot
-    sees them at the start, else the nearest to it. Words that are labels of all loads, such as
-    "pallet", tell nothing. Where no word is a label, all loads are alike.
+    Of several loads alike, "left" and "right" take that one, as the robot sees them at the start.
+    Else the nearest is taken. Words that are labels of all loads, such as "pallet", decide nothing.
+    Where no word is a label, all loads are alike.
     """
     return _by_words(by_label, task)
 

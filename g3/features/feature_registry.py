@@ -71,7 +71,7 @@ class FeatureSet:
         From a batch of n rows to values (n, len(columns)); NaN where a feature does
         not apply.
     default
-        Whether models use the set unless told otherwise.
+        Whether models use the set by default.
     alone
         Whether the features also count without a word. A property of one grounding
         alone says nothing about its being right.
@@ -79,11 +79,11 @@ class FeatureSet:
         How large the features' weights are expected to be, relative to other sets'
         (the standard deviation of the Gaussian prior that L2 regularisation is).
     wordless
-        Whether the values depend on nothing but the scene and the groundings in the set's
-        roles, so that rows which differ in other things alone need them once.
+        Whether the values depend on nothing but the scene and the groundings in the set's roles.
+        Then rows that are equal in these need them once.
     data
-        For a set that reads data which may be absent or differ, what tells these data
-        from others; raises a ModelError where there are none.
+        For a set that reads data which may be absent or differ, what identifies these data; raises
+        a ModelError where there are none.
     optional
         Those of its types that models use it for only if it is added by its name: what helps
         one type of clause may hurt another (docs/table-1.md).

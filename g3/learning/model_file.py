@@ -1,8 +1,7 @@
 """A grounding model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean.
 
-A model that can't be kept is of little use, so the file is part of what the model is, and the
-one thing that it is told of the world outside is a path. Both files are written so that nobody
-reads half a model.
+A model that can't be saved is of little use, so its file belongs to the model. All that it needs of
+the world outside is a path. Both files are written so that nobody reads half a model.
 """
 
 from __future__ import annotations
@@ -90,8 +89,8 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sets, bases, words
         Names in the feature space (:class:`g3.features.matrix.FeatureSpace`).
     data
-        What tells the data that feature sets read (WordNet, a tag table) from others, by
-        the name of the set.
+        What identifies the data that feature sets read (WordNet, a tag table), by the name of the
+        set.
     scenarios
         The scenarios that it was trained on, which it can't be tested on
         (:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`).

@@ -45,9 +45,9 @@ class Clauses:
 def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clauses:
     """Read a command's trees and ground their clauses.
 
-    An EVENT is grounded in the robot with its log and a PATH in the robot's path, as in
-    section 4.1 of the paper, unless the author says that it has no grounding. An OBJECT
-    with a figure is grounded in what its figure is, unless the author says otherwise.
+    An EVENT is grounded in the robot with its log, and a PATH in the robot's path (section 4.1 of
+    the paper). The author may say that it has no grounding. An OBJECT with a figure is grounded in
+    what its figure is, unless the author says otherwise.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Carries out scripts in physics, and tells what came of them."""
+"""Carries out scripts in physics, and reports what came of them."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def execute(
 ) -> Execution:
     """Carry out a script in a simulated world.
 
-    The same arguments give the same recording, bit for bit. A step that can't be carried out
-    ends it, and is told in the result.
+    The same arguments give the same recording, bit for bit. A step that can't be carried out ends
+    it, and is named in the result.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """What the robot can do, in physics.
 
-An action gets the running simulation and its argument, moves the robot, and says what it
-wanted to reach. What it can't do it refuses with an :class:`ActionError`, before moving if it
-can tell.
+An action gets the running simulation and its argument, moves the robot, and says what it wanted to
+reach. What it can't do it refuses with an :class:`ActionError`, before moving if it can know.
 """
 
 from __future__ import annotations
