@@ -12,8 +12,8 @@ import numpy as np
 
 from eval.statistics.estimates import figures
 from eval.table_1.correspondence import TYPES, predicted_true
-from eval.table_1.experiment import run
-from eval.table_1.protocol import Choices
+from eval.table_1.divided_examples import Choices
+from eval.table_1.held_out_predictions import run
 
 
 def main(corpus: str) -> None:

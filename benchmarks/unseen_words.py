@@ -13,8 +13,8 @@ import numpy as np
 
 from eval.statistics.estimates import figures
 from eval.table_1.correspondence import predicted_true
-from eval.table_1.experiment import predictions
-from eval.table_1.protocol import Choices, set_up
+from eval.table_1.divided_examples import Choices, set_up
+from eval.table_1.held_out_predictions import predictions
 from g3.features.feature_registry import select
 from g3.language.lexicon.field_words import normalise
 from g3.learning.factor_matrix import matrix_of_examples

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from difflib import get_close_matches
 
-from g3.errors import CorpusError
+from g3.errors import CorpusError, unknown_name
 
 
 def one_of(name: str, given: object, known: Iterable[object]) -> None:
@@ -27,7 +26,8 @@ def one_of(name: str, given: object, known: Iterable[object]) -> None:
     """
     values = list(known)
     if given not in values:
-        raise CorpusError(f"{name} can't be {given!r}", fix=_instead(given, values))
+        _, fix = unknown_name(name, given, values)
+        raise CorpusError(f"{name} can't be {given!r}", fix=fix)
 
 
 def positive(name: str, given: float | None) -> None:
@@ -65,19 +65,10 @@ def known_options(given: Iterable[str], known: Collection[str], where: str) -> N
     """
     for name in given:
         if name not in known:
-            raise CorpusError(
-                f"there is no option {name!r}", where=where, fix=_instead(name, sorted(known))
-            )
+            raise CorpusError.unknown("option", name, sorted(known), where=where)
 
 
 def several(names: str | Iterable[str]) -> tuple[str, ...]:
     """Names that were given as a list, or as one text with commas, as on the command line."""
     parts = names.split(",") if isinstance(names, str) else names
     return tuple(name.strip() for name in parts)
-
-
-def _instead(given: object, known: Collection[object]) -> str:
-    words = {str(value): value for value in known}
-    near = get_close_matches(str(given), words, 1)
-    use = f"use one of {', '.join(map(repr, known))}" if words else "there are none"
-    return f"did you mean {words[near[0]]!r}? {use}" if near else use

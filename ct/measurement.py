@@ -112,17 +112,17 @@ def _table_1(
     corpus: str, train: str, *, seed: int, draws: int, workers: Workers, **options: Any
 ) -> ResultTable:
     from corpus_tools.runtime.parallel import Executor
-    from eval.table_1 import experiment
+    from eval.table_1 import held_out_predictions
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
-    from eval.table_1.protocol import Choices
+    from eval.table_1.divided_examples import Choices
 
     source: dict[str, Any] = {"corpus": corpus, "division": "cv"}
     if train:
         is_model = train.endswith((".npz", ".json"))
         source = {"test": corpus, **({"model": Path(train)} if is_model else {"train": train})}
     choices = Choices(**source, seed=seed, **options)
-    result = experiment.run(choices)
+    result = held_out_predictions.run(choices)
     with Executor(workers) as executor:
         rows = table_rows(
             result.predictions,

@@ -99,10 +99,11 @@ def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:
         If there are none, or a name isn't known.
     """
     names, where = _names(given, known)
-    unknown = sorted(set(names) - set(known))
-    if unknown or not names:
-        what = f"there is no scenario {unknown[0]!r}" if unknown else "no scenario is named"
-        raise CorpusError(what, where=where, fix=f"known scenarios: {', '.join(sorted(known))}")
+    for name in sorted(set(names) - set(known)):
+        raise CorpusError.unknown("scenario", name, sorted(known), where=where)
+    if not names:
+        fix = f"give one of {', '.join(sorted(known))}"
+        raise CorpusError("no scenario is named", where=where, fix=fix)
     return tuple(sorted(set(names)))
 
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import TypeVar
+
+Error = TypeVar("Error", bound="CorpusError")
+MOST_NAMES = 40
+"""An error lists so many names at most."""
 
 
 class CorpusError(Exception):
-    """Bad input, told so that its owner can mend it.
+    """Bad input, with what its owner needs to correct it.
 
     Parameters
     ----------
@@ -23,6 +29,20 @@ class CorpusError(Exception):
         self.where = where
         self.fix = fix
         super().__init__(str(self))
+
+    @classmethod
+    def unknown(
+        cls: type[Error],
+        kind: str,
+        name: object,
+        known: Iterable[object],
+        *,
+        where: str = "",
+        more: str = "",
+    ) -> Error:
+        """The error for a name that isn't known; the parameters are those of `unknown_name`."""
+        what, fix = unknown_name(kind, name, known, more)
+        return cls(what, where=where, fix=fix)
 
     def __str__(self) -> str:
         where = f"{self.where}: " if self.where else ""
@@ -48,9 +68,40 @@ class ManyError(FormatError):
     Parameters
     ----------
     errors
-        What is wrong, in the order in which it is told.
+        What is wrong, in the order in which it is shown.
     """
 
     def __init__(self, errors: Sequence[CorpusError]) -> None:
         self.errors = tuple(errors)
         super().__init__("\n".join((f"{len(errors)} things are wrong:", *map(str, errors))))
+
+
+def unknown_name(
+    kind: str, name: object, known: Iterable[object], more: str = ""
+) -> tuple[str, str]:
+    """What is wrong with a name that isn't known, and what to do: one form for all such errors.
+
+    Parameters
+    ----------
+    kind
+        What it should name, such as "layout".
+    name
+        What was given.
+    known
+        The names there are, in the order in which they are shown.
+    more
+        What else can be done.
+
+    Returns
+    -------
+    what, fix
+        As :class:`CorpusError` takes them. The nearest name comes first.
+    """
+    values = {str(value): value for value in known}
+    names, near = list(values), get_close_matches(str(name), values, 1)
+    fixes = [f"did you mean {values[near[0]]!r}?"] if near else []
+    if names:
+        cut = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        fixes.append(f"give one of {', '.join(names[:MOST_NAMES])}{cut}")
+    fix = " ".join(fixes) or "there are none"
+    return f"there is no {kind} {name!r}", f"{fix}; {more}" if more else fix

@@ -10,7 +10,6 @@ import click
 from annotation_app.cli.audit_commands import audit
 from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
-from annotation_app.cli.crowd_commands import old_reconcile
 from annotation_app.cli.export_commands import export, import_corpus
 from annotation_app.cli.people_commands import people
 from annotation_app.cli.study_commands import check, init
@@ -214,7 +213,6 @@ for _command in (
     import_corpus,
     init,
     people,
-    old_reconcile,
     restore,
     tokens,
     verify,

@@ -1,16 +1,13 @@
-"""What commands about an installation share: options, and names that they had before."""
+"""What commands about an installation share."""
 
 from __future__ import annotations
 
-import copy
 import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
-
-from corpus_tools.runtime.terminal import note
 
 DATABASE_VARIABLE = "CT_ANNOTATE_DATABASE"
 
@@ -43,25 +40,3 @@ def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N8
         return command(*args, place=Place(instance, database), **options)
 
     return with_place
-
-
-def old_name(command: click.Command, old: str, new: str) -> click.Command:
-    """The same command for the name that it had: help doesn't list it, and it names its new name.
-
-    Parameters
-    ----------
-    old, new
-        What follows ``ct``.
-    """
-    do = command.callback
-    assert do is not None  # noqa: S101 - it was made of a function
-
-    @functools.wraps(do)
-    def do_with_note(*args: Any, **kwargs: Any) -> Any:
-        note(f"note: `ct {old}` is now `ct {new}`; the old name goes with the next version")
-        return do(*args, **kwargs)
-
-    alias = copy.copy(command)
-    alias.hidden = True
-    alias.callback = do_with_note
-    return alias

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, old_name
+from annotation_app.cli.command_options import INSTALLATION
 from annotation_app.crowds.crowd_registry import Provider, providers
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -117,9 +117,7 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
 
     known = {provider.name: provider for provider in providers() if provider.pays}
     if provider_name not in known:
-        raise FormatError(
-            "there is no such platform", where=provider_name, fix=f"use one of {', '.join(known)}"
-        )
+        raise FormatError.unknown("platform", provider_name, known)
     from annotation_app.crowds.crowd_session import open_session
     from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
 
@@ -351,7 +349,3 @@ for _provider in providers():
     publish.add_command(_publish_command(_provider))
     if _provider.pays:
         collect.add_command(_collect_command(_provider))
-
-old_publish = old_name(publish, "publish", "crowd publish")
-old_collect = old_name(collect, "collect", "crowd collect")
-old_reconcile = old_name(reconcile, "annotate reconcile", "crowd reconcile")

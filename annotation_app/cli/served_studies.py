@@ -46,7 +46,7 @@ def put_file(config: Config, file: Path, videos: Path | None = None) -> None:
     Raises
     ------
     CorpusError
-        If something is wrong with it. It tells all that is.
+        If something is wrong with it. The error lists all that is wrong.
     """
     put(config, read_parts(file, videos))
 

@@ -1,4 +1,4 @@
-"""``ct annotate webhooks``: other programs are told of finished items."""
+"""``ct annotate webhooks``: other programs are notified of finished items."""
 
 from __future__ import annotations
 

@@ -115,5 +115,5 @@ def make_keys(file: Path) -> None:
 
 
 def check_value(salt: bytes) -> bytes:
-    """What the database keeps, to tell whether a key file is its own; the salt can't be told."""
+    """What the database keeps to recognise its key file; the salt can't be learned from it."""
     return hmac.new(salt, b"salt check", hashlib.sha256).digest()

@@ -2,7 +2,7 @@
 
 A catalogue is ``translations/LANGUAGE/LC_MESSAGES/messages.po``. It is read as translators write
 it, when its language is first spoken: nothing has to be compiled, in a clone or in a wheel. Texts
-in the code are English; ``docs/how-to/translate.md`` tells how they are translated.
+in the code are English; ``docs/how-to/translate.md`` shows how they are translated.
 """
 
 from __future__ import annotations

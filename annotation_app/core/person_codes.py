@@ -1,4 +1,4 @@
-"""The code by which people can ask for their data without telling who they are."""
+"""The code by which people can ask for their data without saying who they are."""
 
 from __future__ import annotations
 

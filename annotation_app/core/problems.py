@@ -33,7 +33,7 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
     status
         Of HTTP.
     message
-        What the person is told.
+        What the person reads.
     problems
         What is wrong with an answer, field by field.
     """

@@ -7,11 +7,10 @@ imported.
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from g3.extensions import add_member, load_extensions
+from g3.registry import Registry, load_target
 
 if TYPE_CHECKING:
     from annotation_app.crowds.platform import Gateway
@@ -46,26 +45,11 @@ class Provider:
 
     def load(self) -> Gateway:
         """Import what it does."""
-        module, _, name = self.target.partition(":")
-        return cast("Gateway", getattr(importlib.import_module(module), name))
+        return cast("Gateway", load_target(self.target))
 
 
-_providers: dict[str, Provider] = {}
-
-
-def register(provider: Provider) -> None:
-    """Add a provider; its name must be new."""
-    add_member(_providers, provider.name, provider, kind="provider")
-
-
-def providers() -> tuple[Provider, ...]:
-    """All providers, in the order of their names."""
-    return tuple(_providers[name] for name in sorted(_providers))
-
-
-def find_provider(name: str) -> Provider | None:
-    """The provider of a name, if there is one."""
-    return _providers.get(name)
+PROVIDERS: Registry[Provider] = Registry("crowd provider", "ct.crowds")
+register, find_provider, providers = PROVIDERS.add, PROVIDERS.get, PROVIDERS.by_name
 
 
 register(
@@ -103,4 +87,4 @@ register(
     )
 )
 
-load_extensions("ct.crowds")
+PROVIDERS.load_others()

@@ -1,7 +1,7 @@
 """What people have said of a LeRobot dataset's episodes, for a copy of it.
 
-Videos tell which episode they show by what ``ct import lerobot`` has written of them: ``episode``
-and, for subtasks of the dataset itself, ``style`` and ``timestamp``.
+Videos name the episode that they show by what ``ct import lerobot`` has written of them:
+``episode`` and, for subtasks of the dataset itself, ``style`` and ``timestamp``.
 """
 
 from __future__ import annotations

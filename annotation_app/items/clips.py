@@ -96,14 +96,14 @@ def is_clip(path: Path) -> bool:
 
 
 def clip_digest(path: Path) -> str | None:
-    """What tells a clip from others, which is known before it is cut; None for other files."""
+    """What identifies a clip, which is known before it is cut; None for other files."""
     if path.name != CLIP or (manifest := _manifest(path)) is None or manifest.part is None:
         return None
     return manifest.sha256
 
 
 def digest_of_part(sha256: str, start_s: float, end_s: float) -> str:
-    """What tells a part of a file from others.
+    """What identifies a part of a file.
 
     Parameters
     ----------

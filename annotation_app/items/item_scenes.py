@@ -28,7 +28,7 @@ def scene_of(session: Session, study_id: str, video: str) -> Scene:
 
 
 def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
-    """What is told of a study's videos, by their names; without those whose files are away."""
+    """What is known of a study's videos, by their names; without those whose files are away."""
     folders = {
         video: files.paths["manifest"].parent
         for video in videos_of(session, study_id)
@@ -42,7 +42,7 @@ def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
 
 
 def has_things(session: Session, study_id: str, video: str) -> bool:
-    """Whether it is known what is where in a video; it is where nothing else is told."""
+    """Whether it is known what is where in a video; it is where nothing else is said."""
     manifest = media_files(session, study_id, video).paths.get("manifest")
     return manifest is None or not manifest.is_file() or read_film(manifest.parent).has_things
 

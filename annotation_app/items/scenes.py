@@ -1,7 +1,7 @@
 """What people see of a video's world: outlines in the picture and a map, without any names.
 
-Ids that people see are made anew for each item, so that neither they nor their order tell
-what things are.
+Ids that people see are made anew for each item, so that neither they nor their order show what
+things are.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What a video's manifest tells.
+    """What a video's manifest says.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class Film:
     has_things
         Whether it is known what is where, if only in a picture.
     metadata
-        What the study's owner tells of a video from elsewhere.
+        What the study's owner says of a video from elsewhere.
     fps
         Frames in a second, if that is known.
     """

@@ -1,6 +1,6 @@
 """From the forms of the steps to what a study's file says.
 
-What people type is kept also where it is wrong, so that nothing is lost and the page can tell why.
+What people type is kept also where it is wrong, so that nothing is lost and the page can say why.
 What says the same as a field that is left out is left out.
 """
 

@@ -33,7 +33,7 @@ class Step:
     title
         What people read.
     fields
-        The fields of the study's file that it asks for.
+        The fields of the study's file that it fills in.
     of_tasks
         The same of each task's part of the file.
     """

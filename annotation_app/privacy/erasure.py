@@ -90,9 +90,8 @@ class Traces:
 def traces_of(session: Session, person: Person) -> Traces:
     """What there is of a person. Nobody else changes it until the transaction ends.
 
-    An item that shows their command, their clauses or their groundings is found by its payload
-    and its subject (see `annotation_app.items.new_items`), and so is what was made of other
-    people's answers to it.
+    An item that shows their command, clauses or groundings is found by its payload and its subject
+    (see `annotation_app.items.new_items`). So is what was made of other people's answers to it.
     """
     lock_person(session, person.id)
     traces = Traces(person.id)

@@ -31,8 +31,8 @@ def record_types() -> Iterable[type]:
 def learn_types() -> None:
     """Have msgspec look at each type now.
 
-    It does so when a type is first used, and where two threads do that at the same time the process
-    may die of it (msgspec 0.22). A server that was started again under load did.
+    It does so when a type is first used. If two threads do that at the same time, the process may
+    die of it (msgspec 0.22). A server that was started again under load did.
     """
     for record_type in record_types():
         msgspec.json.Decoder(record_type)

@@ -1,7 +1,7 @@
 """Holding on to the file of an SQLite database, so that nothing is written where nobody reads it.
 
-A program that has a file open goes on writing to it when it is moved or deleted; SQLite makes a
-new, empty file where there is none, and reads what was just written to one file into another that
+A program that has a file open goes on writing to it when it is moved or deleted; where there is no
+file, SQLite makes an empty one. It also reads what was just written to one file into another that
 was put in its place. All of that would lose answers that were acknowledged.
 """
 

@@ -1,4 +1,4 @@
-"""The tables of what other programs read, and are told: tokens, webhooks, messages to these."""
+"""The tables for other programs: tokens, webhooks, and messages to these."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ApiToken(Base):
 
 
 class Webhook(Base):
-    """An address that is told of a study's finished items.
+    """An address that is notified of a study's finished items.
 
     Its secret is made of its id and the installation's key: no copy of the database has it.
     """
@@ -51,7 +51,7 @@ class Webhook(Base):
 
 
 class WebhookMessage(Base):
-    """A message to a webhook. It is written together with the answer that it tells of."""
+    """A message to a webhook. It is written together with the answer that it reports."""
 
     __tablename__ = "webhook_message"
     __table_args__ = (Index("ix_webhook_message_due", "state", "next_at"),)

@@ -1,7 +1,7 @@
 """The salt of people's ids: in the key file only, never beside the hashes that it makes.
 
 Older programs kept it in the database. It is moved in steps that may be cut off anywhere. It is
-written to the key file first, then deleted from the database, and then the database is compacted so
+written to the key file first, then deleted from the database. Last, the database is compacted, so
 that no free page holds it.
 """
 

@@ -42,13 +42,13 @@ class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     video
         Which of the study's videos it shows.
     good
-        What people are told whose answer is right. Any description is.
+        What people read whose answer is right. Any description is.
     command
         What is rated.
     right
         The ratings that are right.
     again
-        What people are told who rate otherwise.
+        What people read who rate otherwise.
     """
 
     video: Line

@@ -78,7 +78,7 @@ def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThin
     Raises
     ------
     CorpusError
-        If it is no such file, or something in it can't be. It tells all that is wrong.
+        If it is no such file, or something in it can't be. The error lists all that is wrong.
     """
     coco = _decoded(path)
     files = {file.stem: name for name, file in videos.items()}

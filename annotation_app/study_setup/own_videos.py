@@ -36,7 +36,7 @@ class OwnVideo:
     file
         Where it is.
     metadata
-        What else the table tells of it; exports tell it too.
+        What else the table says of it; exports have it too.
     things
         What is where in its picture, if that is known.
     part
@@ -59,7 +59,7 @@ class GivenCommand:
     text, video
         What somebody said for which of the study's videos.
     metadata
-        What else the table tells of it.
+        What else the table says of it.
     """
 
     text: str
@@ -78,7 +78,7 @@ def own_videos(path: Path) -> list[OwnVideo]:
     Raises
     ------
     CorpusError
-        If a file isn't there, or two videos have one name. It tells all that is wrong.
+        If a file isn't there, or two videos have one name. The error lists all that is wrong.
     """
     if path.is_dir():
         found = [(str(path), OwnVideo(file.stem, file.resolve(), {})) for file in _files(path)]
@@ -119,7 +119,7 @@ def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCo
     Raises
     ------
     CorpusError
-        If a row names no video of the study. It tells all such rows.
+        If a row names no video of the study. The error lists all such rows.
     """
     names = {item if isinstance(item, str) else item.video for item in videos}
     whole = [item for item in videos if not isinstance(item, str) and item.part is None]
@@ -152,7 +152,8 @@ def check_readable(videos: Sequence[OwnVideo]) -> None:
     Raises
     ------
     CorpusError
-        If a file is no video, or of a kind that browsers don't play. It tells all such files.
+        If a file is no video, or of a kind that browsers don't play. The error lists all such
+        files.
     """
     errors: list[CorpusError] = []
     # Many episodes may be in a file, which is looked at once; things may be told of each.

@@ -117,7 +117,7 @@ def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> 
     ------
     CorpusError
         If an attention check, a pair or a practice item names another one, or a task needs to know
-        what is where. It tells all that is wrong.
+        what is where. The error lists all that is wrong.
     """
     names = {item.video for item in videos}
     wrong = [*_named_elsewhere(config, names), *_without_scenes(config, videos)]

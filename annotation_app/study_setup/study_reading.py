@@ -24,7 +24,7 @@ def read_study(path: Path) -> StudyConfig:
     Raises
     ------
     FormatError
-        If something in it is wrong. It tells all that is wrong, each with its line.
+        If something in it is wrong. The error lists all that is wrong, each with its line.
     """
     document = read_document(path)
     problems = study_problems(document.value)

@@ -57,7 +57,7 @@ def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
     Raises
     ------
     CorpusError
-        If something is wrong. It tells all that is.
+        If something is wrong. The error lists all that is wrong.
     """
     config = read_study(file)
     parts, errors = find_parts(config, file, videos)

@@ -38,7 +38,7 @@ def to_yaml(value: Mapping[str, Any]) -> bytes:
 
 
 def in_order(value: Mapping[str, Any]) -> dict[str, Any]:
-    """A study with its fields in the order in which docs tell of them."""
+    """A study with its fields in the order of the docs."""
     names = [known.encode_name for known in msgspec.structs.fields(StudyConfig)]
     return {name: value[name] for name in (*names, *value) if name in value}
 

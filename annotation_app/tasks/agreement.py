@@ -46,8 +46,8 @@ def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
 def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
     """F score of the clauses with what their fields hold and where they hang in the tree.
 
-    A clause is the same if its type, the words of its figure and of its relation, the field
-    of its parent that it is in, and all words of that parent are.
+    Two clauses are the same if these are equal: their type, the words of their figures and
+    relations, the fields of their parents that they are in, and all words of these parents.
     """
     return _f_score(_nodes(one), _nodes(other))
 

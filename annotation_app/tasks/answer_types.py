@@ -15,7 +15,7 @@ Coordinate: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 
 
 def with_watching(body: Record, watched_s: float | None, speed: float | None) -> Record:
-    """A kept answer with what the page has told of watching.
+    """A kept answer with what the page has reported of watching.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rate: people watch a video and tell how well a command fits it.
+"""Rate: people watch a video and say how well a command fits it.
 
 An item's payload is ``{"video": the one shown, "own_video", "text", "command", "right": True, False
 or None}``; attention checks are those whose right answer is known. The page sends ``{"rating"}``,

@@ -1,4 +1,4 @@
-"""Subtasks: people watch an episode and tell which subtasks it is made of, one after the other.
+"""Subtasks: people watch an episode and say which subtasks it is made of, one after the other.
 
 An item's payload is ``{"video"}``. The page sends ``{"subtasks": [{"start_s", "text"}],
 "played_to_end", "watched_s", "speed"}``. The first subtask begins with the video, and each goes on

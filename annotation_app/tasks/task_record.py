@@ -1,6 +1,6 @@
 """What a task of the app is: the form of its answers, its page, and what is made of answers.
 
-A task is one record. All else, from leases to exports, asks the record and knows no task by its
+A task is one record. All else, from leases to exports, uses the record and knows no task by its
 name. ``docs/how-to/new-task.md`` shows how to add one.
 """
 
@@ -72,9 +72,9 @@ class Source:
         The items that are made of an adopted answer to an item
         (:mod:`annotation_app.items.new_items` tells how their subjects begin).
     shows
-        Whether an item of such a payload shows what an answer holds. It tells whether an item may
-        stay when the data of another answer's author are erased. It isn't needed for items that
-        are made of commands.
+        Whether an item of such a payload shows what an answer holds. It says whether an item may
+        stay when the data of another answer's author are erased. It isn't needed for items that are
+        made of commands.
     """
 
     made_of: str
@@ -300,7 +300,7 @@ class Task:
 
     @property
     def has_disputes(self) -> bool:
-        """Whether it tells on which parts of its answers people disagree."""
+        """Whether it shows on which parts of its answers people disagree."""
         return self.disputed is not _none
 
     @property

@@ -18,9 +18,10 @@ from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
 from annotation_app.tasks.subtasks import SUBTASKS
 from annotation_app.tasks.task_record import COMMAND, LONGEST_NAME, Task
-from g3.extensions import add_member, load_extensions
+from g3.registry import Registry
 
-_tasks: dict[TaskName, Task] = {}
+TASKS: Registry[Task] = Registry("task", "ct.tasks")
+find_task = TASKS.get
 
 
 def register(task: Task) -> None:
@@ -31,22 +32,17 @@ def register(task: Task) -> None:
         )
     if task.gives == COMMAND and task.adjudication is not None:
         raise ValueError(f"{task.name}: answers that are commands are adopted at once")
-    add_member(_tasks, task.name, task, kind="task")
+    TASKS.add(task)
 
 
 def tasks() -> tuple[Task, ...]:
     """All tasks: a study's people see them in this order."""
-    return tuple(_tasks.values())
+    return tuple(TASKS.values())
 
 
 def task_names() -> tuple[TaskName, ...]:
     """The names of all tasks, in their order."""
-    return tuple(_tasks)
-
-
-def find_task(name: TaskName) -> Task | None:
-    """The task of a name; None if there is none, or its distribution isn't installed any more."""
-    return _tasks.get(name)
+    return tuple(TASKS)
 
 
 def task_of(name: TaskName) -> Task:
@@ -57,7 +53,7 @@ def task_of(name: TaskName) -> Task:
     Refusal
         If there is none.
     """
-    task = _tasks.get(name)
+    task = TASKS.get(name)
     if task is None:
         raise Refusal(404, gettext("There is no such task here any more."))
     return task
@@ -67,11 +63,11 @@ def makers(gives: str) -> tuple[Task, ...]:
     """The tasks whose items are made of answers that give something."""
     return tuple(
         task
-        for task in _tasks.values()
+        for task in TASKS.values()
         if gives and any(source.made_of == gives for source in task.sources)
     )
 
 
 for _task in (DESCRIBE, SUBTASKS, SEGMENT, GROUND, CHECK, RATE):
     register(_task)
-load_extensions("ct.tasks")
+TASKS.load_others()

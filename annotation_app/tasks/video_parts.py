@@ -2,7 +2,7 @@
 
 Of a command of one step it is the whole video, unless somebody says otherwise. With several EVENTs
 nothing is preset, or each of them would get the whole video by default. An answer keeps
-``"trims"``: {node: [start_s, end_s]}, and ``"whole"``: {node: "chosen" or "preset"}, which tells
+``"trims"``: {node: [start_s, end_s]}, and ``"whole"``: {node: "chosen" or "preset"}, which says
 whether somebody chose the whole video or left it so.
 """
 

@@ -14,7 +14,7 @@ from annotation_app.store.models import Item, Record, TaskName
 
 
 def not_watched() -> FieldProblem:
-    """What is told of an answer that was sent before the video's end."""
+    """The problem of an answer that was sent before the video's end."""
     return FieldProblem("played_to_end", gettext("Watch the video to its end first."))
 
 

@@ -1,7 +1,7 @@
 """From the answers of one task to the items of the next.
 
-Where a task has an adjudication, an answer is adopted when it is the only one that is asked for, or
-all that were asked for agree. Else an adjudicator adopts one. Other answers are adopted at once.
+Where a task has an adjudication, an answer is adopted if it is the only one wanted, or if all that
+were wanted agree. Else an adjudicator adopts one. Other answers are adopted at once.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Addresses that are told of a study's finished items, and what they are told.
+"""Addresses that are notified of a study's finished items, and the messages they get.
 
 Messages and signatures are those of https://www.standardwebhooks.com: its libraries check them.
 """
@@ -51,7 +51,7 @@ class WebhookState:
 
 
 def check_webhook(url: str, *, links_to: str, allows_private: bool = False) -> None:
-    """See whether an address may be told. Its name is looked up, so it may take seconds.
+    """Check whether an address may get messages. Its name is looked up, so it may take seconds.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def add_webhook(
     allows_private: bool = False,
     actor: str,
 ) -> Webhook:
-    """Have a checked address told of a study's items that are finished from now on."""
+    """Notify a checked address of a study's items that are finished from now on."""
     found = Webhook(
         id=new_id(),
         study_id=study.id,
@@ -178,7 +178,7 @@ def try_again(session: Session, *, now: float, webhook_id: str | None = None) ->
 
 
 def send_test(hook: Webhook, study: str, secret_key: bytes) -> str:
-    """Send a message that tells of nothing, once and at once; why it didn't arrive, or nothing."""
+    """Send a test message, once and at once; why it didn't arrive, or nothing."""
     at = now()
     content = msgspec.json.encode({"type": TEST, "timestamp": at, "data": {"study": study}})
     headers = signed(signing_key(secret_key, hook.id), new_id(), at, content)
@@ -195,7 +195,7 @@ def signing_key(secret_key: bytes, webhook_id: str) -> bytes:
 
 
 def written_secret(secret_key: bytes, webhook_id: str) -> str:
-    """The same, as whoever gets the messages is told it."""
+    """The same, in the form that whoever gets the messages is given."""
     return f"whsec_{base64.b64encode(signing_key(secret_key, webhook_id)).decode()}"
 
 

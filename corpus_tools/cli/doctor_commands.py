@@ -19,11 +19,12 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     that you haven't installed are a remark only.
     """
     from corpus_tools.doctor.diagnosis import checks, diagnose
+    from g3.errors import CorpusError
 
     known = checks()
     for name in names:
         if name not in known:
-            raise click.UsageError(f"there is no check {name!r}; there are {', '.join(known)}")
+            raise CorpusError.unknown("check", name, known)
     chosen = {name: known[name] for name in names} if names else known
     findings = []
     for finding in diagnose(chosen):

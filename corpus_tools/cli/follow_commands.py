@@ -33,7 +33,7 @@ class Shown:
     Parameters
     ----------
     form
-        How results are told.
+        How results are printed.
     plan_only
         Nothing is carried out.
     yes

@@ -106,12 +106,8 @@ def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -
       ct scenarios naming-sheet crate box-pallet --out naming --force --json
     """
     from corpus_tools.world.state.thing_kinds import KINDS
-    from g3.errors import CorpusError
 
-    if unknown := [kind for kind in kinds if kind not in KINDS]:
-        raise CorpusError(
-            f"there is no kind {unknown[0]!r}", fix=f"the kinds are: {', '.join(KINDS)}"
-        )
+    KINDS.check(kinds)
     # Before MuJoCo is imported, which reads what this chooses.
     from corpus_tools.video.drawing.gl import choose_back_end
 

@@ -155,7 +155,7 @@ class PredictionLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     Parameters
     ----------
     example
-        What tells it from others. It says nothing of how the groundings came about.
+        What identifies it. It says nothing of how the groundings came about.
     probability
         Of φ = true; null is not filled in.
     command, text, type, words

@@ -1,7 +1,7 @@
 """Counting what is in a corpus's files, line by line: memory doesn't grow with annotations.
 
 Only files that are byte by byte what a program wrote are counted so, which the digests of
-corpus.json tell: then nothing else about them need be checked.
+corpus.json show: then nothing else about them need be checked.
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ this one is imported.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import TypeAlias, cast
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from g3.errors import FormatError
-from g3.extensions import add_member, load_extensions
+from g3.registry import Registry, load_target
 
 Files: TypeAlias = Mapping[str, bytes | Path]
 """Contents by the files' names in the folder, or the files that hold them."""
@@ -48,21 +47,11 @@ class Exporter:
 
     def load(self) -> Callable[..., Files]:
         """Import the function."""
-        module, _, function = self.target.partition(":")
-        return cast("Callable[..., Files]", getattr(importlib.import_module(module), function))
+        return cast("Callable[..., Files]", load_target(self.target))
 
 
-_exporters: dict[str, Exporter] = {}
-
-
-def register(exporter: Exporter) -> None:
-    """Add an exporter; its name must be new."""
-    add_member(_exporters, exporter.name, exporter, kind="exporter")
-
-
-def exporters() -> tuple[Exporter, ...]:
-    """All exporters, in the order of their names."""
-    return tuple(_exporters[name] for name in sorted(_exporters))
+EXPORTERS: Registry[Exporter] = Registry("format", "ct.exporters", error=FormatError)
+register, exporters = EXPORTERS.add, EXPORTERS.by_name
 
 
 def export_corpus_to(
@@ -93,10 +82,7 @@ def export_corpus_to(
     FormatError
         If there is no such format, a package is missing, or the folder can't be written.
     """
-    exporter = _exporters.get(to)
-    if exporter is None:
-        names = ", ".join(known.name for known in exporters())
-        raise FormatError(f"there is no format {to!r}", where="--to", fix=f"use one of {names}")
+    exporter = EXPORTERS.known(to, "--to")
     if videos is not None and not exporter.takes_videos:
         raise FormatError(f"the format {to} has no videos", where="--videos", fix="leave it out")
     check_target(folder, force=force, marker=exporter.marker)
@@ -148,4 +134,4 @@ for _exporter in (
 ):
     register(_exporter)
 
-load_extensions("ct.exporters")
+EXPORTERS.load_others()

@@ -157,11 +157,7 @@ def _seen(pose: FloatArray, point: FloatArray) -> tuple[float, float]:
 
 def _kind(step: PlanStep, where: str) -> ActionKind:
     if step.action not in KINDS:
-        raise FormatError(
-            f"there is no action {step.action!r}",
-            where=where,
-            fix=f"give one of {', '.join(KINDS)}",
-        )
+        raise FormatError.unknown("action", step.action, KINDS, where=where)
     return KINDS[step.action]
 
 
@@ -193,9 +189,8 @@ def _check_fields(step: PlanStep, kind: ActionKind, where: str) -> None:
 def _thing(name: str, state: State, where: str) -> PhysicalObject:
     found = next((o for o in state.context.objects if o.id == name), None)
     if found is None:
-        raise FormatError(
-            f"there is no thing {name!r}", where=where, fix="give an id of the command's world"
-        )
+        known = [o.id for o in state.context.objects]
+        raise FormatError.unknown("thing", name, known, where=where)
     return found
 
 

@@ -42,9 +42,5 @@ def context_start(name: str) -> State:
         )
     contexts = open_corpus(corpus).contexts
     if key not in contexts:
-        raise CorpusError(
-            f"there is no context {key!r}",
-            where=corpus,
-            fix=f"the contexts are: {', '.join(sorted(contexts))}",
-        )
+        raise CorpusError.unknown("context", key, sorted(contexts), where=corpus)
     return start_state(contexts[key])

@@ -7,12 +7,11 @@ the entry point group ``ct.importers`` do so when this one is imported.
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
-from g3.extensions import add_member, load_extensions
+from g3.registry import Registry, load_target
 from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -111,21 +110,11 @@ class Importer:
 
     def load(self) -> ImportFunction:
         """Import the function."""
-        module, _, function = self.target.partition(":")
-        return cast("ImportFunction", getattr(importlib.import_module(module), function))
+        return cast("ImportFunction", load_target(self.target))
 
 
-_importers: dict[str, Importer] = {}
-
-
-def register(importer: Importer) -> None:
-    """Add an importer; its name must be new."""
-    add_member(_importers, importer.name, importer, kind="importer")
-
-
-def importers() -> tuple[Importer, ...]:
-    """All importers, in the order of their names."""
-    return tuple(_importers[name] for name in sorted(_importers))
+IMPORTERS: Registry[Importer] = Registry("importer", "ct.importers")
+register, importers = IMPORTERS.add, IMPORTERS.by_name
 
 
 register(
@@ -174,4 +163,4 @@ register(
     )
 )
 
-load_extensions("ct.importers")
+IMPORTERS.load_others()

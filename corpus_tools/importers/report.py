@@ -1,4 +1,4 @@
-"""What an import tells about itself: what was read, what was left out and why."""
+"""What an import reports: what was read, what was left out and why."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Training on shards: the objective is a sum over them, and no more than one is in memory.
 
-Three passes read them. One finds the features and which of their columns are equal, one packs
-what training needs of each shard into a scratch folder, and each of its steps sums over that.
+Three passes read them. One finds the features, and which of their columns are equal. One packs what
+training needs of each shard into a scratch folder. Each step of training sums over that.
 """
 
 from __future__ import annotations

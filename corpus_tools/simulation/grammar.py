@@ -99,7 +99,7 @@ class _Speaker:
         self.wording.say(sign.lstrip(",."))
 
     def plan(self) -> list[Sayer]:
-        """How the script is told, a sayer for each clause."""
+        """How the script is put into words, a sayer for each clause."""
         held = self.scene.scenario.robot.carries or ""
         plan: list[Sayer] = []
         steps = list(self.scene.scenario.script)

@@ -1,8 +1,8 @@
 """Referring to things: nouns, and what distinguishes a thing from others of its kind.
 
-A worker takes a noun that fits, sees which other things it fits as well, and then adds something
-that is true of the thing meant alone: its colour or height, what it stands on or next to, or its
-order in the row as the robot sees it. A vague worker leaves that out.
+A worker takes a noun that fits, and sees which other things it fits as well. Then they add
+something that is true of the thing meant alone: its colour or height, what it stands on or next to,
+or its order in the row as the robot sees it. A vague worker leaves that out.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Pictures of every kind of thing from each camera, and a study in which strangers name them.
 
 Whether people recognise things is seen by asking them. The sheet shows what they would see; the
-study asks them, and its export tells what each clip shows.
+study asks them, and its export says what each clip shows.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:
 
 
 def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
-    """Write the sheet, a clip of each crop, a table that tells what they show, and a study.
+    """Write the sheet, a clip of each crop, a table of what they show, and a study.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from rich.table import Table
 
-from eval.absence.absence_trials import AbsenceTrials
+from eval.absence.absence_evidence import AbsenceEvidence
 from eval.tables.formats import document, table_text
 from g3.language.similarity.learned_lexicon import likeness_identity
 from g3.language.similarity.presence import least_alike
@@ -18,25 +18,25 @@ FALSE_ALARMS = 0.05
 LISTED = 10
 
 
-def figures(trials: AbsenceTrials, threshold: float | None = None) -> dict[str, Any]:
+def figures(evidence: AbsenceEvidence, threshold: float | None = None) -> dict[str, Any]:
     """What share of commands alarms at a threshold, by what there is to be seen.
 
     Parameters
     ----------
-    trials
+    evidence
         Of one corpus.
     threshold
         What is less present is absent; left out, the largest that alarms wrongly for at most
         `FALSE_ALARMS` of the commands.
     """
-    own = np.array(trials.own)
+    own = np.array(evidence.own)
     known = _largest(own) if threshold is None else threshold
     shares = {
         name: float(np.mean(np.array(values) < known)) if values else float("nan")
         for name, values in (
-            ("false_alarms", trials.own),
-            ("seen_removed", trials.removed),
-            ("seen_any_noun", trials.any_noun),
+            ("false_alarms", evidence.own),
+            ("seen_removed", evidence.removed),
+            ("seen_any_noun", evidence.any_noun),
         )
     }
     return {"threshold": known, **shares}
@@ -49,7 +49,7 @@ def _largest(own: np.ndarray[Any, np.dtype[np.float64]]) -> float:
 
 
 def render(
-    trials: Sequence[AbsenceTrials],
+    evidence: Sequence[AbsenceEvidence],
     form: Literal["text", "json"],
     metadata: Mapping[str, object],
     *,
@@ -70,7 +70,7 @@ def render(
                 if value < least_alike()
             ],
         }
-        for one in trials
+        for one in evidence
     ]
     if form == "json":
         return document({"rows": rows}, known)

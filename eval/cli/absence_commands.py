@@ -32,11 +32,11 @@ def absent(*, corpus: str, seed: int, form: Literal["text", "json"], out: Path |
     WordNet are asked for. Scenarios are held out from what is learned of words.
     """
     from corpus_tools.importers.authored.bundled import open_corpus
+    from eval.absence.absence_evidence import absence_evidence
     from eval.absence.absence_report import render
-    from eval.absence.absence_trials import absence_trials
 
     corpora = [open_corpus(name) for name in corpus.split(",")]
     with progress_bar("looking for what isn't there") as on_progress:
-        trials = absence_trials(corpora, seed, on_progress)
+        evidence = absence_evidence(corpora, seed, on_progress)
     metadata = {"corpora": {c.name: c.hash for c in corpora}, "seed": seed}
-    write(render(trials, form, metadata, terminal=is_terminal(out)), out)
+    write(render(evidence, form, metadata, terminal=is_terminal(out)), out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eval.cli.ablation_commands import ablations
 from eval.cli.absence_commands import absent
 from eval.cli.extraction_commands import sdc
 from eval.cli.modes import Modes
@@ -10,7 +11,6 @@ from eval.cli.prediction_commands import errors, learning_curve, table_1
 from eval.cli.rating_commands import judge_validity, power, table_2
 from eval.cli.report_commands import report
 from eval.cli.table_3_commands import table_3
-from eval.cli.trial_commands import trial
 
 evaluate = Modes(
     "eval",
@@ -22,7 +22,7 @@ evaluate = Modes(
         errors,
         sdc,
         absent,
-        trial,
+        ablations,
         end_to_end,
         judge_validity,
         report,

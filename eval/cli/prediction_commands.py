@@ -29,7 +29,7 @@ from eval.cli.option_sets import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
-    from eval.table_1.protocol import Choices
+    from eval.table_1.divided_examples import Choices
     from eval.tables.formats import Format
 
 TRAINING = ("--ablate", "--with", "--l2")
@@ -75,7 +75,7 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @wraps(command)
         def chosen(*, cv: str | None, split: str | None, **options: Any) -> None:
-            from eval.table_1.protocol import Choices
+            from eval.table_1.divided_examples import Choices
 
             known = {field.name for field in fields(Choices)} & options.keys()
             asked = {name: options.pop(name) for name in known}
@@ -133,14 +133,14 @@ def table_1(
     programs are compared with the model's, example by example.
     """
     from corpus_tools.runtime.parallel import Executor
-    from eval.table_1 import experiment
+    from eval.table_1 import held_out_predictions
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
     from eval.table_1.given_predictions import OURS, compare_predictions, write_form
     from g3.inference.potentials.potential_registry import ablation
 
     if tasks:
-        count = write_form(tasks, experiment.tested_examples(choices))
+        count = write_form(tasks, held_out_predictions.tested_examples(choices))
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
     rules = ablation(choices.ablate).potentials
@@ -151,8 +151,8 @@ def table_1(
         )
     with Executor(workers) as executor:
         with progress_bar("extracting features") as on_progress:
-            result = experiment.run(choices, on_progress)
-        said = {OURS: result.predictions, **experiment.given(predictions, result)}
+            result = held_out_predictions.run(choices, on_progress)
+        said = {OURS: result.predictions, **held_out_predictions.given(predictions, result)}
         how: dict[str, Any] = {"threshold": choices.threshold, "draws": draws, "seed": choices.seed}
         rows, *others = (table_rows(own, **how, executor=executor) for own in said.values())
     compared = compare_predictions(said, **how) if others else []
@@ -180,11 +180,11 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
 
     Say what to train and test on as for --table 1.
     """
-    from eval.table_1 import experiment
+    from eval.table_1 import held_out_predictions
     from eval.table_1.error_lists import error_lists, render_lists
 
     with progress_bar("extracting features") as on_progress:
-        result = experiment.run(choices, on_progress)
+        result = held_out_predictions.run(choices, on_progress)
     lists = error_lists(result.predictions, result.shown, k=top, threshold=choices.threshold)
     metadata = {**result.metadata, "top": top}
     write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
@@ -225,11 +225,11 @@ def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> N
 
     Say what to train and test on as for --table 1.
     """
-    from eval.table_1 import experiment
+    from eval.table_1 import held_out_predictions
     from eval.table_1.learning_curve import write_csv, write_plot
 
     with progress_bar("extracting features") as on_progress:
-        points, metadata = experiment.learning_curve(choices, repeats, on_progress)
+        points, metadata = held_out_predictions.learning_curve(choices, repeats, on_progress)
     bounds = f"range of {repeats} random orders"
     write_csv(points, out.with_suffix(".csv"), metadata=metadata)
     write_plot(points, out, metadata=metadata, bounds=bounds)

@@ -139,10 +139,11 @@ def table_3(
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
     Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
-    where the command's log ends, or its outcome where there is no log, and whether it does what
-    annotated words say. The table says how valid that is. Baselines without a model are rows of the
-    table, and so are other grounders if you ask for them. With --out, scenarios that are done are
-    kept beside the file until it is written, so that a run that was stopped goes on.
+    where the command's log ends, or its outcome where there is no log. It also says whether the
+    plan does what annotated words say. The table says how valid that is. Baselines without a model
+    are rows of the table, and so are other grounders if you ask for them. With --out, scenarios
+    that are done are kept beside the file until it is written, so that a run that was stopped goes
+    on.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus

@@ -37,7 +37,7 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
     node
         The OBJECT.
     also
-        Words elsewhere that tell more of it: "from the right".
+        Words elsewhere that say more of it: "from the right".
     """
     own = words.things[node]
     if not words.annotated[node] or words.robot in own or is_pronoun(words.tree.nodes[node]):
@@ -84,7 +84,7 @@ class _Case:
 
     @property
     def unclear(self) -> bool:
-        """Whether it tells where a thing isn't, or what is done with it."""
+        """Whether it says where a thing isn't, or what is done with it."""
         return self.modifier.negative or len(self.objects) < len(self.modifier.landmarks)
 
     @property

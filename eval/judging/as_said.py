@@ -1,6 +1,6 @@
 """Whether a plan does what single words say: "away from", "past", "raise the forks", "face".
 
-Commands that nobody annotated, whose outcome tells nothing of the way there, can be measured so.
+Commands that nobody annotated, whose outcome shows nothing of the way there, can be measured so.
 Mentions are found in the text, not in the clauses, so that a clause that is read wrongly counts
 against the plan. The landmark is what the plan itself takes the next noun for: whether that is the
 right thing is measured elsewhere.

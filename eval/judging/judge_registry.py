@@ -18,11 +18,10 @@ from eval.judging.outcome_judge import Expected, judge_outcome
 from eval.judging.picked_up import picked_up
 from g3.actions.action_kinds import Action
 from g3.annotation import Annotation
-from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.groundings import Context
+from g3.registry import Registry, blaming
 from g3.short_repr import short_repr
 
-GROUP = "ct.judges"
 AUTOMATIC = "automatic"
 
 
@@ -44,7 +43,7 @@ class JudgedPlan:
     annotation
         The command's clauses and groundings by people; None if nobody has annotated it.
     done
-        What is known of what was done for the command; None where the log tells.
+        What is known of what was done for the command; None where the log shows it.
     """
 
     text: str
@@ -107,7 +106,7 @@ class RegisteredJudge:
             return self.function(plan)
 
 
-_JUDGES: dict[str, RegisteredJudge] = {}
+JUDGES: Registry[RegisteredJudge] = Registry("judge", "ct.judges")
 
 
 def plan_judge(name: str) -> Callable[[JudgeFunction], JudgeFunction]:
@@ -122,7 +121,7 @@ def plan_judge(name: str) -> Callable[[JudgeFunction], JudgeFunction]:
     def make(description: str, function: JudgeFunction) -> RegisteredJudge:
         return RegisteredJudge(name, description, function, about={"module": function.__module__})
 
-    return registering(_JUDGES, name, make, kind="judge")
+    return JUDGES.adding(name, make)
 
 
 def judge_named(name: str) -> RegisteredJudge:
@@ -133,7 +132,7 @@ def judge_named(name: str) -> RegisteredJudge:
     CorpusError
         If there is none.
     """
-    return member_named(name, _JUDGES, kind="judge", group=GROUP)
+    return JUDGES.known(name)
 
 
 @plan_judge(AUTOMATIC)
@@ -145,4 +144,4 @@ def automatic(plan: JudgedPlan) -> Verdict:
     return judge_outcome(plan.done, picked_up(start, plan.actions, end), start, end)
 
 
-load_extensions(GROUP)
+JUDGES.load_others()

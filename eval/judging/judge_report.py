@@ -72,7 +72,7 @@ def summary(validity: Validity) -> dict[str, object]:
 
 
 def notes(validity: Validity) -> list[str]:
-    """The figures in words, and what they don't tell."""
+    """The figures in words, and what they don't show."""
     found = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
     found += [
         OWN_SAYS_LITTLE,

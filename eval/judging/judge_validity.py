@@ -186,7 +186,7 @@ def judge_validity(
 
 
 def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Validity | None:
-    """The judge's validity on the first corpus that tells; None if none does."""
+    """The judge's validity on the first corpus that can show it; None if none does."""
     for corpus in corpora:
         contexts = contexts_of_videos(corpus)
         if any({j.command_video, j.shown_video} <= contexts.keys() for j in corpus.judgments):

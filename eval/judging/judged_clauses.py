@@ -35,9 +35,9 @@ class JudgedClause:
         What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads
         are on.
     goals
-        Clauses that tell where the load, or the robot, comes to.
+        Clauses that say where the load, or the robot, comes to.
     passed
-        Clauses that tell what the robot comes by.
+        Clauses that say what the robot comes by.
     """
 
     root: int

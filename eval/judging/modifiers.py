@@ -20,7 +20,7 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words that tell of a thing where it is.
+    """Words that say where a thing is.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Modifier:
     landmarks
         The clauses of what it is related to.
     negative
-        Whether they tell where it isn't.
+        Whether they say where it isn't.
     """
 
     words: tuple[str, ...]
@@ -64,7 +64,7 @@ def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[
     words, node
         The OBJECT.
     also
-        Words elsewhere that tell more of it.
+        Words elsewhere that say more of it.
     """
     found = [_modifier(words, n) for n in _same_thing(words, node)]
     found.append(Modifier(unstressed(field_words(also))))

@@ -1,9 +1,9 @@
 """The automatic judge where only outcomes are known: what was picked up, and what it ended on.
 
 There is no log with paths and positions, only what the robot did. All that is known of it must be
-right: a plan picks up what was picked up and nothing else, and that ends on the forks, on the
-ground, or on one of the things it may have been put on. Where on the ground it ended, or where a
-robot went that only drove, is never known; any place will do.
+right: a plan picks up what was picked up and nothing else. That ends on the forks, on the ground,
+or on one of the things it may have been put on. Where on the ground it ended, or where a robot went
+that only drove, is never known; any place will do.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Expected:
     Parameters
     ----------
     last
-        Of each thing that was picked up, the last outcome that tells of it.
+        Of each thing that was picked up, its last outcome.
     is_whole
         Whether nothing else was picked up.
     is_determined

@@ -46,7 +46,7 @@ class LanguageModelGrounder:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what tells its prompt from others."""
+        """The model, and what identifies its prompt."""
         return {**self.endpoint.about, "prompt": _digest(plan_prompt())}
 
     def missing(self) -> str:
@@ -112,7 +112,7 @@ class LanguageModelJudge:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what tells its prompt from others."""
+        """The model, and what identifies its prompt."""
         return {**self.endpoint.about, "prompt": _digest(judge_prompt())}
 
     @property

@@ -1,4 +1,4 @@
-"""What a language model is told of a command, of its world, and of what the robot can do."""
+"""The prompts: a command, its world, and what the robot can do."""
 
 from __future__ import annotations
 
@@ -68,13 +68,13 @@ class VerdictReply(msgspec.Struct, frozen=True):
 
 
 def plan_prompt() -> str:
-    """What a model is told before any command."""
+    """The text before any command."""
     actions = "\n".join(f'- "{kind}": {_takes(kind)} {kind.description}' for kind in KINDS.values())
     return PLANNING.format(scene=SCENE, actions=actions)
 
 
 def judge_prompt() -> str:
-    """What a model is told before any plan."""
+    """The text before any plan."""
     return JUDGING.format(scene=SCENE)
 
 

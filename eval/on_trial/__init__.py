@@ -1,1 +1,1 @@
-"""Rules and features on trial: what each wins and loses, corpus by corpus."""
+"""Ablations: what each rule and feature set wins and loses, corpus by corpus."""

@@ -13,12 +13,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.language.parsing.extractor import Parse, Tree
+from g3.registry import Registry, blaming
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
-
-GROUP = "ct.parsers"
 
 ParseFunction = Callable[[str], "Sequence[SDC] | Parse"]
 
@@ -46,7 +44,7 @@ class RegisteredParser:
             return found if isinstance(found, Parse) else Parse(text, trees)
 
 
-_PARSERS: dict[str, RegisteredParser] = {}
+PARSERS: Registry[RegisteredParser] = Registry("parser", "ct.parsers")
 
 
 def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
@@ -57,7 +55,7 @@ def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
     ValueError
         If another parser has the name.
     """
-    return registering(_PARSERS, name, partial(RegisteredParser, name), kind="parser")
+    return PARSERS.adding(name, partial(RegisteredParser, name))
 
 
 def parser_named(name: str) -> RegisteredParser:
@@ -68,7 +66,7 @@ def parser_named(name: str) -> RegisteredParser:
     CorpusError
         If there is none.
     """
-    return member_named(name, _PARSERS, kind="parser", group=GROUP)
+    return PARSERS.known(name)
 
 
-load_extensions(GROUP)
+PARSERS.load_others()

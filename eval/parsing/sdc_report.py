@@ -95,12 +95,12 @@ def render(
     terminal
         Whether the table goes to a terminal.
     """
-    trials = by_kind[AS_TYPED]
-    found = figures(trials)
-    wrong = errors(trials)
+    tested = by_kind[AS_TYPED]
+    found = figures(tested)
+    wrong = errors(tested)
     perturbed = {kind: figures(own) for kind, own in by_kind.items() if kind != AS_TYPED}
     if form == "json":
-        content = {**found, "confusion": confusion(trials), "errors": wrong}
+        content = {**found, "confusion": confusion(tested), "errors": wrong}
         content |= {"perturbed": perturbed} if perturbed else {}
         return document(content, metadata)
     tables = {
@@ -108,7 +108,7 @@ def render(
         **(
             {"The same commands perturbed": _perturbed_table(found, perturbed)} if perturbed else {}
         ),
-        "Letters by annotated (rows) and extracted type and field": _confusion_table(trials),
+        "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
     notes = (f"exact trees: {found['exact']:.3f} of {found['commands']} commands",)
@@ -142,8 +142,8 @@ def _perturbed_table(
     return table
 
 
-def _confusion_table(trials: Sequence[TestedCommand]) -> Table:
-    rows = confusion(trials)
+def _confusion_table(tested: Sequence[TestedCommand]) -> Table:
+    rows = confusion(tested)
     columns = [name for name in (*FIELDS, NOWHERE) if any(name in row for row in rows.values())]
     table = Table()
     table.add_column("")

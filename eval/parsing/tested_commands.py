@@ -105,8 +105,8 @@ def run(
         taught = _taught(training, items)
         metadata |= {"train": training.name, "train_hash": training.hash}
     if choices.corpus:
-        trials = _cross_validated(tested, taught, l2, on_progress)
-        return trials, {**metadata, "cv": "scenario", "l2": l2}
+        found = _cross_validated(tested, taught, l2, on_progress)
+        return found, {**metadata, "cv": "scenario", "l2": l2}
     if choices.parser:
         return _by_parser(choices.parser, tested), {**metadata, "parser": choices.parser}
     if choices.train:
@@ -166,15 +166,15 @@ def _cross_validated(
 ) -> dict[str, list[TestedCommand]]:
     items, lessons = tested[AS_TYPED].items, tested[AS_TYPED].lessons
     splits = leave_one_out([item.command.scenario for item in items])
-    trials: dict[str, dict[int, TestedCommand]] = {kind: {} for kind in tested}
+    found: dict[str, dict[int, TestedCommand]] = {kind: {} for kind in tested}
     for number, split in enumerate(splits):
         on_progress(f"without {split.name}", number, len(splits))
         taught = [lessons[i] for i in split.train]
         extractor = SDCExtractor(l2=l2).fit(taught, others=others)
         for kind, own in tested.items():
             part = _Tested(*([one[i] for i in split.test] for one in (own.items, own.lessons)))
-            trials[kind] |= zip(split.test.tolist(), _parsed(extractor, part), strict=True)
-    return {kind: [own[i] for i in range(len(items))] for kind, own in trials.items()}
+            found[kind] |= zip(split.test.tolist(), _parsed(extractor, part), strict=True)
+    return {kind: [own[i] for i in range(len(items))] for kind, own in found.items()}
 
 
 def _parsed(extractor: SDCExtractor, tested: _Tested) -> list[TestedCommand]:

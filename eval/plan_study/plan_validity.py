@@ -35,9 +35,9 @@ class PlanAgreement:
     counts
         Rated plans by what people and the judge say, as ``people_yes_judge_no``.
     figures
-        Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision is the part of
-        the plans that the judge calls right which people call right too, recall the part of those
-        that people call right which the judge does.
+        Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
+        that the judge calls right, the part that people call right too. Recall: of the plans that
+        people call right, the part that the judge does.
     """
 
     configuration: str

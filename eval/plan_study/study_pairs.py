@@ -60,8 +60,8 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
     """All pairs to rate.
 
     Of extracted clauses only the most probable plans are shown, as in the paper. One command of
-    each scenario is shown with its own and with a random other video of the test corpus, to see
-    whether people tell right from wrong.
+    each scenario is shown with its own video, and with a random other one of the test corpus. This
+    shows whether people distinguish right from wrong.
     """
     own = {a.command.id: a.context.id for a in commands}
     best = {r.command for r in top(records, "auto")}

@@ -16,11 +16,11 @@ from eval.judging.judge_validity import Validity, known_validity
 from eval.report.gallery import Failed, Shown, examples, failures
 from eval.report.plan_results import Plans, read_all_plans
 from eval.report.reliability import Bin, bins
-from eval.table_1 import experiment
+from eval.table_1 import held_out_predictions
 from eval.table_1.correspondence import Row, table_rows
+from eval.table_1.divided_examples import Choices
 from eval.table_1.error_lists import ErrorList, error_lists
 from eval.table_1.learning_curve import CurvePoint
-from eval.table_1.protocol import Choices
 from eval.table_2.rating_table import Results, table_2
 from g3.features.feature_registry import CATALOGUE_VERSION
 
@@ -119,10 +119,10 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         threshold=choices.threshold,
         seed=choices.seed,
     )
-    result = experiment.run(asked, on_progress)
+    result = held_out_predictions.run(asked, on_progress)
     draws = {"seed": choices.seed, "draws": choices.draws}
     repeats = choices.repeats
-    curve = experiment.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
+    curve = held_out_predictions.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
     ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
     return Contents(
         table_rows(

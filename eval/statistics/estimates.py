@@ -52,10 +52,10 @@ def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
 def figures(counts: npt.ArrayLike) -> FloatArray:
     """Precision, recall, F-score and accuracy of confusion counts.
 
-    A figure whose denominator is 0 is NaN, never 0 or 1: precision where nothing was
-    predicted true, recall where nothing is true, accuracy where there is no example.
-    The F-score is 2 tp / (2 tp + fp + fn), so it is NaN only where nothing is true nor
-    predicted true, and 0 where something is but no prediction hits it.
+    A figure whose denominator is 0 is NaN, never 0 or 1: precision where nothing was predicted
+    true, recall where nothing is true, accuracy where there is no example. The F-score is 2 tp / (2
+    tp + fp + fn). It is NaN only where nothing is true nor predicted true. It is 0 where something
+    is, and no prediction is right.
 
     Parameters
     ----------

@@ -32,12 +32,12 @@ POSES = 20
 
 
 def id_of(example: Example) -> str:
-    """What an example is called: ids of annotations tell which are right, a digest doesn't."""
+    """What an example is called: ids of annotations show which are right, a digest doesn't."""
     return sha256(f"{example.annotation.id} {example.node}".encode()).hexdigest()[:16]
 
 
 def prediction_line(example: Example) -> PredictionLine:
-    """What is asked of an example; its label isn't told."""
+    """What is asked of an example; its label isn't given."""
     groundings: dict[str, tuple[dict[str, object], ...]] = {
         role: tuple(map(_shown, getattr(example, role))) for role in ROLES if getattr(example, role)
     }
@@ -54,7 +54,7 @@ def prediction_line(example: Example) -> PredictionLine:
 def write_form(path: Path, examples: Iterable[Example]) -> int:
     """Write the form to fill in: a line for each example, without a probability.
 
-    They come in the order of their ids, which tells nothing either.
+    They come in the order of their ids, which shows nothing either.
 
     Returns
     -------

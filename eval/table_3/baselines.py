@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from eval.table_3.grounder_registry import PlanTask, grounder, grounder_named, load_grounders
+from eval.table_3.grounder_registry import GROUNDERS, PlanTask, grounder
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, GO_STRAIGHT, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import are_free, spots_about, spots_of_robot
@@ -53,9 +53,9 @@ def nearest(task: PlanTask) -> list[Action]:
 def keywords(task: PlanTask) -> list[Action]:
     """The first word that is a label of a load.
 
-    Of several loads alike it is the left or the right one if "left" or "right" occurs, as the robot
-    sees them at the start, else the nearest to it. Words that are labels of all loads, such as
-    "pallet", tell nothing. Where no word is a label, all loads are alike.
+    Of several loads alike, "left" and "right" take that one, as the robot sees them at the start.
+    Else the nearest is taken. Words that are labels of all loads, such as "pallet", decide nothing.
+    Where no word is a label, all loads are alike.
     """
     return _by_words(by_label, task)
 
@@ -76,7 +76,7 @@ BASELINES = ("nearest", "keywords", "embeddings")
 
 def missing() -> dict[str, str]:
     """Baselines that can't be run, and what they lack."""
-    lacking = {name: grounder_named(name).missing() for name in BASELINES}
+    lacking = {name: GROUNDERS[name].missing() for name in BASELINES}
     return {name: why for name, why in lacking.items() if why}
 
 
@@ -192,4 +192,4 @@ def _spots(
     return (spot for spot, is_free in zip(spots, free, strict=True) if is_free)
 
 
-load_grounders()
+GROUNDERS.load_others()

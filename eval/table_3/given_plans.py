@@ -45,7 +45,7 @@ class GivenPlans:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The file's name, and what tells its plans from others."""
+        """The file's name, and what identifies its plans."""
         content = msgspec.json.encode([line for _, line in self.lines])
         digest = hashlib.sha256(content).hexdigest()
         return {"file": Path(self.path).name, "plans": len(self.lines), "sha256": digest}

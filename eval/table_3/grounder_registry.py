@@ -17,12 +17,10 @@ from corpus_tools.runtime.progress import OnProgress
 from g3.actions.action_kinds import Action
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
-from g3.extensions import blaming, load_extensions, member_named, registering
 from g3.groundings import PhysicalObject
 from g3.language.lexicon.field_words import bare
+from g3.registry import Registry, blaming
 from g3.short_repr import short_repr
-
-GROUP = "ct.grounders"
 
 
 @short_repr
@@ -175,7 +173,7 @@ class RegisteredGrounder:
         return found if isinstance(found, Proposal) else Proposal(found)
 
 
-_GROUNDERS: dict[str, RegisteredGrounder] = {}
+GROUNDERS: Registry[RegisteredGrounder] = Registry("grounder", "ct.grounders")
 
 
 def _nothing() -> str:
@@ -206,7 +204,7 @@ def grounder(
         about = {"module": getattr(function, "__module__", "")}
         return RegisteredGrounder(name, description, function, fit, missing, about)
 
-    return registering(_GROUNDERS, name, make, kind="grounder")
+    return GROUNDERS.adding(name, make)
 
 
 def grounder_named(name: str) -> RegisteredGrounder:
@@ -217,9 +215,4 @@ def grounder_named(name: str) -> RegisteredGrounder:
     CorpusError
         If there is none.
     """
-    return member_named(name, _GROUNDERS, kind="grounder", group=GROUP)
-
-
-def load_grounders() -> None:
-    """Have other distributions register theirs, after those that come along."""
-    load_extensions(GROUP)
+    return GROUNDERS.known(name)

@@ -88,10 +88,10 @@ def costs_without(
 def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor]:
     """What learns to extract trees from all scenarios but one.
 
-    The bundled extractor has learned from the bundled corpus and from the paper's, so that it
-    must not be asked where commands of these are tested. As with ``ct train sdc`` the first
-    corpus says how trees are made, and the others teach as far as they agree. A corpus without
-    annotations teaches nothing here, but one must have some.
+    The bundled extractor has learned from the bundled corpus and from the paper's. So it must not
+    be used where commands of these are tested. As with ``ct train sdc`` the first corpus says how
+    trees are made, and the others teach as far as they agree. A corpus without annotations teaches
+    nothing here, but one must have some.
     """
     annotated = [corpus for corpus in corpora if corpus.annotations] or corpora[:1]
     trees = [annotated_trees(corpus) for corpus in annotated]

@@ -37,7 +37,7 @@ class JudgedCommand:
     annotation
         Its clauses and groundings by people; None if nobody has annotated it.
     done
-        What its outcomes say; None where a log tells instead.
+        What its outcomes say; None where a log shows it instead.
     loads
         What could be picked up.
     """

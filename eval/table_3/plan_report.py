@@ -1,4 +1,4 @@
-"""Table 3 as text, JSON, CSV and LaTeX, with how well probabilities tell right from wrong."""
+"""Table 3 as text, JSON, CSV and LaTeX, with how well probabilities separate right from wrong."""
 
 from __future__ import annotations
 

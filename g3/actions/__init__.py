@@ -5,8 +5,8 @@ and what other distributions name in the entry point group ``g3.actions``.
 """
 
 from g3.actions import forklift_actions
-from g3.extensions import load_extensions
+from g3.actions.action_kinds import KINDS
 
 __all__ = ["forklift_actions"]
 
-load_extensions("g3.actions")
+KINDS.load_others()

@@ -19,8 +19,8 @@ from g3.actions.courses import Course, join_courses
 from g3.actions.logged_actions import NOTHING, Handling, Outcome
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State, moved_to, with_moved
-from g3.extensions import add_member, summary_of
 from g3.groundings import Grounding, PhysicalObject, Place, Trajectory
+from g3.registry import Registry, summary_of
 from g3.short_repr import short_repr
 
 Group = tuple[Grounding, ...]
@@ -160,7 +160,7 @@ class ActionKind:
         return before_m + amount if self.moves_forks else before_m
 
 
-KINDS: dict[str, ActionKind] = {}
+KINDS: Registry[ActionKind] = Registry("action", "g3.actions")
 """All kinds by name."""
 
 
@@ -195,8 +195,7 @@ def action_kind(
         kind = ActionKind(
             name, propose, course, described, handling, aims, unit, on_request, moves_forks
         )
-        add_member(KINDS, name, kind, kind="kind of action")
-        return kind
+        return KINDS.add(kind)
 
     return register
 

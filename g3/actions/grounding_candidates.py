@@ -72,8 +72,8 @@ def object_groups(
 ) -> tuple[Group, ...]:
     """What an OBJECT may be besides a single object: groups of things alike, and places.
 
-    All that share a label, rows and clusters of things alike without what is on the forks, pairs of
-    things alike (the nearest first), and the context's places.
+    These are all that share a label, rows and clusters of things alike without what is on the
+    forks, pairs of things alike (the nearest first), and places.
 
     Parameters
     ----------

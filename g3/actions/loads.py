@@ -1,7 +1,7 @@
 """What the forks can lift: the one definition of a load, for search, negatives and judges.
 
-A scenario's file may say it of a thing (``liftable``). Else size and labels tell: nobody is lifted,
-nor what is too small for the forks to go under, such as a drum or a post, nor what is too large.
+A scenario's file may say it of a thing (``liftable``). Else size and labels decide: people are no
+loads, nor is what is too large, or too small for the forks to go under, such as a drum or a post.
 """
 
 from __future__ import annotations

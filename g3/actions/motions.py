@@ -1,7 +1,7 @@
 """Trajectories of many candidate actions at once.
 
-What the features see of an action is where it goes and what it does to its load, not how it gets
-around what stands in between. So candidates follow the curves of :mod:`g3.actions.driving` past all
+Features see where an action goes and what it does to its load. They don't see how it gets around
+what stands in between. So candidates follow the curves of :mod:`g3.actions.driving` past all
 obstacles, a batch in one go; the chosen plan is what physics carries out.
 """
 

@@ -6,7 +6,7 @@ matrix. Importing the package registers everything, and what other distributions
 entry point group ``g3.features``.
 """
 
-from g3.extensions import load_extensions
+from g3.features.feature_registry import FEATURES
 from g3.features.sets import (
     artefacts,
     label_words,
@@ -33,4 +33,4 @@ __all__ = [
     "trajectory_moments",
 ]
 
-load_extensions("g3.features")
+FEATURES.load_others()

@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 
 from g3.errors import ModelError
-from g3.extensions import registering
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch, Role, WordField
 from g3.groundings import FloatArray
+from g3.registry import Registry
 from g3.sdc.clauses import SDC_TYPES, SDCType
 from g3.short_repr import short_repr
 
@@ -71,7 +71,7 @@ class FeatureSet:
         From a batch of n rows to values (n, len(columns)); NaN where a feature does
         not apply.
     default
-        Whether models use the set unless told otherwise.
+        Whether models use the set by default.
     alone
         Whether the features also count without a word. A property of one grounding
         alone says nothing about its being right.
@@ -79,11 +79,11 @@ class FeatureSet:
         How large the features' weights are expected to be, relative to other sets'
         (the standard deviation of the Gaussian prior that L2 regularisation is).
     wordless
-        Whether the values depend on nothing but the scene and the groundings in the set's
-        roles, so that rows which differ in other things alone need them once.
+        Whether the values depend on nothing but the scene and the groundings in the set's roles.
+        Then rows that are equal in these need them once.
     data
-        For a set that reads data which may be absent or differ, what tells these data
-        from others; raises a ModelError where there are none.
+        For a set that reads data which may be absent or differ, what identifies these data; raises
+        a ModelError where there are none.
     optional
         Those of its types that models use it for only if it is added by its name: what helps
         one type of clause may hurt another (docs/table-1.md).
@@ -112,7 +112,10 @@ class FeatureSet:
         return self.columns(batch) if callable(self.columns) else self.columns
 
 
-_CATALOGUE: dict[str, FeatureSet] = {}
+FEATURES: Registry[FeatureSet] = Registry(
+    "feature set", "g3.features", error=ModelError, see="'ct features list' shows the catalogue"
+)
+catalogue = FEATURES.by_name
 
 
 def feature_set(
@@ -148,12 +151,7 @@ def feature_set(
             tuple(optional),
         )
 
-    return registering(_CATALOGUE, name, make, kind="feature set")
-
-
-def catalogue() -> tuple[FeatureSet, ...]:
-    """All registered feature sets in the order of their names."""
-    return tuple(_CATALOGUE[name] for name in sorted(_CATALOGUE))
+    return FEATURES.adding(name, make)
 
 
 def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
@@ -168,12 +166,7 @@ def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[Fe
         If a name is not in the catalogue, or the data of an added set are absent.
     """
     without, plus = set(without), set(plus)
-    unknown = sorted((without | plus) - set(_CATALOGUE))
-    if unknown:
-        raise ModelError(
-            f"there is no feature set {unknown[0]!r}",
-            fix="'ct features list' shows the catalogue: " + ", ".join(sorted(_CATALOGUE)),
-        )
+    FEATURES.check(without | plus)
     wanted = [s for s in catalogue() if (s.default or s.name in plus) and s.name not in without]
     for feature in wanted:
         if feature.data is not None and feature.name in plus:
@@ -205,7 +198,7 @@ def _note(text: str) -> None:
 
 def scale_of(name: str) -> float:
     """Prior scale of a feature set; 1 for a name that isn't in the catalogue."""
-    return _CATALOGUE[name].scale if name in _CATALOGUE else 1.0
+    return FEATURES[name].scale if name in FEATURES else 1.0
 
 
 def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:

@@ -1,7 +1,7 @@
 """Grounding graphs as pictures and text: DOT for Graphviz, SVG laid out here, plain text, records.
 
-As in Figures 2b and 3b, φ and γ are circles, the words λ are boxes (shaded, for they are
-always observed) and the factors are small filled squares.
+As in Figures 2b and 3b, φ and γ are circles, and factors are small filled squares. The words λ are
+boxes, shaded because they are always observed.
 """
 
 from __future__ import annotations

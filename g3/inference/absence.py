@@ -1,9 +1,9 @@
 """Nouns that name nothing that there is: "the elephant" in a warehouse.
 
 A clause is grounded in the best of what there is, however bad that is. So before the search, each
-noun that tells what is handled or gone to is held against the labels of all things and the names
-of all places (:mod:`g3.language.similarity.presence`). A noun that only says which thing is meant
-("the pallet by the wall") is let pass: the pallet is there.
+noun for what is handled or gone to is compared with the labels of all things and the names of all
+places (:mod:`g3.language.similarity.presence`). A noun that only says which thing is meant ("the
+pallet by the wall") is let pass: the pallet is there.
 """
 
 from __future__ import annotations

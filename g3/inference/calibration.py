@@ -1,8 +1,8 @@
 """How probably a plan is what was meant.
 
 Factors are not independent, and the search takes the best of many: the product of their
-probabilities says less than it seems. A logistic curve over what tells right plans from wrong ones
-is fitted on plans for commands of held-out scenarios.
+probabilities says less than it seems. A logistic curve over what separates right plans from wrong
+ones is fitted on plans for commands of held-out scenarios.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Que
 def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:
     """Objects in words, told apart by what differs most: where they are, or else their order.
 
-    Things on different sides, or on different things, are told by that alone; others by which is
+    Things on different sides, or on different things, are named by that alone; others by which is
     further left or nearer.
     """
     where = [_where(state, i) for i in object_ids]

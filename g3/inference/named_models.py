@@ -38,9 +38,6 @@ def open_model(model: GroundingModel | Path | str) -> GroundingModel:
         return GroundingModel.load(model)
     named = {p.name: p for p in importlib.metadata.entry_points(group=ENTRY_POINT_GROUP)}
     if str(model) not in named:
-        raise ModelError(
-            "there is no such file, nor a model of that name",
-            where=str(model),
-            fix=f"the names are: {', '.join(sorted(named)) or 'none'}; or train one and save() it",
-        )
+        more = "or train one and save() it"
+        raise ModelError.unknown("file or model", str(model), sorted(named), more=more)
     return cast("GroundingModel", named[str(model)].load()())

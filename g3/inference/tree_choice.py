@@ -1,7 +1,7 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
-A plan is as probable as all trees together make what it leads to, so that a tree which is probably
-wrong decides nothing by itself.
+The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
+probably wrong decides nothing by itself.
 """
 
 from __future__ import annotations

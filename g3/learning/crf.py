@@ -1,9 +1,9 @@
 """The conditional random field over correspondence variables (section 3.2, equation 4).
 
-With the groundings given, the factors of a grounding graph share no unobserved variable,
-so the likelihood factors over clauses and each φ_i has a logistic distribution in the
-weights of its active features. Training maximises the L2-regularised likelihood; the objective is
-convex, so the optimum is unique, whether Newton's method finds it or L-BFGS.
+Given the groundings, the factors of a grounding graph share no unobserved variable. So the
+likelihood factors over clauses, and each φ_i is logistic in the weights of its active features.
+Training maximises the L2-regularised likelihood; the objective is convex, so the optimum is unique,
+whether Newton's method finds it or L-BFGS.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A grounding model on disk: ``NAME.npz`` holds the arrays, ``NAME.json`` says what they mean.
 
-A model that can't be kept is of little use, so the file is part of what the model is, and the
-one thing that it is told of the world outside is a path. Both files are written so that nobody
-reads half a model.
+A model that can't be saved is of little use, so its file belongs to the model. All that it needs of
+the world outside is a path. Both files are written so that nobody reads half a model.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy.typing as npt
 from g3 import __version__
 from g3.errors import ModelError
 from g3.estimator import read_bytes
-from g3.features.feature_registry import CATALOGUE_VERSION, catalogue
+from g3.features.feature_registry import CATALOGUE_VERSION, FEATURES, catalogue
 from g3.features.matrix import FeatureSpace
 from g3.groundings import FloatArray
 from g3.language.similarity.learned_lexicon import Lexicon, NamingCounts, likeness_identity
@@ -90,8 +89,8 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sets, bases, words
         Names in the feature space (:class:`g3.features.matrix.FeatureSpace`).
     data
-        What tells the data that feature sets read (WordNet, a tag table) from others, by
-        the name of the set.
+        What identifies the data that feature sets read (WordNet, a tag table), by the name of the
+        set.
     scenarios
         The scenarios that it was trained on, which it can't be tested on
         (:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`).
@@ -248,13 +247,9 @@ def read_card(path: Path | str) -> ModelCard:
         )
     if card.loads:
         _check_loads(card.loads, f"{card_path}: loads")
-    unknown = sorted(set(card.sets) - {feature.name for feature in catalogue()})
-    if unknown:
-        raise ModelError(
-            f"there is no feature set {unknown[0]!r}",
-            where=f"{card_path}: sets",
-            fix=f"install what registers it, or {RETRAIN}",
-        )
+    more, where = f"install what registers it, or {RETRAIN}", f"{card_path}: sets"
+    for name in sorted(set(card.sets) - set(FEATURES)):
+        raise ModelError.unknown("feature set", name, (), where=where, more=more)
     _check_data(card, card_path)
     return card
 

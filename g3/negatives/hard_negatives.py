@@ -1,8 +1,8 @@
 """Hard negatives: wrong groundings that the robot might really consider for a command.
 
-A random grounding from another log is easily told from the right one (section 4.1): its
-path starts elsewhere, its objects are of another scene. Hard negatives come from the
-command's own scene and start state. Each positive annotation gives
+A random grounding from another log is easily distinguished from the right one (section 4.1): its
+path starts elsewhere, its objects are of another scene. Hard negatives come from the command's own
+scene and start state. Each positive annotation gives
 
 ``<id>/hard-action-0``, ``-1``, …
     One for every EVENT, and for every PATH outside of one: it gets a candidate action,

@@ -48,8 +48,8 @@ def usage(positives: Iterable[Annotation]) -> Usage:
 def other_things(clause: Clause, words: Usage, rng: np.random.Generator) -> tuple[Grounding, ...]:
     """As many wrong groundings as an OBJECT or PLACE clause has right ones, if there are any.
 
-    An OBJECT gets other objects, as :func:`wrong_objects` tells them, a PLACE another one at
-    least `ANOTHER_PLACE_M` away.
+    An OBJECT gets other objects, as :func:`wrong_objects` finds them, a PLACE another one at least
+    `ANOTHER_PLACE_M` away.
     """
     right = clause.groundings
     places = [g for g in right if isinstance(g, Place)]
@@ -99,7 +99,7 @@ def wrong_objects(
     Returns
     -------
     tuple
-        Those with the labels of its own, if its words tell these apart; and others. Where words
+        Those with the labels of its own, if its words distinguish these; and others. Where words
         only name a kind ("the box pallet"), these are things for which they are never used and
         which they don't name: "the pallet" names every pallet.
     """

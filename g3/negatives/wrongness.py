@@ -126,8 +126,8 @@ def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[
     """The actions that surely aren't the one that a clause means, where that is known.
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
-    the whole log. So an action that handles another load, or handles it in another way, is wrong
-    too, and so is one that leads elsewhere, whatever the clause names.
+    the whole log. So an action is wrong too that handles another load, handles it in another way,
+    or leads elsewhere, whatever the clause names.
 
     Parameters
     ----------

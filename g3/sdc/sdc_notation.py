@@ -67,9 +67,7 @@ def check_sdc(sdc: SDC, *, where: str = "SDC") -> None:
         if depth > MAX_DEPTH:
             raise SDCError(f"clauses nest deeper than {MAX_DEPTH} levels", where=where)
         if node.type not in SDC_TYPES:
-            raise SDCError(
-                f"unknown type {node.type!r}", where=path, fix=f"use one of {', '.join(SDC_TYPES)}"
-            )
+            raise SDCError.unknown("type", node.type, SDC_TYPES, where=path)
         if node.words and not node.is_leaf:
             raise SDCError(
                 "the figure holds words though other fields are filled",
@@ -287,15 +285,9 @@ def _clause_from_json(value: object, where: str, depth: int = 1) -> SDC:
         raise SDCError("expected a clause, an object with a type", where=where)
     unknown = sorted(str(key) for key in value if key not in ("type", *FIELDS))
     if unknown:
-        raise SDCError(
-            f"unknown field {unknown[0]!r}", where=where, fix="the fields are type, f, r, l and l2"
-        )
+        raise SDCError.unknown("field", unknown[0], ("type", *FIELDS), where=where)
     if value.get("type") not in SDC_TYPES:
-        raise SDCError(
-            f"unknown type {value.get('type')!r}",
-            where=where,
-            fix=f"use one of {', '.join(SDC_TYPES)}",
-        )
+        raise SDCError.unknown("type", value.get("type"), SDC_TYPES, where=where)
     lists = {field: _json_list(value, field, where) for field in FIELDS}
     figure_words = bool(lists["f"]) and isinstance(lists["f"][0], list)
 

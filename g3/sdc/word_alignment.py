@@ -46,9 +46,9 @@ def align_words(
 ) -> tuple[tuple[Span, ...], ...]:
     """Place the words of each field in a command.
 
-    Each field takes, of all placements that keep its words in order, the one that shares
-    the fewest words with the fields before it, then cuts the fewest words of the command
-    apart, then has the fewest gaps, then stands leftmost.
+    A field's words keep their order. Of all such placements, it takes the one that shares the
+    fewest words with the fields before it. Ties go to the one that splits the fewest words of the
+    command, then to the one with the fewest gaps, then to the leftmost.
 
     Parameters
     ----------

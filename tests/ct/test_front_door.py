@@ -61,7 +61,7 @@ def test_a_corpus_is_loaded_by_name_by_path_and_as_it_is(corpus, tmp_path):
     assert ct.load(corpus) is corpus
     assert ct.load(tmp_path / "tiny").hash == ct.load(str(tmp_path / "tiny")).hash == corpus.hash
     assert ct.load("warehouse").name == "warehouse"
-    with pytest.raises(CorpusError, match="the bundled ones are"):
+    with pytest.raises(CorpusError, match="no folder or bundled corpus"):
         ct.load("nowhere")
 
 
@@ -118,7 +118,7 @@ def test_training_and_the_model_by_path(corpus, model, tmp_path):
         grounder = Grounder.load(tmp_path / name)
         assert grounder.cost.model.l2 == model.l2
     assert open_model(model) is model
-    with pytest.raises(ModelError, match="nor a model of that name") as error:
+    with pytest.raises(ModelError, match="no file or model") as error:
         Grounder.load("nothing")
     assert "warehouse" in error.value.fix
 
@@ -186,7 +186,7 @@ def test_table_2(published):
 
 
 def test_there_is_no_table_4(corpus):
-    with pytest.raises(CorpusError, match=r"table can.t be 4 \(use one of 1, 2, 3"):
+    with pytest.raises(CorpusError, match=r"table can.t be 4 \(give one of 1, 2, 3"):
         ct.evaluate(corpus, table=4)  # type: ignore[arg-type]
 
 
@@ -246,7 +246,7 @@ def test_importing_and_exporting(tmp_path):
     ct.export(tmp_path / "own", tmp_path / "theirs", to="slu-core")
     again = ct.import_corpus("slu-core", tmp_path / "theirs")
     assert {e.text for e in again} == {e.text for e in corpus}
-    with pytest.raises(CorpusError, match="'label-studio', 'lerobot', 'slu-core'"):
+    with pytest.raises(CorpusError, match="label-studio, lerobot, slu-core"):
         ct.export(corpus, tmp_path / "x", to="papyrus")
     with pytest.raises(CorpusError):
         ct.export(corpus, tmp_path / "own")  # it is there

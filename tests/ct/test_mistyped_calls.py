@@ -31,7 +31,7 @@ def never(*_args: object, **_options: object) -> None:
     ("given", "says"),
     [
         ({"to": "folow"}, r"to can't be 'folow' \(did you mean 'follow'\?"),
-        ({"negatives": "foo"}, r"negatives can't be 'foo' \(use one of 'random', 'hard'\)"),
+        ({"negatives": "foo"}, r"negatives can't be 'foo' \(give one of random, hard\)"),
         ({"l2": -1}, r"l2 can't be -1 \(give a number above 0\)"),
         ({"l2": "a"}, "l2 can't be 'a'"),
         ({"ablate": ["label"]}, "there is no feature set 'label'"),
@@ -45,7 +45,7 @@ def test_training(corpus, given, says):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"table": "1"}, r"table can't be '1' \(did you mean 1\? use one of 1, 2, 3\)"),
+        ({"table": "1"}, r"table can't be '1' \(did you mean 1\? give one of 1, 2, 3\)"),
         ({"draws": -3}, "draws can't be -3"),
         ({"draws": 0}, "draws can't be 0"),
         ({"jobs": 0}, "jobs can't be 0"),

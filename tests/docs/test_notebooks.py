@@ -76,7 +76,7 @@ def test_cells_and_outputs():
 
 
 def test_a_command_that_fails_stops_the_notebook():
-    with pytest.raises(RuntimeError, match="no such folder"):
+    with pytest.raises(RuntimeError, match="no folder or bundled corpus"):
         list(run([Cell("code", "!ct corpus stats nowhere")]))
 
 

@@ -136,7 +136,7 @@ def test_a_new_feature_can_be_registered_as_shown() -> None:
         exec(compile(code, "new-feature.md", "exec"), {})
         assert "my-path-end" in {s.name for s in registry.catalogue()}
     finally:
-        registry._CATALOGUE.pop("my-path-end", None)
+        registry.FEATURES.remove("my-path-end")
 
 
 def test_each_promise_of_the_security_page_has_a_test() -> None:

@@ -82,7 +82,7 @@ def test_a_scenario_goes_before_a_file_of_its_name(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("a,x", "--test-scenarios: there is no scenario 'x' .known scenarios: a, b"),
+        ("a,x", "--test-scenarios: there is no scenario 'x' .give one of a, b"),
         (",", "no scenario is named"),
         ("x" * 5000, "there is no scenario 'xxx"),
         ("a\0", "there is no scenario"),

@@ -226,7 +226,7 @@ def test_train_with_hard_negatives_is_repeatable(tmp_path):
     ("arguments", "message"),
     [
         (["--ablate", "smell"], "there is no feature set 'smell'"),
-        (["--corpus", "nowhere"], "nowhere: there is no such folder"),
+        (["--corpus", "nowhere"], "there is no folder or bundled corpus"),
         (["--out", "no/folder/m"], "there is no folder no/folder"),
         (["--l2", "0"], "--l2"),
     ],

@@ -45,9 +45,9 @@ class Clauses:
 def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clauses:
     """Read a command's trees and ground their clauses.
 
-    An EVENT is grounded in the robot with its log and a PATH in the robot's path, as in
-    section 4.1 of the paper, unless the author says that it has no grounding. An OBJECT
-    with a figure is grounded in what its figure is, unless the author says otherwise.
+    An EVENT is grounded in the robot with its log, and a PATH in the robot's path (section 4.1 of
+    the paper). The author may say that it has no grounding. An OBJECT with a figure is grounded in
+    what its figure is, unless the author says otherwise.
 
     Raises
     ------
@@ -71,9 +71,8 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
         )
     for name in utterance.groundings:
         if name not in names:
-            raise FormatError(
-                f"there is no clause {name}", where=f"groundings.{name}", fix="correct the name"
-            )
+            known = sorted(filter(None, names))
+            raise FormatError.unknown("clause", name, known, where=f"groundings.{name}")
     return Clauses(sdcs, names, _ground(nodes, names, utterance, world, dataset))
 
 
@@ -151,11 +150,7 @@ def _ground(
 def _lookup(item: str, world: World, where: str) -> Grounding:
     known: dict[str, Grounding] = {**world.objects, **world.places}
     if item not in known:
-        raise FormatError(
-            f"there is no object or place {item!r}",
-            where=where,
-            fix=f"use one of {', '.join(known)}",
-        )
+        raise FormatError.unknown("object or place", item, known, where=where)
     return known[item]
 
 

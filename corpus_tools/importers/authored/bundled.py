@@ -66,11 +66,7 @@ def resolve(name_or_path: str | Path) -> Path:
         return _built(path) if is_source else path
     source = bundled().get(str(name_or_path))
     if source is None:
-        raise FormatError(
-            "there is no such folder, nor a bundled corpus of that name",
-            where=str(name_or_path),
-            fix=f"the bundled ones are: {', '.join(bundled()) or 'none'}",
-        )
+        raise FormatError.unknown("folder or bundled corpus", str(name_or_path), bundled())
     return _built(source)
 
 

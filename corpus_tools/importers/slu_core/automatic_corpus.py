@@ -173,7 +173,7 @@ class _World:
         return video
 
     def video(self) -> str:
-        """The video that was made of this world; empty if nothing tells it."""
+        """The video that was made of this world; empty if nothing says so."""
         properties = self._yaml(PROPERTIES)
         return _scalar(properties.get("youtubeId")) if isinstance(properties, dict) else ""
 

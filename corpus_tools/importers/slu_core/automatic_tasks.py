@@ -33,14 +33,14 @@ SAYS_NOTHING = re.compile(
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SupervisorLog:
-    """What a log tells.
+    """What a log says.
 
     Parameters
     ----------
     start
         Where the robot starts, in m.
     tasks
-        The lines that tell of tasks, in order.
+        The lines about tasks, in order.
     strange
         Lines of a form that this module doesn't know, those of `tasks` not among them.
     is_complete
@@ -73,7 +73,7 @@ def _is_strange(line: str) -> bool:
 def outcomes_of_log(
     log: SupervisorLog, context: Context, video: str, remark: Remark
 ) -> tuple[TaskOutcome, ...]:
-    """What was done, a record for each task; one of which nothing is known if none is told.
+    """What was done, a record for each task; one of which nothing is known if the log has none.
 
     Parameters
     ----------

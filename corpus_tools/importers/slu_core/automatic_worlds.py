@@ -148,7 +148,7 @@ def place_robot(
     name
         The context's id.
     start
-        Where the log puts it, in m; None if it doesn't tell.
+        Where the log puts it, in m; None if it doesn't say.
     """
     assumed: list[tuple[str, Aspect]] = [*things.assumed, (ROBOT, "heading")]
     if start is None:

@@ -49,7 +49,7 @@ def _read_sdc(value: Any, text: str, where: str) -> SDC:
     name, fields = next(iter(value.items()))
     where = f"{where}.{name}"
     if name not in SDC_TYPES:
-        raise _bad(f"{name!r} is not a type of SDC", where, f"use one of {', '.join(SDC_TYPES)}")
+        raise FormatError.unknown("type of SDC", name, SDC_TYPES, where=where)
     fields = {} if fields is None else fields
     if not isinstance(fields, dict) or not set(fields) <= set(FIELDS):
         raise _bad("the fields are not a mapping of f, r, l and l2", where, "correct their names")

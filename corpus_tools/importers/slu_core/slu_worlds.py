@@ -193,9 +193,9 @@ class Instances:
 def same_object(original: PhysicalObject, copy: PhysicalObject) -> bool:
     """Whether a published copy of an object is that object.
 
-    Copies differ by noise. Those of all objects but the agent have lost their headings in
-    the positives and the random negatives, and have kept them in the easy negatives. The
-    original has to be used, or the heading would tell which file an example comes from.
+    Copies differ by noise. In the positives and the random negatives, all objects but the agent
+    have lost their headings. In the easy negatives they have kept them. The original has to be
+    used, or the heading would show which file an example comes from.
     """
     a, b = original, copy
     if a is b:

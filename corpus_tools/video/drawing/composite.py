@@ -1,9 +1,9 @@
 """Frames of a fixed camera: what never moves is drawn once, what moves is put before it.
 
-Everything is drawn once without the sun and once in nothing but its light, which shadows
-take away. For the still background both pictures, their depth and the places that the
-pixels show are kept, so that shadows of moving things fall rightly on all that is
-there. Pictures are twice as wide and high as frames until the end, which smooths edges.
+Everything is drawn once without the sun and once in nothing but its light, which shadows take away.
+Of the still background, both pictures, their depth and the places that the pixels show are kept. So
+the shadows of moving things fall rightly on it. Pictures are twice as wide and high as frames until
+the end, which smooths edges.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ Other distributions name modules that register looks in the entry point group ``
 from corpus_tools.world.looks import cargo, furniture, landmarks, pallets, vehicles
 from corpus_tools.world.looks import forklift_look as forklift
 from corpus_tools.world.looks import persons as people
-from g3.extensions import load_extensions
+from corpus_tools.world.looks.look_registry import LOOKS
 
 __all__ = ["cargo", "forklift", "furniture", "landmarks", "pallets", "people", "vehicles"]
 
-load_extensions("ct.looks")
+LOOKS.load_others()

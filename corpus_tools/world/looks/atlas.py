@@ -1,8 +1,8 @@
 """One picture with the colours and the surfaces of all things, and the finishes that use it.
 
 ``atlas.png`` has 5 x 5 cells. Its first row is the lowest, so surfaces are upside down in it. The
-first cell holds plain colours, four in a row, each from dark to bright, so that a part can be
-darker where less light gets. The others hold patches such as planks and tyres, in this order.
+first cell holds plain colours, four in a row. Each goes from dark to bright, so that parts with
+less light can be darker. The others hold patches such as planks and tyres, in this order.
 """
 
 from __future__ import annotations

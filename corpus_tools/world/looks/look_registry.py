@@ -12,12 +12,13 @@ from corpus_tools.world.looks.atlas import colour
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.parts import box
 from corpus_tools.world.state.shapes import Shape
+from g3.registry import Registry
 
 Look: TypeAlias = Callable[[mujoco.MjSpec, mujoco.MjsBody, Shape, float], None]
 """Adds geoms to a body of a world so that they fill the box. The number is the height of the
 ground in the body's frame."""
 
-_LOOKS: dict[str, Look] = {}
+LOOKS: Registry[Look] = Registry("look", "ct.looks")
 
 _THINNEST_M = 0.02
 
@@ -37,8 +38,7 @@ def look(kind: str) -> Callable[[Look], Look]:
         ) -> None:
             function(spec, body, _thickened(shape), ground_m)
 
-        if _LOOKS.setdefault(kind, fitted) is not fitted:
-            raise ValueError(f"the kind {kind!r} has a look already")
+        LOOKS.add(fitted, kind)
         return function
 
     return register
@@ -46,7 +46,7 @@ def look(kind: str) -> Callable[[Look], Look]:
 
 def look_of(kind: str) -> Look:
     """The look of a kind; a plain block if none is registered."""
-    return _LOOKS.get(kind, plain)
+    return LOOKS.get(kind, plain)
 
 
 def plain(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:

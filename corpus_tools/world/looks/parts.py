@@ -1,8 +1,8 @@
 """Surfaces that looks are made of: plain arrays, joined to one mesh a thing.
 
-A renderer without a GPU pays for every geom and every vertex, so a thing is drawn as one
-mesh whose colours come from one picture (:mod:`corpus_tools.world.looks.atlas`). Lengths
-are in metres, in the frame of the body that the parts go to.
+Without a GPU, every geom and every vertex takes time. So a thing is drawn as one mesh whose colours
+come from one picture (:mod:`corpus_tools.world.looks.atlas`). Lengths are in metres, in the frame
+of the body that the parts go to.
 """
 
 from __future__ import annotations

@@ -65,9 +65,9 @@ def build_spec(
 ) -> mujoco.MjSpec:
     """A world with the objects of a context.
 
-    Objects' bodies are called by :func:`body_name` and have their poses as frames. What the
-    forks can lift has a free joint, the robot has joints to drive in the plane, everything
-    else is a mocap body, which collides and moves only where it is put.
+    Objects' bodies are called by :func:`body_name` and have their poses as frames. What the forks
+    can lift has a free joint. The robot has joints to drive in the plane. Everything else is a
+    mocap body, which collides and moves only where it is put.
 
     Parameters
     ----------

@@ -230,7 +230,7 @@ class Simulation:
 def simulation(context: Context, rate_hz: float, forks_m: float = 0.0) -> Simulation:
     """A simulation of a context from its start, sampled at a rate.
 
-    Forks with a load are as high as that tells, empty ones so far up as is said.
+    Forks with a load are as high as the load, empty ones as high as is given.
     """
     start, held, forks = starting(context)
     forks = min(forks_m, LIFT_RANGE) if held is None else forks

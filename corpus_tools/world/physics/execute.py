@@ -1,4 +1,4 @@
-"""Carries out scripts in physics, and tells what came of them."""
+"""Carries out scripts in physics, and reports what came of them."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def execute(
 ) -> Execution:
     """Carry out a script in a simulated world.
 
-    The same arguments give the same recording, bit for bit. A step that can't be carried out
-    ends it, and is told in the result.
+    The same arguments give the same recording, bit for bit. A step that can't be carried out ends
+    it, and is named in the result.
 
     Parameters
     ----------
@@ -169,8 +169,7 @@ def _argument(
 ) -> str | float | Place:
     where = f"step {number + 1} of the script"
     if step.action not in ACTIONS or step.action not in BEHAVIOURS:
-        fix = f"the actions are: {', '.join(BEHAVIOURS)}"
-        raise CorpusError(f"there is no action {step.action!r}", where=where, fix=fix)
+        raise CorpusError.unknown("action", step.action, BEHAVIOURS, where=where)
     wanted, given = ACTIONS[step.action].argument, step.argument
     if wanted == "number":
         if isinstance(given, str) or not np.isfinite(given):
@@ -179,12 +178,10 @@ def _argument(
     if wanted == "object":
         things = [item.id for item in context.objects if item.id != context.agent_id]
         if given not in things:
-            fix = f"the objects are: {', '.join(things)}"
-            raise CorpusError(f"there is no object {given!r}", where=where, fix=fix)
+            raise CorpusError.unknown("object", given, things, where=where)
         return str(given)
     if given not in places:
-        fix = f"the places are: {', '.join(places)}"
-        raise CorpusError(f"there is no place {given!r}", where=where, fix=fix)
+        raise CorpusError.unknown("place", given, places, where=where)
     return places[str(given)]
 
 

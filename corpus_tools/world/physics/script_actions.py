@@ -1,20 +1,19 @@
 """What the robot can do, in physics.
 
-An action gets the running simulation and its argument, moves the robot, and says what it
-wanted to reach. What it can't do it refuses with an :class:`ActionError`, before moving if it
-can tell.
+An action gets the running simulation and its argument, moves the robot, and says what it wanted to
+reach. What it can't do it refuses with an :class:`ActionError`, before moving if it can know.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from corpus_tools.world.physics.controller import Simulation
 from corpus_tools.world.state.robot_script import ScriptAction
 from g3.groundings import FloatArray
+from g3.registry import Registry
 from g3.short_repr import short_repr
 
 
@@ -41,18 +40,10 @@ class Goal:
 Behaviour: TypeAlias = Callable[[Simulation, Any], "Goal | None"]
 """Takes the id of an object, a :class:`~g3.groundings.Place` or a number, as its action does."""
 
-_BEHAVIOURS: dict[str, Behaviour] = {}
-
-BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType(_BEHAVIOURS)
+BEHAVIOURS: Registry[Behaviour] = Registry("action")
 """What actions do, by name."""
 
 
 def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
     """Register what an action does."""
-
-    def register(function: Behaviour) -> Behaviour:
-        if _BEHAVIOURS.setdefault(action.name, function) is not function:
-            raise ValueError(f"the action {action.name!r} does something already")
-        return function
-
-    return register
+    return lambda function: BEHAVIOURS.add(function, action.name)

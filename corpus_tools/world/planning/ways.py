@@ -1,8 +1,8 @@
 """Ways around obstacles for a vehicle that steers, backs up, and can turn on the spot.
 
-A search over short arcs (hybrid A* [1]_) that tries at every turn to go on to a goal directly,
-by a Dubins curve or by turning, driving straight and turning again. What it finds is
-then shortened with the same curves. Everything is deterministic.
+A search over short arcs (hybrid A* [1]_). At every turn it tries to go on to a goal directly: by a
+Dubins curve, or by turning, driving straight and turning again. What it finds is then shortened
+with the same curves. Everything is deterministic.
 
 References
 ----------

@@ -28,11 +28,7 @@ def dataset_folder(name_or_path: str | Path) -> Path:
         return path
     known = bundled()
     if str(name_or_path) not in known:
-        raise FormatError(
-            "there is no such folder, nor a bundled dataset of that name",
-            where=str(name_or_path),
-            fix=f"the bundled ones are: {', '.join(known) or 'none'}",
-        )
+        raise FormatError.unknown("folder or bundled dataset", str(name_or_path), known)
     return known[str(name_or_path)]
 
 
@@ -54,11 +50,7 @@ def scenario_file(name_or_path: str, dataset: Path) -> Path:
         return path
     known = scenario_files(dataset)
     if name_or_path not in known:
-        raise FormatError(
-            "there is no such file, nor a scenario of that name",
-            where=name_or_path,
-            fix="ct scenarios list shows the names",
-        )
+        raise FormatError.unknown("file or scenario", name_or_path, known)
     return known[name_or_path]
 
 
@@ -73,9 +65,5 @@ def read_layouts(dataset: Path, names: Iterable[str] = ()) -> dict[str, Layout]:
     files = {path.stem: path for path in sorted((dataset / LAYOUTS).glob("*.yaml"))}
     for name in names:
         if name not in files:
-            raise FormatError(
-                f"there is no layout {name!r}",
-                where=str(dataset),
-                fix=f"the layouts are: {', '.join(files) or 'none'}",
-            )
+            raise FormatError.unknown("layout", name, files, where=str(dataset))
     return {name: read_layout(files[name]) for name in (sorted(names) or files)}

@@ -40,7 +40,7 @@ class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     deck
         Id of the object on whose deck it stands; None for the ground.
     liftable
-        Whether the robot may lift it; None where its kind tells.
+        Whether the robot may lift it; None where its kind decides.
     colours
         What it is painted, the main colour first; none for what its kind looks like, which no
         command can name.

@@ -34,7 +34,7 @@ from corpus_tools.world.scenarios.scenario_files import (
 )
 from corpus_tools.world.scenarios.scenario_validation import layout_problems, scenario_problems
 from corpus_tools.world.state.robot_script import ScriptStep
-from g3.errors import FormatError
+from g3.errors import FormatError, unknown_name
 
 T = TypeVar("T")
 
@@ -105,8 +105,7 @@ def scenario_of(document: Document, path: Path) -> tuple[Scenario | None, list[F
         return None, form.errors()
     files = layout_files(path)
     if name not in files:
-        known = ", ".join(sorted(files)) or "none"
-        problem = Problem(("layout",), f"there is no layout {name!r}", f"the layouts are: {known}")
+        problem = Problem(("layout",), *unknown_name("layout", name, sorted(files)))
         return None, [document.error(problem)]
     script = tuple(ScriptStep(*entry) for step in steps for entry in step.items())
     layout = read_layout(files[name])

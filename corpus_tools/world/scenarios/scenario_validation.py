@@ -28,6 +28,7 @@ from corpus_tools.world.scenarios.scenario import (
 from corpus_tools.world.scenarios.scenario_files import KNOWN
 from corpus_tools.world.scenarios.scripts import script_problems
 from corpus_tools.world.state.thing_kinds import KINDS
+from g3.errors import unknown_name
 from g3.groundings import FloatArray
 
 _ID = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -108,10 +109,7 @@ def _object_problems(
         field = ("objects", name)
         carried = robot is not None and robot.carries == name
         if thing.kind not in KNOWN:
-            known = ", ".join(KNOWN)
-            yield Problem(
-                (*field, "kind"), f"there is no kind {thing.kind!r}", f"the kinds are: {known}"
-            )
+            yield Problem((*field, "kind"), *unknown_name("kind", thing.kind, KNOWN))
         if carried and (thing.at is not None or thing.deck is not None):
             yield Problem(
                 (*field, "deck" if thing.at is None else "at"),
@@ -143,9 +141,7 @@ def _carrier_problems(
     below = objects.get(carrier)
     if below is None:
         decks = [name for name, thing in objects.items() if _has_deck(thing)]
-        yield Problem(
-            field, f"there is no object {carrier!r}", f"with decks: {', '.join(decks) or 'none'}"
-        )
+        yield Problem(field, *unknown_name("object", carrier, decks))
     elif not _has_deck(below):
         yield Problem(field, f"{carrier!r} has no deck", "name a truck or a trailer")
 
@@ -153,7 +149,7 @@ def _carrier_problems(
 def _load_problems(load: str, objects: Mapping[str, Thing]) -> Iterator[Problem]:
     field = ("robot", "carries")
     if load not in objects:
-        yield Problem(field, f"there is no object {load!r}", "correct the id")
+        yield Problem(field, *unknown_name("object", load, objects))
     elif objects[load].kind in KINDS and not may_be_lifted(objects[load]):
         yield Problem(field, f"the forks can't lift {load!r}", "name a load")
 

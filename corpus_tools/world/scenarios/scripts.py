@@ -9,6 +9,7 @@ from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box
 from corpus_tools.world.scenarios.documents import Problem
 from corpus_tools.world.scenarios.scenario import ROBOT, Robot, Thing, may_be_lifted
 from corpus_tools.world.state.robot_script import ACTIONS, DRIVE_TO, TURN, Script, ScriptStep
+from g3.errors import unknown_name
 from g3.geometry.plane import point_gap
 
 STANDING_ROOM_M = 0.6
@@ -52,7 +53,7 @@ class _State:
         """Do a step, if nothing is wrong with it."""
         action = ACTIONS.get(step.action)
         if action is None:
-            yield f"there is no action {step.action!r}", f"the actions are: {', '.join(ACTIONS)}"
+            yield unknown_name("action", step.action, ACTIONS)
             return
         wrong = {
             "object": self.wrong_object,
@@ -70,16 +71,14 @@ class _State:
 
     def wrong_object(self, step: ScriptStep) -> tuple[str, str] | None:
         if step.argument not in self.objects:
-            known = ", ".join(self.objects)
-            return f"there is no object {step.argument!r}", f"the objects are: {known or 'none'}"
+            return unknown_name("object", step.argument, self.objects)
         if step.argument == self.held and step.kind is not None and step.kind.aims:
             return f"{step.argument} is on the forks", "name another object"
         return None
 
     def wrong_place(self, step: ScriptStep) -> tuple[str, str] | None:
         if step.argument not in self.regions:
-            known = ", ".join(self.regions)
-            return f"there is no place {step.argument!r}", f"the places are: {known or 'none'}"
+            return unknown_name("place", step.argument, self.regions)
         return None
 
     def wrong_number(self, step: ScriptStep) -> tuple[str, str] | None:

@@ -7,13 +7,12 @@ module knows no simulator.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 from g3.actions import forklift_actions as forklift
 from g3.actions.action_kinds import ActionKind
+from g3.registry import Registry
 from g3.short_repr import short_repr
 
 Argument: TypeAlias = Literal["object", "place", "number"]
@@ -67,9 +66,7 @@ class ScriptStep:
 
 Script: TypeAlias = tuple[ScriptStep, ...]
 
-_ACTIONS: dict[str, ScriptAction] = {}
-
-ACTIONS: Mapping[str, ScriptAction] = MappingProxyType(_ACTIONS)
+ACTIONS: Registry[ScriptAction] = Registry("action")
 """All actions by name."""
 
 
@@ -81,9 +78,7 @@ def register_action(action: ScriptAction) -> ScriptAction:
     ValueError
         If another action has its name.
     """
-    if _ACTIONS.setdefault(action.name, action) != action:
-        raise ValueError(f"there is an action {action.name!r} already")
-    return action
+    return ACTIONS.add(action)
 
 
 def in_script(kind: ActionKind, argument: Argument) -> ScriptAction | None:

@@ -8,11 +8,10 @@ name modules that register kinds in the entry point group ``ct.kinds``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
-from g3.extensions import load_extensions
+from g3.registry import Registry
 from g3.short_repr import short_repr
 
 
@@ -50,9 +49,7 @@ class Kind:
     deck: tuple[float, float] | None = None
 
 
-_KINDS: dict[str, Kind] = {}
-
-KINDS: Mapping[str, Kind] = MappingProxyType(_KINDS)
+KINDS: Registry[Kind] = Registry("kind", "ct.kinds")
 """All kinds by name."""
 
 
@@ -64,9 +61,7 @@ def register_kind(kind: Kind) -> Kind:
     ValueError
         If another kind has its name.
     """
-    if _KINDS.setdefault(kind.name, kind) != kind:
-        raise ValueError(f"there is a kind {kind.name!r} already")
-    return kind
+    return KINDS.add(kind)
 
 
 FORKLIFT = register_kind(Kind("forklift", ("forklift",), (1.75, 1.2), (0.0, 2.1), ahead_m=-0.325))
@@ -136,8 +131,8 @@ def kind_of(labels: Iterable[str]) -> Kind:
     """
     words = re.findall("[a-z]+", " ".join(labels).lower())
     known = {_SAME_AS.get(word, word) for word in words}
-    best = max(_KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
+    best = max(KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
     return best if known.intersection(best.labels) else OTHER
 
 
-load_extensions("ct.kinds")
+KINDS.load_others()

@@ -146,8 +146,8 @@ def add_attention(
 ) -> None:
     """Sums over landmarks' points of attention and of attention times point.
 
-    Along a ray of length R, in units of the figure's distance, the integrals of r exp(-r) and
-    r² exp(-r) are 1 - (1 + R) exp(-R), and twice that less R² exp(-R).
+    Take a ray of length R, in units of the figure's distance. The integral of r exp(-r) along it is
+    1 - (1 + R) exp(-R); that of r² exp(-r) is twice that, less R² exp(-R).
 
     Parameters
     ----------

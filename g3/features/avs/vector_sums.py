@@ -86,12 +86,11 @@ def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> Float
 def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -> FloatArray:
     """Degrees, from 0 to 1, to which points lie ahead, left, behind and right of landmarks.
 
-    Attention is centred on the point of the landmark's border that faces the direction
-    in line with the figure, and falls off exponentially with the distance from it. The
-    vectors from all points of the landmark to the figure are summed with attention as
-    their weight; the angle between the sum and the direction gives the degree [1]_. The
-    height component of the original, which orders heights above a horizontal top, is
-    left out: on a map there is no gravity.
+    Attention is centred on the point of the landmark's border that faces the direction in line with
+    the figure. It falls off exponentially with the distance. The vectors from all points of the
+    landmark to the figure are summed with attention as their weight; the angle between the sum and
+    the direction gives the degree [1]_. The height component of the original, which orders heights
+    above a horizontal top, is left out: on a map there is no gravity.
 
     The landmark is seen as triangles from its centre of attention to its sides. Along a ray
     from there the sum has a closed form; along each side it is looked at in three points (Gauss

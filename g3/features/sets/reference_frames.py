@@ -29,9 +29,9 @@ LEAN_RAD = 1e-4
 def intrinsic_yaw(landmarks: FloatArray, agent: FloatArray) -> FloatArray:
     """Heading of a landmark's longest side, of the two senses the one more along the agent's.
 
-    Pallets and trailers have no front in the semantic map, so the sense is taken from
-    how the agent meets them. Of sides as long as each other, as a square's, the one more
-    along the agent's heading counts, not the one that the noise of its corners makes longer.
+    Pallets and trailers have no front in the semantic map, so the sense is taken from how the agent
+    meets them. Of sides that are as long, as a square's, the one more along the agent's heading
+    counts. So the noise of its corners doesn't decide.
     """
     edges = following(landmarks) - landmarks
     side = length(edges)

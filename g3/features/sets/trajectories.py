@@ -1,8 +1,7 @@
 """What a trajectory does: by itself, with the thing it acts on, towards its goal (section 3.3).
 
-Everything is computed from the candidate trajectory itself, in its own frames of
-reference, so a candidate that starts elsewhere than the annotated one is not given away
-by its start.
+Everything is computed from the candidate trajectory itself, in its own frames of reference. So the
+start of a candidate doesn't give away that it isn't the annotated one.
 """
 
 from __future__ import annotations

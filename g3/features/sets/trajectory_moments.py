@@ -1,9 +1,8 @@
 """Prism and direction features at the start, at the end and over a trajectory (section 3.3).
 
-"We compute the same set of features as for OBJECTs and PLACEs using the state at the
-beginning of the trajectory, the end of the trajectory, and the average during the
-trajectory." The average of a binary feature counts as true where it holds more than half
-of the time.
+"We compute the same set of features as for OBJECTs and PLACEs using the state at the beginning of
+the trajectory, the end of the trajectory, and the average during the trajectory." A binary feature
+is true on average where it holds for more than half of the time.
 """
 
 from __future__ import annotations

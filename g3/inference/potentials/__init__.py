@@ -5,7 +5,6 @@
 potentials, and what other distributions name in the entry point group ``g3.potentials``.
 """
 
-from g3.extensions import load_extensions
 from g3.inference.potentials import (
     attributes,
     changes,
@@ -20,6 +19,7 @@ from g3.inference.potentials import (
     sides,
     verbs,
 )
+from g3.inference.potentials.potential_registry import POTENTIALS
 
 __all__ = [
     "attributes",
@@ -36,4 +36,4 @@ __all__ = [
     "verbs",
 ]
 
-load_extensions("g3.potentials")
+POTENTIALS.load_others()

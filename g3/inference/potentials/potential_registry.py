@@ -19,12 +19,12 @@ from typing import Any, Literal, Protocol, get_args
 import numpy as np
 
 from g3.errors import ModelError
-from g3.extensions import summary_of
 from g3.features.factor_batch import Role
-from g3.features.feature_registry import catalogue
+from g3.features.feature_registry import FEATURES
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.problem.grounding_problem import GroundingProblem
+from g3.registry import Registry, summary_of
 from g3.sdc.clauses import SDCType
 from g3.short_repr import short_repr
 
@@ -116,7 +116,9 @@ class Potential:
         return self.weight == HARD
 
 
-_CATALOGUE: dict[str, Potential] = {}
+POTENTIALS: Registry[Potential] = Registry(
+    "potential", "g3.potentials", error=ModelError, see="'ct features list' shows the potentials"
+)
 _BY_KIND: dict[Kind, list[Potential]] = {kind: [] for kind in get_args(Kind)}
 
 
@@ -131,11 +133,11 @@ def potential(
     """Register a function as a potential; the parameters are those of `Potential`."""
 
     def register(measure: Measure) -> Measure:
-        if name in _CATALOGUE or any(feature.name == name for feature in catalogue()):
-            raise ValueError(f"there is a potential or a feature set {name!r} already")
+        if name in FEATURES:
+            raise ValueError(f"the feature set {name!r} is registered already")
         about = summary_of(measure)
         added = Potential(name, about, kind, tuple(types), tuple(roles), weight, measure)
-        _CATALOGUE[name] = added
+        POTENTIALS.add(added)
         _BY_KIND[kind] = sorted([*_BY_KIND[kind], added], key=lambda p: p.name)
         return measure
 
@@ -165,14 +167,10 @@ def ablation(names: Iterable[str]) -> Ablation:
         If a name is neither.
     """
     wanted = frozenset(names)
-    sets = frozenset(feature.name for feature in catalogue())
-    unknown = sorted(wanted - sets - set(_CATALOGUE))
-    if unknown:
-        raise ModelError(
-            f"there is no feature set or potential {unknown[0]!r}",
-            fix=f"'ct features list' shows the feature sets: {', '.join(sorted(sets))}; "
-            f"and the potentials: {', '.join(sorted(_CATALOGUE))}",
-        )
+    sets, more = frozenset(FEATURES), "'ct features list' shows them all"
+    for name in sorted(wanted - sets - set(POTENTIALS)):
+        known = [*sorted(sets), *sorted(POTENTIALS)]
+        raise ModelError.unknown("feature set or potential", name, known, more=more)
     return Ablation(wanted & sets, wanted - sets)
 
 
@@ -185,12 +183,7 @@ def check_potentials(names: Iterable[str]) -> frozenset[str]:
         If one is not in the catalogue.
     """
     wanted = frozenset(names)
-    unknown = sorted(wanted - set(_CATALOGUE))
-    if unknown:
-        raise ModelError(
-            f"there is no potential {unknown[0]!r}",
-            fix="'ct features list' shows the potentials: " + ", ".join(sorted(_CATALOGUE)),
-        )
+    POTENTIALS.check(wanted)
     return wanted
 
 

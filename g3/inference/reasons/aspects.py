@@ -1,4 +1,4 @@
-"""Reasons in plain words: features that tell of the same sort of thing are told together."""
+"""Reasons in plain words: features of the same sort are put together."""
 
 from __future__ import annotations
 

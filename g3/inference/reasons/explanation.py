@@ -1,6 +1,6 @@
 """Why things and actions were chosen: the features and words that spoke for each grounding.
 
-They are told against the best rival, as most of what is so of the one is so of the other.
+They are compared with the best rival, as most of what is so of the one is so of the other.
 :mod:`g3.inference.reasons.aspects` puts them in words.
 """
 

@@ -1,9 +1,9 @@
 """The second pass: action sequences for EVENTs and PATHs (section 3.4).
 
-A beam of hypotheses goes through the top-level clauses: for each clause every action that is
-possible in a hypothesis' state is scored with every candidate of the clause's theme and goal, and
-the state that the action leads to is where the next clause begins. Hypotheses with equal
-scores keep the order in which they were found.
+A beam of hypotheses goes through the top-level clauses: for each clause, every action that is
+possible in a hypothesis' state is scored with every candidate of the clause's theme and goal. The
+next clause begins in the state that the action leads to. Hypotheses with equal scores keep the
+order in which they were found.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Training for inference: a corpus's examples together with those of the search's own space.
 
 OBJECTs and PLACEs learn from the corpus's labelled examples and from the candidates of the first
-pass, EVENTs and PATHs from the actions of the second alone. So each factor is trained on what it
-chooses among at inference.
+pass. EVENTs and PATHs learn from the actions of the second pass alone. So each factor is trained on
+what it chooses among at inference.
 """
 
 from __future__ import annotations

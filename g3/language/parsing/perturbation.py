@@ -93,9 +93,7 @@ def perturb(text: str, kind: str, *, seed: int = 0, sdcs: Sequence[SDC] = ()) ->
         If there is no such kind.
     """
     if kind not in PERTURBATIONS:
-        raise FormatError(
-            f"there is no perturbation {kind!r}", fix=f"give one of {', '.join(PERTURBATIONS)}"
-        )
+        raise FormatError.unknown("perturbation", kind, PERTURBATIONS)
     lone = {
         fields[0]
         for sdc in breadth_first(sdcs)

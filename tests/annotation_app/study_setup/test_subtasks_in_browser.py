@@ -15,18 +15,15 @@ pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser as Known
-<<<<<<< HEAD
-from tests.annotation_app.in_browser import errors_of, late, launched, serving, violations, width_of
-=======
 from tests.annotation_app.in_browser import (
     errors_of,
+    late,
     launched,
     out_of_sight,
     serving,
     violations,
     width_of,
 )
->>>>>>> study
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export, study_of
 

@@ -116,8 +116,8 @@ def test_generate_keeps_to_layouts(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("show", "nowhere"), "nor a scenario of that name"),
-        (("list", "--dataset", "nowhere"), "nor a bundled dataset"),
+        (("show", "nowhere"), "no file or scenario"),
+        (("list", "--dataset", "nowhere"), "bundled dataset"),
         (("generate", "--seed", "1", "--count", "1", "--layout", "x", "--out", "o"), "no layout"),
     ],
 )

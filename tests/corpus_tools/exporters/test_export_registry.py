@@ -8,8 +8,13 @@ from pathlib import Path
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.exporters import export_registry
-from corpus_tools.exporters.export_registry import Exporter, export_corpus_to, exporters, register
+from corpus_tools.exporters.export_registry import (
+    EXPORTERS,
+    Exporter,
+    export_corpus_to,
+    exporters,
+    register,
+)
 from g3.errors import FormatError
 from tests.tiny_corpus import tiny_corpus
 
@@ -25,11 +30,11 @@ def test_the_formats_have_a_line_each():
     assert all(callable(exporter.load()) for exporter in exporters())
 
 
-def test_others_can_add_formats(monkeypatch, tmp_path: Path):
-    monkeypatch.setattr(export_registry, "_exporters", dict(export_registry._exporters))
+def test_others_can_add_formats(monkeypatch, request, tmp_path: Path):
     mine = Exporter("mine", "Texts.", f"{__name__}:commands_only", "commands.txt", True)
     monkeypatch.setattr(Exporter, "load", lambda self: commands_only)
     register(mine)
+    request.addfinalizer(lambda: EXPORTERS.remove("mine"))
     corpus = tiny_corpus()
     assert export_corpus_to(corpus, "mine", tmp_path / "out") == ("commands.txt",)
     texts = (tmp_path / "out" / "commands.txt").read_text().splitlines()

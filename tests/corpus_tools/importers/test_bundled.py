@@ -64,7 +64,7 @@ def test_the_sources_stand_for_their_corpus(quick):
 
 
 def test_unknown_names_are_told_the_known_ones():
-    with pytest.raises(FormatError, match="bundled ones are: warehouse"):
+    with pytest.raises(FormatError, match="did you mean 'warehouse'"):
         bundled.resolve("warehose")
 
 

@@ -79,7 +79,7 @@ def test_a_list_of_clauses():
     [
         ("words", "command[1]", "not a list"),
         (["words"], "command[1][0]", "not an SDC"),
-        ([{"THING": {}}], "command[1][0].THING", "not a type"),
+        ([{"THING": {}}], "command[1][0].THING", "no type"),
         ([{"EVENT": {}, "PATH": {}}], "command[1][0]", "not an SDC"),
         ([{"EVENT": {"x": "Put"}}], "command[1][0].EVENT", "mapping of f, r, l and l2"),
         ([{"EVENT": {"r": {"PATH": {}}}}], "command[1][0].EVENT.r", "relation holds an SDC"),

@@ -7,8 +7,8 @@ from click.testing import CliRunner
 
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
+from eval.absence.absence_evidence import PRESENT, AbsenceEvidence, any_nouns, without
 from eval.absence.absence_report import figures
-from eval.absence.absence_trials import PRESENT, AbsenceTrials, any_nouns, without
 from eval.cli.eval_commands import evaluate
 from tests.eval.yard import yards
 
@@ -22,8 +22,8 @@ def test_a_world_without_labels_keeps_its_robot():
 
 
 def test_figures_are_shares_below_a_threshold():
-    trials = AbsenceTrials("c", (1.0, 0.2, PRESENT, 1.0), (0.1, 0.3, 1.0), (0.0, 0.5), ())
-    found = figures(trials, 0.25)
+    evidence = AbsenceEvidence("c", (1.0, 0.2, PRESENT, 1.0), (0.1, 0.3, 1.0), (0.0, 0.5), ())
+    found = figures(evidence, 0.25)
     assert found == {
         "threshold": 0.25,
         "false_alarms": 0.25,
@@ -34,7 +34,7 @@ def test_figures_are_shares_below_a_threshold():
 
 def test_the_threshold_for_a_share_of_false_alarms_is_the_largest():
     own = tuple(0.1 * (1 + i // 5) for i in range(40))  # 0.1 five times, 0.2 five times ...
-    found = figures(AbsenceTrials("c", (*own, *[PRESENT] * 60), (0.15, 0.25), (), ()))
+    found = figures(AbsenceEvidence("c", (*own, *[PRESENT] * 60), (0.15, 0.25), (), ()))
     # Five of a hundred are below 0.2, ten below 0.3.
     assert found["threshold"] == pytest.approx(0.2)
     assert (found["false_alarms"], found["seen_removed"]) == (0.05, 0.5)

@@ -15,7 +15,7 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from eval.table_1.correspondence import ROW_TYPES
-from eval.table_1.experiment import curve_sizes
+from eval.table_1.held_out_predictions import curve_sizes
 from g3.features.feature_registry import select
 from g3.learning.examples import examples
 from g3.learning.factor_matrix import matrix_of_examples
@@ -285,8 +285,8 @@ def test_slicing_gives_what_training_on_the_slice_gives():
         ),
         (["--table", "1", *CV, "--out", "no/file"], "there is no folder no"),
         (["--table", "1", *CV, "--l2", "0"], "--l2"),
-        (["--table", "1", "--corpus", "nowhere"], "nowhere: there is no such folder"),
-        (["--table", "1", "--corpus", "tiny", "--test-scenarios", "x"], "known scenarios: put_on"),
+        (["--table", "1", "--corpus", "nowhere"], "there is no folder or bundled corpus"),
+        (["--table", "1", "--corpus", "tiny", "--test-scenarios", "x"], "give one of put_on"),
         (
             ["--table", "1", "--corpus", "tiny", "--test-scenarios", ",".join(SCENARIOS)],
             "there are no examples to train on",

@@ -13,14 +13,14 @@ from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_1.correspondence import Predictions
-from eval.table_1.experiment import tested_examples as examples_of
+from eval.table_1.divided_examples import Choices
 from eval.table_1.given_predictions import (
     compare_predictions,
     id_of,
     read_predictions,
     write_form,
 )
-from eval.table_1.protocol import Choices
+from eval.table_1.held_out_predictions import tested_examples as examples_of
 from g3.errors import FormatError
 
 SCENARIOS = ("court_put_crate_on_trailer", "dock_pick_up_tires", "hall_pick_up_boxes")

@@ -9,11 +9,9 @@ from click.testing import CliRunner
 from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.cli.eval_commands import evaluate
 from eval.judging.judge_registry import judge_named, plan_judge
-from eval.parsing import parser_registry
-from eval.parsing.parser_registry import parser
-from eval.table_3 import grounder_registry
+from eval.parsing.parser_registry import PARSERS, parser
 from eval.table_3.end_to_end import run
-from eval.table_3.grounder_registry import Proposal, grounder, grounder_named
+from eval.table_3.grounder_registry import GROUNDERS, Proposal, grounder, grounder_named
 from eval.table_3.plan_rows import rows
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import PICK_UP
@@ -35,13 +33,12 @@ def folders(tmp_path_factory):
 @pytest.fixture
 def registered():
     """What a test registers is gone after it."""
-    before = dict(grounder_registry._GROUNDERS), dict(parser_registry._PARSERS)
+    known = GROUNDERS, PARSERS
+    before = [set(registry) for registry in known]
     yield
-    for known, kept in zip(
-        (grounder_registry._GROUNDERS, parser_registry._PARSERS), before, strict=True
-    ):
-        known.clear()
-        known.update(kept)
+    for registry, kept in zip(known, before, strict=True):
+        for name in set(registry) - kept:
+            registry.remove(name)
 
 
 def follow(folders, name, **options):

@@ -224,7 +224,7 @@ def test_others_add_kinds() -> None:
         with pytest.raises(ValueError, match="'nod' is registered already"):
             action_kind("nod", WAIT.course)(nod.propose)
     finally:
-        del KINDS["nod"]
+        KINDS.remove("nod")
 
 
 SHOW = """

@@ -222,7 +222,7 @@ def test_nesting_is_limited_everywhere():
         (SDC("OBJECT", (Span(0, "a b"),)), "SDC.f: 'a b' is not a word"),
         (SDC("OBJECT", (Span(0, ""),)), "SDC.f: '' is not a word"),
         (SDC("OBJECT", (Span(-1, "a"),)), "SDC.f: the word 'a' has the position -1"),
-        (SDC("THING"), "SDC: unknown type 'THING'"),  # type: ignore[arg-type]
+        (SDC("THING"), "SDC: there is no type 'THING'"),  # type: ignore[arg-type]
         (SDC("PATH", landmark2=(SDC("PATH", relation=(Span(0, ""),)),)), "SDC.l2[0].r: '' is not"),
     ],
 )
@@ -237,9 +237,9 @@ def test_ill_formed_trees_are_refused(sdc, message):
     [
         ({}, "SDCs: expected a list of clauses"),
         (["EVENT"], "SDC 1: expected a clause, an object with a type"),
-        ([{"type": "EVENT"}, {}], "SDC 2: unknown type None (use one of EVENT, OBJECT"),
-        ([{"type": []}], "SDC 1: unknown type []"),
-        ([{"type": "PATH", "g": []}], "SDC 1: unknown field 'g'"),
+        ([{"type": "EVENT"}, {}], "SDC 2: there is no type None (give one of EVENT, OBJECT"),
+        ([{"type": []}], "SDC 1: there is no type []"),
+        ([{"type": "PATH", "g": []}], "SDC 1: there is no field 'g'"),
         ([{"type": "PATH", "r": "on"}], "SDC 1.r: expected a list of words or clauses"),
         ([{"type": "PATH", "r": [["on", True]]}], "SDC 1.r[0]: expected a word, [text, start]"),
         ([{"type": "PATH", "l": [{"type": "PATH", "r": [3]}]}], "SDC 1.l[0].r[0]: expected a word"),

@@ -43,9 +43,9 @@ def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
     """The scenario with a number among those of a seed.
 
     It depends on the seed, the number and the layouts alone. The tasks take turns, so that
-    scenarios with numbers in a row cover all of them. Nothing is in anything else, the robot
-    has lanes to all that it enters or puts down, and there is a way with room to turn between
-    all places where it must be.
+    scenarios with numbers in a row cover all of them. Nothing is in anything else. The robot has
+    lanes to all that it enters or puts down. There is a way with room to turn between all places
+    where it must be.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """What a generated scenario is about: where the robot gets a load, and what it does then.
 
-A task is a source and a goal. Both put into a draft what they need, with room for the robot
-to get there, and say what they are in the words of a title.
+A task is a source and a goal. Both put what they need into a draft, with room for the robot to get
+there. They name themselves in the words of a title.
 """
 
 from __future__ import annotations

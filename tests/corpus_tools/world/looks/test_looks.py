@@ -72,7 +72,7 @@ def test_every_kind_has_a_look() -> None:
 
 
 def test_a_kind_has_one_look() -> None:
-    with pytest.raises(ValueError, match="'truck' has a look already"):
+    with pytest.raises(ValueError, match="'truck' is registered already"):
         look("truck")(plain)
 
 

@@ -90,7 +90,7 @@ class Choices:
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class DividedExamples:
     """Examples, and how they are divided.
 
     Parameters
@@ -119,7 +119,7 @@ def chosen_sets(choices: Choices) -> tuple[FeatureSet, ...]:
     return select(without=ablation(choices.ablate).sets, plus=choices.plus)
 
 
-def set_up(choices: Choices) -> Trial:
+def set_up(choices: Choices) -> DividedExamples:
     """Read the corpora and divide the examples.
 
     Raises
@@ -157,7 +157,7 @@ def set_up_model(choices: Choices) -> tuple[GroundingModel, Sequence[Example], M
     return model, items, metadata
 
 
-def _one_corpus(choices: Choices) -> Trial:
+def _one_corpus(choices: Choices) -> DividedExamples:
     corpus = open_corpus(choices.corpus)
     items = _examples(corpus, choices.negatives, choices)
     tested = items
@@ -177,8 +177,8 @@ def _one_corpus(choices: Choices) -> Trial:
     else:
         held_out = draw_scenarios(known, np.random.default_rng([choices.seed, _STREAM]))
     metadata |= {"protocol": "held-out scenarios", "test_scenarios": list(held_out)}
-    trial = _divided(items, tested, lambda names: [hold_out(names, held_out)], metadata)
-    return replace(trial, metadata=metadata | _sides(trial.items, trial.splits[0]))
+    divided = _divided(items, tested, lambda names: [hold_out(names, held_out)], metadata)
+    return replace(divided, metadata=metadata | _sides(divided.items, divided.splits[0]))
 
 
 def _divided(
@@ -186,20 +186,20 @@ def _divided(
     tested: Sequence[Example],
     divide: Callable[[Sequence[str]], Sequence[Split]],
     metadata: Metadata,
-) -> Trial:
+) -> DividedExamples:
     """Divide examples by their scenarios; others than are trained on may be tested on."""
     splits = divide(scenarios(items))
     if tested is items:
-        return Trial(items, splits, metadata)
+        return DividedExamples(items, splits, metadata)
     behind = [len(items) + split.test for split in divide(scenarios(tested))]
-    return Trial(
+    return DividedExamples(
         [*items, *tested],
         [replace(split, test=test) for split, test in zip(splits, behind, strict=True)],
         metadata,
     )
 
 
-def _two_corpora(choices: Choices) -> Trial:
+def _two_corpora(choices: Choices) -> DividedExamples:
     train, test = open_corpus(choices.train), open_corpus(choices.test)
     known = _examples(train, choices.negatives, choices)
     unseen = _examples(test, choices.tested_negatives, choices)
@@ -213,7 +213,7 @@ def _two_corpora(choices: Choices) -> Trial:
         "test_corpus": test.hash,
         **_sides(items, split),
     }
-    return Trial(items, [split], metadata)
+    return DividedExamples(items, [split], metadata)
 
 
 def _examples(corpus: Corpus, negatives: Negatives, choices: Choices) -> list[Example]:

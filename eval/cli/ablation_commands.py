@@ -17,7 +17,7 @@ from eval.cli.mode_options import OUT, SEED, TRAIN_AND_TEST, is_terminal, write
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
-    from eval.on_trial.trial import Clauses
+    from eval.on_trial.ablation_runs import Clauses
     from eval.tables.formats import Format
 
 TRAIN, _ = TRAIN_AND_TEST
@@ -86,7 +86,7 @@ def _several(_ctx: click.Context, option: click.Parameter, value: str) -> tuple[
 @format_option("csv", about="For people, for programs, or for spreadsheets.")
 @OUT
 @WORKERS
-def trial(
+def ablations(
     *,
     train: str,
     test: tuple[str, ...],
@@ -112,14 +112,16 @@ def trial(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.on_trial.trial import Trial, on_trial, run
-    from eval.on_trial.trial_report import render
-    from eval.on_trial.trial_rows import rows
+    from eval.on_trial.ablation_report import render
+    from eval.on_trial.ablation_rows import rows
+    from eval.on_trial.ablation_runs import Ablations, on_trial, run
     from eval.table_3.kept_outcomes import kept_beside
     from g3.features.feature_registry import CATALOGUE_VERSION
 
     potentials, sets = on_trial(potential_names, set_names, all_sets=all_sets)
-    asked = Trial(tuple(train.split(",")), test, potentials, sets, clauses, l2 or 1.0, seed, most)
+    asked = Ablations(
+        tuple(train.split(",")), test, potentials, sets, clauses, l2 or 1.0, seed, most
+    )
     hashes = {name: open_corpus(name).hash for name in (*asked.train, *asked.test)}
     settings = {
         "program": __version__,

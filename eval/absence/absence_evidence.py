@@ -1,8 +1,8 @@
 """Commands in worlds from which what they mean was removed, and nouns of anything at all.
 
-Each command is given in its own world, where an alarm is false, and in that world without all
-things that share a label with something it means, where an alarm is right. What a model would have
-learned of words and labels is learned from other scenarios alone.
+Each command is given in its own world, where an alarm is false. It is also given in that world
+without all things that share a label with something it means: there an alarm is right. What a model
+would have learned of words and labels is learned from other scenarios alone.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PRESENT = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class AbsenceTrials:
+class AbsenceEvidence:
     """How present the least present noun is, from 0 to 1; `PRESENT` where none can be absent.
 
     Parameters
@@ -61,9 +61,9 @@ class AbsenceTrials:
     alarms: tuple[tuple[str, float], ...]
 
 
-def absence_trials(
+def absence_evidence(
     corpora: Sequence[Corpus], seed: int, on_progress: OnProgress = no_progress
-) -> list[AbsenceTrials]:
+) -> list[AbsenceEvidence]:
     """Hold all commands of some corpora against their worlds, and against poorer ones.
 
     Raises
@@ -107,7 +107,7 @@ def absence_trials(
                 removed.append(min(poorer.values(), default=PRESENT))
         worst = tuple(sorted(alarms, key=lambda alarm: alarm[1]))
         found.append(
-            AbsenceTrials(corpus.name, tuple(own), tuple(removed), tuple(other), worst[:50])
+            AbsenceEvidence(corpus.name, tuple(own), tuple(removed), tuple(other), worst[:50])
         )
     return found
 

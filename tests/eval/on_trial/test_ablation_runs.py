@@ -10,10 +10,10 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.on_trial import trial as trials
-from eval.on_trial.trial import NOTHING, Trial, on_trial, run
-from eval.on_trial.trial_report import render
-from eval.on_trial.trial_rows import COLUMNS, rows, sign_test, verdict
+from eval.on_trial import ablation_runs
+from eval.on_trial.ablation_report import render
+from eval.on_trial.ablation_rows import COLUMNS, rows, sign_test, verdict
+from eval.on_trial.ablation_runs import NOTHING, Ablations, on_trial, run
 from eval.table_3 import end_to_end
 from eval.table_3.outcomes import Outcome
 from g3.errors import CorpusError, ModelError
@@ -133,7 +133,7 @@ def ran(*arguments):
 
 def test_a_potential_that_says_nothing_changes_nothing(few):
     """Commands are not followed again without it, and Table 3 shows that they needn't be."""
-    found = run(Trial((few,), (few,), ("verb-take", "side", "alone", "ordinal")))[few]
+    found = run(Ablations((few,), (few,), ("verb-take", "side", "alone", "ordinal")))[few]
     assert set(found) == {NOTHING, "verb-take", "side"}
     for name in ("alone", "ordinal", "verb-take"):
         followed = end_to_end.run(few, few, configurations=("gold",), ablate=(name,))
@@ -182,7 +182,7 @@ def test_a_run_that_was_stopped_goes_on(few, tmp_path, monkeypatch):
     asked = ["--train", few, "--test", few, "--potential", "verb-take", "--json"]
     whole = ran(*asked).stdout
     asked += ["--out", str(out)]
-    follow, begun = trials.follow_command, []
+    follow, begun = ablation_runs.follow_command, []
 
     def stopping(which, tested, *others):
         begun.append(tested.command.scenario)
@@ -190,7 +190,7 @@ def test_a_run_that_was_stopped_goes_on(few, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return follow(which, tested, *others)
 
-    monkeypatch.setattr(trials, "follow_command", stopping)
+    monkeypatch.setattr(ablation_runs, "follow_command", stopping)
     assert ran(*asked).exit_code
     (part,) = tmp_path.iterdir()
     assert part.name == "trial.json.part"
@@ -201,7 +201,7 @@ def test_a_run_that_was_stopped_goes_on(few, tmp_path, monkeypatch):
         begun.append(tested.command.scenario)
         return follow(which, tested, *others)
 
-    monkeypatch.setattr(trials, "follow_command", noting)
+    monkeypatch.setattr(ablation_runs, "follow_command", noting)
     again = ran(*asked)
     assert again.exit_code == 0, again.output
     assert "1 scenarios are done already" in again.stderr
@@ -212,23 +212,24 @@ def test_a_run_that_was_stopped_goes_on(few, tmp_path, monkeypatch):
 
 
 def test_a_scenario_that_fails_is_told_after_the_others(few, monkeypatch):
-    follow = trials.follow_command
+    follow = ablation_runs.follow_command
 
     def failing(which, tested, *others):
         if tested.command.id == COMMANDS[0]:
             raise ValueError("it broke")
         return follow(which, tested, *others)
 
-    monkeypatch.setattr(trials, "follow_command", failing)
+    monkeypatch.setattr(ablation_runs, "follow_command", failing)
     done = []
     with pytest.raises(CorpusError, match="commands of 1 scenarios can't be followed: court"):
-        run(Trial((few,), (few,)), on_part=lambda key, _: done.append(key))
+        run(Ablations((few,), (few,)), on_part=lambda key, _: done.append(key))
     assert [key.split(" | ")[-1] for key in done] == ["hall_pick_up_boxes"]
 
 
 def test_extracted_clauses_can_be_taken_throughout(few):
     gold, auto = (
-        run(Trial((few,), (few,), clauses=clauses))[few][NOTHING] for clauses in ("gold", "auto")
+        run(Ablations((few,), (few,), clauses=clauses))[few][NOTHING]
+        for clauses in ("gold", "auto")
     )
     assert [o.command for o in gold] == [o.command for o in auto]
     # Words of clauses are judged only where people have annotated them.

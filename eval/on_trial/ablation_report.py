@@ -1,4 +1,4 @@
-"""Rules and features on trial as text, JSON and CSV."""
+"""Ablations as text, JSON and CSV."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from rich.table import Table
 
-from eval.on_trial.trial_rows import COLUMNS, TrialRow, verdict
+from eval.on_trial.ablation_rows import COLUMNS, AblationRow, verdict
 from eval.tables.formats import Format, cell, delimited, document, table_text
 
 NOTES = (
@@ -17,7 +17,7 @@ NOTES = (
 
 
 def render(
-    rows: Sequence[TrialRow],
+    rows: Sequence[AblationRow],
     form: Format,
     metadata: Mapping[str, object],
     *,
@@ -43,12 +43,12 @@ def render(
     return table_text({"On trial": table}, NOTES, metadata, terminal=terminal)
 
 
-def _by_name(rows: Sequence[TrialRow]) -> Iterator[tuple[str, list[TrialRow]]]:
+def _by_name(rows: Sequence[AblationRow]) -> Iterator[tuple[str, list[AblationRow]]]:
     for name in dict.fromkeys(row["name"] for row in rows):
         yield name, [row for row in rows if row["name"] == name]
 
 
-def _cells(row: TrialRow) -> tuple[str, str, str, str]:
+def _cells(row: AblationRow) -> tuple[str, str, str, str]:
     if not row["won"] + row["lost"]:
         return "0", "0", "-", "-"
     return str(row["won"]), str(row["lost"]), f"{row['p']:.3f}", f"{row['p_holm']:.3f}"

@@ -16,10 +16,17 @@ from corpus_tools.runtime.progress import OnProgress
 from eval.splits import IntArray
 from eval.statistics.estimates import FloatArray
 from eval.table_1.correspondence import TYPES, Predictions, RowType, predicted_true
+from eval.table_1.divided_examples import (
+    Choices,
+    DividedExamples,
+    Metadata,
+    chosen_sets,
+    set_up,
+    set_up_model,
+)
 from eval.table_1.error_lists import Example as ShownExample
 from eval.table_1.given_predictions import OURS, read_predictions
 from eval.table_1.learning_curve import CurvePoint
-from eval.table_1.protocol import Choices, Metadata, Trial, chosen_sets, set_up, set_up_model
 from g3.errors import CorpusError
 from g3.learning.examples import Example, labels
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
@@ -68,17 +75,17 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
     if choices.model is not None:
         model, items, metadata = set_up_model(choices)
         return Result(items, predictions(items, model.predict_proba(items)[:, 1]), metadata)
-    trial, factors = _set_up(choices)
+    divided, factors = _set_up(choices)
     parts = []
-    for done, split in enumerate(trial.splits, start=1):
+    for done, split in enumerate(divided.splits, start=1):
         model = GroundingModel(l2=choices.strength).fit(factors[split.train])
         parts.append(model.predict_proba(factors[split.test])[:, 1])
         if on_progress:
-            on_progress("training", done, len(trial.splits))
-    rows = np.concatenate([split.test for split in trial.splits])
+            on_progress("training", done, len(divided.splits))
+    rows = np.concatenate([split.test for split in divided.splits])
     order = np.argsort(rows, kind="stable")
-    tested = [trial.items[row] for row in rows[order]]
-    return Result(tested, predictions(tested, np.concatenate(parts)[order]), trial.metadata)
+    tested = [divided.items[row] for row in rows[order]]
+    return Result(tested, predictions(tested, np.concatenate(parts)[order]), divided.metadata)
 
 
 def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
@@ -107,15 +114,15 @@ def tested_examples(choices: Choices) -> list[Example]:
     """The examples that :func:`run` tests, in its order, without training anything."""
     if choices.model is not None:
         return list(set_up_model(choices)[1])
-    trial = set_up(choices)
-    rows = np.sort(np.concatenate([split.test for split in trial.splits]), kind="stable")
-    return [trial.items[row] for row in rows]
+    divided = set_up(choices)
+    rows = np.sort(np.concatenate([split.test for split in divided.splits]), kind="stable")
+    return [divided.items[row] for row in rows]
 
 
-def _set_up(choices: Choices) -> tuple[Trial, FactorMatrix]:
+def _set_up(choices: Choices) -> tuple[DividedExamples, FactorMatrix]:
     """The examples and how they are divided, with the features that are chosen."""
-    trial = set_up(choices)
-    return trial, matrix_of_examples(trial.items, chosen_sets(choices))
+    divided = set_up(choices)
+    return divided, matrix_of_examples(divided.items, chosen_sets(choices))
 
 
 def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:
@@ -153,8 +160,8 @@ def learning_curve(
         The mean error over the orders, with its least and its greatest value; and what to
         record with it.
     """
-    trial, factors = _set_up(choices)
-    items, splits = trial.items, trial.splits
+    divided, factors = _set_up(choices)
+    items, splits = divided.items, divided.splits
     sizes = curve_sizes(min(_annotated(items, split.train) for split in splits))
     tested = np.concatenate([split.test for split in splits])
     errors = np.empty((repeats, len(sizes), len(TYPES) + 1))
@@ -185,7 +192,7 @@ def learning_curve(
         for row, kind in enumerate(kinds)
         for step in range(len(sizes))
     )
-    return points, {**trial.metadata, "repeats": repeats}
+    return points, {**divided.metadata, "repeats": repeats}
 
 
 def curve_sizes(total: int) -> tuple[int, ...]:

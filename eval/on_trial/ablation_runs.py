@@ -38,8 +38,8 @@ OnPart = Callable[[str, Followed], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
-    """What is tried, and how.
+class Ablations:
+    """What is switched off in turn, and on which commands.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class _Part:
 
 
 def run(
-    trial: Trial,
+    asked: Ablations,
     *,
     done: Mapping[str, Followed] = MappingProxyType({}),
     on_part: OnPart | None = None,
@@ -135,10 +135,10 @@ def run(
         If that fails for a scenario, after all others are done.
     """
     scenarios = {
-        name: sorted({t.command.scenario for t in judged_commands(open_corpus(name), trial.most)})
-        for name in trial.test
+        name: sorted({t.command.scenario for t in judged_commands(open_corpus(name), asked.most)})
+        for name in asked.test
     }
-    rounds = (NOTHING, *trial.feature_sets)
+    rounds = (NOTHING, *asked.feature_sets)
     parts = {
         without: [_Part(without, name, s) for name, own in scenarios.items() for s in own]
         for without in rounds
@@ -148,7 +148,7 @@ def run(
     failed: list[Done[_Part, dict[str, list[Outcome]]]] = []
     for without in rounds:
         left = [part for part in parts[without] if part.key not in found]
-        for item in _followed(trial, without, left, workers or Workers(), on_progress):
+        for item in _followed(asked, without, left, workers or Workers(), on_progress):
             if item.result is None:
                 failed.append(item)
                 continue
@@ -164,7 +164,7 @@ def run(
             where=failed[0].item.corpus,
             fix=f"the first says {type(first).__name__}: {first}",
         ) from first
-    together: dict[str, dict[str, list[Outcome]]] = {name: {} for name in trial.test}
+    together: dict[str, dict[str, list[Outcome]]] = {name: {} for name in asked.test}
     for part in (p for own in parts.values() for p in own):
         for off, outcomes in found[part.key].items():
             together[part.corpus].setdefault(off, []).extend(outcomes)
@@ -172,7 +172,7 @@ def run(
 
 
 def _followed(
-    trial: Trial,
+    asked: Ablations,
     without: str,
     parts: Sequence[_Part],
     workers: Workers,
@@ -181,16 +181,16 @@ def _followed(
     """What comes of each part; the workers make what they learn from together."""
     if not parts:
         return
-    known = [open_corpus(name) for name in trial.train]
+    known = [open_corpus(name) for name in asked.train]
     sets = search_sets({without} - {NOTHING})
     with Executor(workers) as executor:
         data = data_of(
-            known, sets=sets, seed=trial.seed, executor=executor, on_progress=on_progress
+            known, sets=sets, seed=asked.seed, executor=executor, on_progress=on_progress
         )
         with written(data) as file:
             del data
             try:
-                yield from executor.work(functools.partial(_follow, trial=trial, file=file), parts)
+                yield from executor.work(functools.partial(_follow, asked=asked, file=file), parts)
             finally:
                 _lessons.cache_clear()
                 _tested.cache_clear()
@@ -205,16 +205,16 @@ class _Lessons:
 
 
 @functools.lru_cache(maxsize=1)
-def _lessons(trial: Trial, without: str, file: Path) -> _Lessons:
-    known = [open_corpus(name) for name in trial.train]
+def _lessons(asked: Ablations, without: str, file: Path) -> _Lessons:
+    known = [open_corpus(name) for name in asked.train]
     # A cluster's worker may not see the file.
     data = (
         read(file)
         if file.is_file()
-        else data_of(known, sets=search_sets({without} - {NOTHING}), seed=trial.seed)
+        else data_of(known, sets=search_sets({without} - {NOTHING}), seed=asked.seed)
     )
     choices = load_choices_of(known)
-    return _Lessons(costs_without(data, choices, l2=trial.l2), extractor_without(known))
+    return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known))
 
 
 @functools.lru_cache(maxsize=1)
@@ -222,12 +222,12 @@ def _tested(corpus: str, most: int) -> Sequence[JudgedCommand]:
     return judged_commands(open_corpus(corpus), most)
 
 
-def _follow(part: _Part, *, trial: Trial, file: Path) -> dict[str, list[Outcome]]:
+def _follow(part: _Part, *, asked: Ablations, file: Path) -> dict[str, list[Outcome]]:
     """The outcomes of a scenario's commands by what is switched off."""
-    lessons = _lessons(trial, part.without, file)
+    lessons = _lessons(asked, part.without, file)
     cost = lessons.cost_of(part.scenario)
-    own = [t for t in _tested(part.corpus, trial.most) if t.command.scenario == part.scenario]
-    if trial.clauses == "auto":
+    own = [t for t in _tested(part.corpus, asked.most) if t.command.scenario == part.scenario]
+    if asked.clauses == "auto":
         own = [replace(t, annotation=None) for t in own]
     texts = [t.command.text for t in own if not t.annotation]
     trees = iter(lessons.extractor_of(part.scenario).predict(texts) if texts else ())
@@ -238,7 +238,7 @@ def _follow(part: _Part, *, trial: Trial, file: Path) -> dict[str, list[Outcome]
     for tested, sdcs in zip(own, extracted, strict=True):
         with heard() as said:
             outcomes[NOTHING].append(_one(tested, sdcs, cost))
-        for name in trial.potentials:
+        for name in asked.potentials:
             if name in said:
                 outcomes.setdefault(name, []).append(_one(tested, sdcs, cost, off=name))
     return outcomes

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypedDict
 
-from eval.on_trial.trial import NOTHING
+from eval.on_trial.ablation_runs import NOTHING
 from eval.statistics.comparison import holm
 from eval.table_3.outcomes import Outcome
 
 
-class TrialRow(TypedDict):
+class AblationRow(TypedDict):
     """A candidate in a corpus.
 
     ``n`` commands were followed, and in ``spoke`` of them the candidate says something. ``won``
@@ -29,13 +29,13 @@ class TrialRow(TypedDict):
     p_holm: float
 
 
-COLUMNS = tuple(TrialRow.__annotations__)
+COLUMNS = tuple(AblationRow.__annotations__)
 
 
 def rows(
     outcomes: Mapping[str, Mapping[str, Sequence[Outcome]]],
     candidates: Sequence[tuple[str, str]],
-) -> list[TrialRow]:
+) -> list[AblationRow]:
     """A row for each corpus and candidate.
 
     Parameters
@@ -45,10 +45,10 @@ def rows(
     candidates
         Their names and kinds.
     """
-    found: list[TrialRow] = []
+    found: list[AblationRow] = []
     for corpus, by_candidate in outcomes.items():
         whole = {o.command: o.correct for o in by_candidate.get(NOTHING, ())}
-        own: list[TrialRow] = []
+        own: list[AblationRow] = []
         for name, kind in candidates:
             without = {o.command: o.correct for o in by_candidate.get(name, ())}
             won = sum(whole[c] and not right for c, right in without.items())
@@ -80,7 +80,7 @@ def sign_test(won: int, lost: int) -> float:
     return float(binomtest(won, won + lost).pvalue) if won + lost else 1.0
 
 
-def verdict(own: Sequence[TrialRow]) -> str:
+def verdict(own: Sequence[AblationRow]) -> str:
     """What a candidate's rows say together, by counts alone.
 
     Parameters
