@@ -6,11 +6,11 @@ modules. pyproject.toml says what it needs; what isn't installed here is named a
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
+import tomllib
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
