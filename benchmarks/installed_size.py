@@ -1,7 +1,7 @@
 """What the core takes on the disk: ``python -m benchmarks.installed_size``.
 
 The files of all distributions that it needs, as they lie in this environment, with compiled
-modules. pyproject.toml says what it needs; what isn't installed here is named and not counted.
+modules. The installed package says what it needs; what isn't installed is named and not counted.
 """
 
 from __future__ import annotations
@@ -10,13 +10,12 @@ from collections.abc import Iterable
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
-import tomllib
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from benchmarks.timing import aim, heading, show
 
-PROJECT = Path(__file__).parents[1] / "pyproject.toml"
+NAME = "corpus-tools-g3"
 
 
 def add(wanted: Iterable[str], found: dict[str, Distribution], missing: set[str]) -> None:
@@ -43,7 +42,7 @@ def megabytes(one: Distribution) -> float:
 def main() -> None:
     found: dict[str, Distribution] = {}
     missing: set[str] = set()
-    add(tomllib.loads(PROJECT.read_text("utf-8"))["project"]["dependencies"], found, missing)
+    add(distribution(NAME).requires or (), found, missing)
     sizes = {name: megabytes(one) for name, one in found.items()}
     heading("What the core needs")
     for name in sorted(sizes, key=sizes.__getitem__, reverse=True)[:8]:
