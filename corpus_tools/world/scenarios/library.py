@@ -50,7 +50,9 @@ def scenario_file(name_or_path: str, dataset: Path) -> Path:
         return path
     known = scenario_files(dataset)
     if name_or_path not in known:
-        raise FormatError.unknown("file or scenario", name_or_path, known)
+        raise FormatError.unknown(
+            "file or scenario", name_or_path, known, more="ct scenarios list shows them"
+        )
     return known[name_or_path]
 
 

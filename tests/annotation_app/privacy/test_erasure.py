@@ -188,7 +188,7 @@ def test_what_others_keep_from_being_compacted_is_later(
     def is_held() -> bool:
         return any(file.exists() and b"zebra" in file.read_bytes() for file in files)
 
-    with reading(engine_of(app)) as session:
+    with reading(engine_of(app), one_state=True) as session:
         assert len(session.scalars(select(Answer)).all()) > 2
         assert run(command(app, "people", "erase", code_of(app, worked[0]), "--yes")) == 0
         assert "files still hold it" in capsys.readouterr().out

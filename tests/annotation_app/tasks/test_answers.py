@@ -99,7 +99,7 @@ def tree(notation: str) -> list[Any]:
         ([{"type": "OBJECT"}], "Mark at least one clause"),
         ([*tree("OBJ(f = tires)"), {"type": "PLACE"}], "has no words"),
         ([{"type": "OBJECT", "f": [["tires", 3]]}], "“tires” is not in the command there"),
-        ([{"type": "THING", "f": [["tires", 12]]}], "Unknown type 'THING'"),
+        ([{"type": "THING", "f": [["tires", 12]]}], "There is no type 'THING'"),
         (
             [{"type": "EVENT", "r": [["Pick", 0]], "l": [{"type": "OBJECT", "f": [["Pick", 0]]}]}],
             "“Pick” is used twice",

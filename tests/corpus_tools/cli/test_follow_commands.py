@@ -75,10 +75,10 @@ def test_a_rule_that_decides_is_named_and_can_be_switched_off(model):
     command = ("Pick up the boxes", *SCENARIO, *model, "--plan-only", "--explain")
     assert " for the rule verb-take: taking picks up" in run(*command).stdout
     assert "rule verb-take" not in run(*command, "--ablate", "verb-take").stdout
-    done = run(*command, "--ablate", "smell")
+    done = run(*command, "--ablate", "verb-takes")
     assert isinstance(done.exception, CorpusError)
-    assert "no potential 'smell'" in str(done.exception)
-    assert "verb-take" in done.exception.fix
+    assert "no potential 'verb-takes'" in str(done.exception)
+    assert "did you mean 'verb-take'?" in done.exception.fix
 
 
 def test_what_nobody_understands_is_refused_with_status_2(model):
