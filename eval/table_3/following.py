@@ -21,8 +21,9 @@ from g3.annotation import Annotation
 from g3.groundings import PhysicalObject, object_ids
 from g3.inference.grounder import Grounder, Result
 from g3.inference.problem.command_tree import Tree
+from g3.language.discourse.groups import noun_leaf
 from g3.language.parsing.extractor import Parse
-from g3.sdc.clauses import SDC
+from g3.sdc.clauses import SDC, all_words
 
 CONFIGURATIONS = ("random", *BASELINES, "gold", "auto")
 NO_PLAN = "no plan was made"
@@ -163,8 +164,13 @@ def judged(
 
 
 def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
-    """How many OBJECTs are annotated, and how many of them are grounded as annotated."""
-    given = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
+    """How many OBJECTs are annotated, and how many of them are grounded as annotated.
+
+    The plan may be of other clauses than the annotated ones, so they are compared by their words.
+    """
+    found = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
+    nodes = Tree(result.sdcs).nodes
+    given = {all_words(s): found.get(n, ()) for n, s in enumerate(nodes) if s.type == "OBJECT"}
     right = total = 0
     for node, sdc in enumerate(Tree(annotation.sdcs).nodes):
         groundings = annotation.groundings[node]
@@ -172,5 +178,6 @@ def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
             continue
         if groundings and annotation.correct[node]:
             total += 1
-            right += set(given.get(node, ())) == set(object_ids(groundings))
+            same = given.get(all_words(sdc), given.get(noun_leaf(sdc).words, ()))
+            right += set(same) == set(object_ids(groundings))
     return total, right

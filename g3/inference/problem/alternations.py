@@ -28,8 +28,10 @@ from g3.language.lexicon.word_sets import (
     BESIDE,
     EMPTYING,
     FILLING,
+    IT,
     LIGHT,
     REGARDING,
+    UNLOADING,
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
@@ -62,6 +64,11 @@ class Nouns:
         """Normal forms of the labels of what the forks can lift."""
         names = (name for name in self._labels if is_load(self.state, name))
         return frozenset(label for name in names for label in self._labels[name])
+
+    @cached_property
+    def others(self) -> frozenset[str]:
+        """Normal forms of the labels that no load has."""
+        return frozenset().union(*self._labels.values()) - self.loads
 
     def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
         """Whether something of one name stands on something of another."""
@@ -202,10 +209,14 @@ def _emptied(sdc: SDC, nouns: Nouns) -> SDC | None:
         return None
     if EMPTYING.isdisjoint(_words(sdc)) or [bare(w.text) for w in emptied.relation] != ["of"]:
         return None
+    source = noun_leaf(emptied.figure[0]).words
+    known = (nouns.others | IT).intersection(field_words(source))
+    if not known and not UNLOADING.isdisjoint(_words(sdc)):
+        return None  # "unload the skid of boxes": a skid isn't known to be what they stand on
     if _names_load(emptied.figure[0], nouns):
         return None
-    source = SDC("PATH", relation=emptied.relation, landmark1=emptied.figure)
-    return replace(sdc, landmark1=emptied.landmark1, landmark2=(source, *sdc.landmark2))
+    path = SDC("PATH", relation=emptied.relation, landmark1=emptied.figure)
+    return replace(sdc, landmark1=emptied.landmark1, landmark2=(path, *sdc.landmark2))
 
 
 def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:

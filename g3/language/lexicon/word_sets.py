@@ -251,9 +251,11 @@ FILLING = words(
     "cram stuff"
 )
 """Verbs that have what is filled first: "load the truck with the tires"."""
-EMPTYING = words(
-    "unload unloading offload empty emptying clear clearing strip stripping rid relieve relieving "
-    "unburden disburden free drain"
+UNLOADING = words("unload unloading offload offloading")
+"""Verbs whose object is what is emptied, or what comes off it."""
+EMPTYING = UNLOADING | words(
+    "empty emptying clear clearing strip stripping rid relieve relieving unburden disburden free "
+    "drain"
 )
 """Verbs that have what is emptied first: "clear the truck of tires"."""
 SENDING = stems("deliver delivery transfer ship send return forward relocate dispatch")

@@ -72,7 +72,12 @@ def made(notation, nouns=NOUNS):
             "EVENT(r = Rid, l = OBJ(f = OBJ(f = the van), r = of, l = OBJ(f = the crate)))",
             "EVENT(r = Rid, l = OBJ(f = the crate), l2 = PATH(r = of, l = OBJ(f = the van)))",
         ),
+        (
+            "EVENT(r = Unload, l = OBJ(f = OBJ(f = the truck), r = of, l = OBJ(f = bricks)))",
+            "EVENT(r = Unload, l = OBJ(f = bricks), l2 = PATH(r = of, l = OBJ(f = the truck)))",
+        ),
         ("EVENT(r = Unload, l = OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = bricks)))", None),
+        ("EVENT(r = Offload, l = OBJ(f = OBJ(f = a skid), r = of, l = OBJ(f = bricks)))", None),
         # A noun tells what to do.
         (
             "EVENT(r = Make, l = OBJ(f = a sharp turn), l2 = PATH(r = to, l = OBJ(f = the gate)))",
