@@ -244,7 +244,8 @@ def test_drawings_of_three_answers_are_seen_whole(site: Site, context: BrowserCo
             drawings.locator("svg").evaluate_all(
                 "(all, width) => all.forEach(svg => svg.setAttribute('width', width))", width
             )
-        assert drawings.evaluate_all("all => all.map(d => d.scrollWidth - d.clientWidth)") == [0] * 3
+        hidden = drawings.evaluate_all("all => all.map(d => d.scrollWidth - d.clientWidth)")
+        assert hidden == [0, 0, 0], width
         tops = sides.evaluate_all("all => all.map(s => s.getBoundingClientRect().top)")
         assert len(set(tops)) == rows, width
     assert errors == []
