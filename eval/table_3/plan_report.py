@@ -205,7 +205,11 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
-            paper = beside(PAPER.get(str(row["configuration"])), row["n"]) if is_alike else None
+            paper = (
+                beside(PAPER.get(str(row["configuration"])), int(_number(row, "n")))
+                if is_alike
+                else None
+            )
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
                 f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
