@@ -126,7 +126,7 @@ def agree(study_name: str) -> ResponseReturnValue:
 
 def wants_welcome(study: Study, person: Person) -> bool:
     """Whether somebody must read what a study is about first."""
-    return not has_consented(person, study.id) and RANKS[person.role] == RANKS["worker"]
+    return not has_consented(person, study.id)
 
 
 def may_try(person: Person | None) -> bool:

@@ -95,7 +95,7 @@ def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) 
         (asked is None, "not part"),
         (config.access == "invited" and person.provider == OPEN and not is_staff, "not invited"),
         (asked is not None and RANKS[person.role] < RANKS[asked.role], "role"),
-        (not has_consented(person, study.id) and not is_staff, "no consent"),
+        (not has_consented(person, study.id), "no consent"),
         (must_practise(config, task, person), "no practice"),
     )
     return next((reason for fails, reason in checks if fails), None)

@@ -30,6 +30,7 @@ from eval.plan_study.study_results import (
 )
 from eval.plan_study.study_settings import Settings, check_settings
 from eval.statistics.comparison import Comparison
+from eval.statistics.estimates import beside
 from eval.table_3.baselines import missing
 from eval.table_3.outcomes import JudgedRow
 from eval.table_3.plan_report import PAPER
@@ -205,7 +206,7 @@ def _people(rows: Sequence[RatedRow]) -> Table:
     for heading in ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs"):
         table.add_column(heading, justify="right")
     for row in rows:
-        paper = PAPER.get(row.configuration)
+        paper = beside(PAPER.get(row.configuration), row.rated)
         table.add_row(
             row.configuration if row.configuration in PAPER else f"known {row.configuration}",
             f"{row.share.value:.2f}",
@@ -249,5 +250,5 @@ def _flat(row: RatedRow) -> dict[str, object]:
         "n": row.judgments,
         "rated": row.rated,
         "pairs": row.n,
-        "paper": PAPER.get(row.configuration),
+        "paper": beside(PAPER.get(row.configuration), row.rated),
     }

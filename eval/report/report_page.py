@@ -18,12 +18,12 @@ from eval.report.charts import Line, differences, intervals, reliability
 from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
 from eval.report.reliability import calibration_error
 from eval.report.report_contents import Contents
-from eval.statistics.estimates import FEWEST_CLUSTERS, Estimate
+from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, Estimate, beside
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_1.learning_curve import curve_plot
-from eval.table_2.rating_table import PAPER as PAPER_TABLE_2
 from eval.table_2.rating_table import Results
 from eval.table_2.rating_table import notes as table_2_notes
+from eval.table_2.rating_table import paper_figure as paper_2
 from eval.table_3.plan_report import PAPER as PAPER_TABLE_3
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
@@ -113,7 +113,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         contents=contents,
         charts=charts,
         paper_1=PAPER_TABLE_1,
-        paper_2=PAPER_TABLE_2,
+        paper_2=paper_2,
         paper_3=paper_figure,
         beside=beside,
         name_of=name_of,
@@ -127,6 +127,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         verdicts=VERDICTS,
         baselines=ALONE,
         fewest=FEWEST_CLUSTERS,
+        fewest_beside=FEWEST_BESIDE,
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
 
@@ -193,7 +194,7 @@ def _of_table_2(results: Results) -> list[Line]:
         Line(
             f"{row.configuration} video",
             {"other videos": row.share, "and other raters": row.two_way},
-            beside(PAPER_TABLE_2[row.configuration], row.pairs),
+            paper_2(row),
         )
         for row in results.rows
     ]
@@ -214,11 +215,6 @@ def paper_figure(row: PlanRow, plans: Plans) -> float | None:
     """The paper's figure beside a row, where its corpus is one like the tested one."""
     is_alike = row.subset == WHOLE and plans.has_paper
     return beside(PAPER_TABLE_3.get(row.configuration), row.n) if is_alike else None
-
-
-def beside(paper: float | None, n: int) -> float | None:
-    """The paper's figure, unless ours is of so few that nothing can be compared."""
-    return paper if n >= FEWEST_CLUSTERS else None
 
 
 def name_of(row: PlanRow) -> str:

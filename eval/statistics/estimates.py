@@ -29,6 +29,8 @@ FIGURES = ("precision", "recall", "f", "accuracy")
 LEVEL = 0.95
 FEWEST_CLUSTERS = 10
 """Of fewer clusters a bootstrap's interval is far too narrow, so there is none."""
+FEWEST_BESIDE = FEWEST_CLUSTERS
+"""The paper's figures aren't shown beside ours of fewer: these can't be compared."""
 ALIKE = 1e-12
 """Figures that differ by less are the same but for rounding."""
 
@@ -39,6 +41,19 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
+
+
+def beside(paper: float | None, n: int) -> float | None:
+    """The paper's figure beside one of ours, or None beside one of too few.
+
+    Parameters
+    ----------
+    paper
+        What the paper says, or None where it says nothing.
+    n
+        How many ours is of: examples, pairs or commands.
+    """
+    return paper if n >= FEWEST_BESIDE else None
 
 
 def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:

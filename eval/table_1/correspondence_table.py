@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from rich.table import Table
 
-from eval.statistics.estimates import FEWEST_CLUSTERS, FIGURES, Estimate
+from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, FIGURES, Estimate, beside
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.table_1.given_predictions import OURS, ComparedType
 from eval.tables.comparison_report import comparison_table, records
@@ -88,14 +88,17 @@ def _figures(row: Row) -> dict[str, object]:
     return record
 
 
+def _paper(row: Row) -> dict[str, float | None]:
+    """The paper's figures beside a row."""
+    return {name: beside(one, row.n) for name, one in PAPER_TABLE_1[row.type]._asdict().items()}
+
+
 def _nested(row: Row) -> dict[str, object]:
-    paper = PAPER_TABLE_1[row.type]._asdict() | {"source": PAPER_SOURCE}
-    return _figures(row) | {"paper": paper}
+    return _figures(row) | {"paper": _paper(row) | {"source": PAPER_SOURCE}}
 
 
 def _flat(row: Row) -> dict[str, object]:
-    paper = PAPER_TABLE_1[row.type]._asdict()
-    return _figures(row) | {f"paper_{name}": value for name, value in paper.items()}
+    return _figures(row) | {f"paper_{name}": value for name, value in _paper(row).items()}
 
 
 def _content(
@@ -110,8 +113,8 @@ def _content(
     return content
 
 
-def _number(value: float) -> str:
-    return "-" if math.isnan(value) else f"{value:.2f}"
+def _number(value: float | None) -> str:
+    return "-" if value is None or math.isnan(value) else f"{value:.2f}"
 
 
 def _text(
@@ -130,7 +133,7 @@ def _text(
     notes = [
         "95%: percentile interval of a bootstrap over clusters of examples",
         f"-: no interval, for there are fewer than {FEWEST_CLUSTERS} clusters, or all are alike",
-        f"paper: {PAPER_SOURCE}, on its own corpus",
+        f"paper: {PAPER_SOURCE}, on its own corpus; none where n < {FEWEST_BESIDE}",
         *([COMPARED] if compared else []),
     ]
     return table_text(tables, notes, metadata, terminal=terminal)
@@ -148,7 +151,7 @@ def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
         counts = (str(row.n), str(row.positives), str(row.commands))
         table.add_row(name, *(_number(e.value) for e in estimates), *counts, style="bold")
         table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
-        paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
+        paper = map(_number, _paper(row).values())
         table.add_row("  paper", *paper, style="dim", end_section=True)
     return table
 
@@ -157,7 +160,7 @@ def _latex(rows: Sequence[Row], metadata: Mapping[str, object], model: str) -> s
     cells: list[tuple[str, ...]] = []
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
-        paper = [_number(value) for value in PAPER_TABLE_1[row.type]]
+        paper = map(_number, _paper(row).values())
         if row.type == "overall":
             cells.append(RULE)
         name = row.type.capitalize() if row.type == "overall" else row.type

@@ -15,7 +15,7 @@ from corpus_tools.corpus.rater_agreement import krippendorff_alpha
 from corpus_tools.runtime.parallel import Executor
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.crossed_model import crossed
-from eval.statistics.estimates import BoolArray, Estimate
+from eval.statistics.estimates import FEWEST_BESIDE, BoolArray, Estimate, beside
 from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
 from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link
 from eval.statistics.raters import dawid_skene, majorities
@@ -241,6 +241,11 @@ def render(
     return _table(results, about, terminal=terminal)
 
 
+def paper_figure(row: Row) -> float | None:
+    """The paper's figure beside a row."""
+    return beside(PAPER[row.configuration], row.pairs)
+
+
 def judged_by(study: str) -> str:
     """Who gave a study's ratings."""
     return "simulated raters" if study == SIMULATED else "people"
@@ -255,7 +260,7 @@ def notes(results: Results) -> list[str]:
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
         f"paper: {PAPER_SOURCE}. It differs because it doesn't tell which judgments it counts, nor "
         "whether single ones or pairs: each rater who differs lowers a share of judgments, and "
-        "is outvoted in a majority",
+        f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs",
     ]
     if any(row.model is not None for row in results.rows):
         found.append(
@@ -313,7 +318,7 @@ def _content(results: Results) -> dict[str, object]:
                 "shown": row.shown,
                 "gee": None if row.model is None else row.model._asdict(),
                 "crossed": None if row.crossed is None else row.crossed._asdict(),
-                "paper": PAPER[row.configuration],
+                "paper": paper_figure(row),
             }
         )
     return {
@@ -332,7 +337,7 @@ def _flat(row: Row) -> dict[str, object]:
         "configuration": row.configuration,
         "precision": row.share.value,
         **_bounds(row.share),
-        "paper": PAPER[row.configuration],
+        "paper": paper_figure(row),
     }
     found |= {
         name: getattr(row, name)
@@ -371,7 +376,7 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
             *(interval(*e[1:], BOUNDS) for e in (row.share, row.two_way, row.wilson)),
             f"{row.majority:.2f}",
             f"{row.weighed:.2f}",
-            f"{PAPER[row.configuration]:.2f}",
+            "-" if (paper := paper_figure(row)) is None else f"{paper:.2f}",
             str(row.n),
             str(row.pairs),
             *(f"{e[0]:.3f} ({interval(*e[1:], BOUNDS)})" for e in (row.model, row.crossed) if e),
@@ -386,7 +391,7 @@ def _latex(results: Results, metadata: Mapping[str, object]) -> str:
             row.configuration,
             estimate(*row.share, "{:.3f}"),
             f"{row.majority:.2f}",
-            f"{PAPER[row.configuration]:.2f}",
+            "-" if (paper := paper_figure(row)) is None else f"{paper:.2f}",
             str(row.n),
             *(estimate(*one, "{:.3f}") for one in (row.model, row.crossed) if one),
         )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from eval.judging.judge_registry import AUTOMATIC
+from eval.statistics.estimates import beside
 from eval.table_3.end_to_end import EndToEnd
 from eval.table_3.judged_commands import SUBSETS, Facts, Subset
 from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk_coverage
@@ -204,7 +205,11 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
-            paper = PAPER.get(str(row["configuration"])) if is_alike else None
+            paper = (
+                beside(PAPER.get(str(row["configuration"])), int(_number(row, "n")))
+                if is_alike
+                else None
+            )
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
                 f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"

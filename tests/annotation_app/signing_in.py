@@ -35,6 +35,10 @@ class Member:
     def sign_in(self, password: str = PASSWORD, **form: str) -> Any:
         return self.post("/login", login=self.login, password=password, **form)
 
+    def agree(self, study: str = "tests") -> None:
+        """Agree to take part in a study."""
+        assert self.post(f"/s/{study}/welcome", agree="on").status_code == 303
+
     @property
     def role(self) -> str | None:
         """As the app sees this browser."""

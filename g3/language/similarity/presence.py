@@ -34,7 +34,7 @@ from g3.language.lexicon.word_sets import (
 from g3.language.similarity import static_embeddings
 from g3.language.similarity.learned_lexicon import SHORTEST, Lexicon, term_of
 from g3.language.similarity.resources import wordnet
-from g3.language.similarity.word_similarity import MEASURES, PHYSICAL_ENTITY
+from g3.language.similarity.word_similarity import MEASURES, PHYSICAL_ENTITY, is_another_kind
 from g3.language.similarity.wordnet import WordNet, share_of_senses
 
 Labels = tuple[str, ...]
@@ -142,8 +142,11 @@ def _likeness(noun: str, labels: Labels) -> float:
     """How alike a noun and labels are: by WordNet, and with embeddings the mean of both.
 
     Vectors of rare words are noisy, and WordNet has wide classes: where both agree they are right.
+    A noun that is itself a label of another kind says of nothing else: a truck is no box.
     """
     words = [word for label in labels for word in label.lower().split()]
+    if any(is_another_kind(noun, word) for word in words):
+        return 0.0
     near = _lin(noun, words)
     if not static_embeddings.is_installed():
         return near

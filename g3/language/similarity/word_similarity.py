@@ -92,6 +92,8 @@ _KINDS = {
     "truck": "trailer",
 }
 """Labels of semantic maps, and the kind each belongs to."""
+_LABELS = {normalise(label): kind for label, kind in _KINDS.items()}
+_LOADS = ("tire", "pallet", "box")
 
 
 @measure("domain")
@@ -103,6 +105,20 @@ def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     return np.array(
         [[float(k is not None and stem in synonyms[k]) for k in kinds] for stem in stems]
     ).reshape(len(stems), len(kinds))
+
+
+def is_another_kind(noun: str, label: str) -> bool:
+    """Whether a noun is a label of things in a warehouse, but of others than some label.
+
+    Not with words for loads: people say "box" and "pallet" of whatever is to be moved.
+
+    >>> is_another_kind("trucks", "box"), is_another_kind("truck", "trailer")
+    (True, False)
+    >>> is_another_kind("lorry", "box"), is_another_kind("pallet", "barrel")
+    (False, False)
+    """
+    own, other = (_LABELS.get(normalise(word)) for word in (noun, label))
+    return None not in (own, other) and own not in {other, *_LOADS}
 
 
 PHYSICAL_ENTITY = "physical_entity"

@@ -52,6 +52,15 @@ def choose_login(page: Page, link: str, login: str) -> None:
     expect(page.get_by_role("link", name="Dashboard")).to_be_visible()
 
 
+def agree(page: Page, address: str) -> None:
+    """Read what the study is about, and begin."""
+    page.goto(address)
+    for box in page.get_by_role("checkbox").all():
+        box.check()
+    page.get_by_role("button", name="Begin").click()
+    expect(page.get_by_role("heading", name="Your tasks")).to_be_visible()
+
+
 def go_on(page: Page) -> None:
     page.get_by_role("button", name="Save and go on").click()
 
@@ -193,6 +202,7 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
         for number in range(3):
             person = chromium.new_context().new_page()
             choose_login(person, invited(page, "annotator"), f"ann-{number}")
+            agree(person, address)
             people.append(person)
         judge = chromium.new_context(accept_downloads=True).new_page()
         choose_login(judge, invited(page, "adjudicator"), "grace")

@@ -227,3 +227,25 @@ def test_the_pages_are_accessible_and_narrow(
             assert all(re.fullmatch(r"\d+", number) for number in numbers), numbers
     assert found == []
     assert [error for error in errors if "404" not in error] == []
+
+
+def test_drawings_of_three_answers_are_seen_whole(site: Site, context: BrowserContext) -> None:
+    item = answered(site, "segment", *trees(NOTATION, FLAT))
+    _, page, errors = judge_page(site, context, item)
+    page.get_by_role("button", name="Ask one more person").click()
+    page.wait_for_url("**/dashboard/sea/queue")
+    assert answered(site, "segment", *trees("EVENT(r = Go to, l = OBJ(f = the red crate))")) == item
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.goto(f"{site.url}/dashboard/sea/queue/{item}")
+    drawings, sides = page.locator(".drawing"), page.locator(".sides > section")
+    expect(drawings).to_have_count(3)
+    for width, rows in ((None, 1), (500, 2), (1000, 3)):
+        if width is not None:  # as drawings of longer commands are
+            drawings.locator("svg").evaluate_all(
+                "(all, width) => all.forEach(svg => svg.setAttribute('width', width))", width
+            )
+        hidden = drawings.evaluate_all("all => all.map(d => d.scrollWidth - d.clientWidth)")
+        assert hidden == [0, 0, 0], width
+        tops = sides.evaluate_all("all => all.map(s => s.getBoundingClientRect().top)")
+        assert len(set(tops)) == rows, width
+    assert errors == []

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from flask import Flask
@@ -19,7 +20,7 @@ from annotation_app.serving.factory import create_app
 from annotation_app.serving.server import addresses, make_first_admin
 from annotation_app.store.audit import trail
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import AccountLink, Answer, Person
+from annotation_app.store.models import AccountLink, Answer, Person, Role
 from g3.errors import FormatError
 from tests.annotation_app.browser import described, engine_of, installation_of
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
@@ -77,6 +78,7 @@ def test_a_login_that_was_removed_leaves_its_answers_and_can_be_given_to_somebod
     app: Flask,
 ) -> None:
     member = signed_in(app, "ann", "annotator")
+    member.agree()
     csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
     lease = member.client.post("/api/studies/tests/tasks/describe/lease", json={}, headers=csrf)
     sent = {"uuid": "0" * 8 + "-0000-0000-0000-" + "0" * 12, "body": described()}
@@ -93,6 +95,33 @@ def test_a_login_that_was_removed_leaves_its_answers_and_can_be_given_to_somebod
     with reading(engine_of(app)) as session:
         assert session.scalars(select(Answer.person_id)).all() == [member.person.id]
         assert session.get_one(Person, member.person.id).role == "worker"
+
+
+@pytest.mark.parametrize("role", ["annotator", "adjudicator", "admin"])
+def test_people_with_a_login_agree_once_before_they_take_part(app: Flask, role: Role) -> None:
+    member = signed_in(app, "ann", role)
+    csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
+
+    def lease() -> Any:
+        return member.client.post("/api/studies/tests/tasks/describe/lease", json={}, headers=csrf)
+
+    for page, asked in (("", ""), ("/describe", "?task=describe")):
+        reply = member.client.get(f"/s/tests{page}")
+        assert (reply.status_code, reply.location) == (302, f"/s/tests/welcome{asked}")
+    assert lease().json["reason"] == "no consent"
+    assert "You may stop at any time" in member.client.get("/s/tests/welcome").text
+    member.agree()
+    assert member.role == role
+    assert lease().status_code == 200
+    assert member.client.get("/s/tests").status_code == 200
+    assert signed_in_again(app, member).client.get("/s/tests/describe").status_code == 200
+
+
+def signed_in_again(app: Flask, member: Member) -> Member:
+    """Another browser of the same person."""
+    again = Member(app, member.login)
+    assert again.sign_in().status_code == 303
+    return again
 
 
 def test_the_last_admin_stays(app: Flask) -> None:

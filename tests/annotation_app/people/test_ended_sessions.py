@@ -68,7 +68,9 @@ def member(app: Flask) -> Member:
     """Who may do everything, and has an item; forms need no token here."""
     app.config["WTF_CSRF_ENABLED"] = False
     Member(app, "other", "admin")
-    return signed_in(app, "ann", "admin")
+    found = signed_in(app, "ann", "admin")
+    found.agree()
+    return found
 
 
 def requests(app: Flask, member: Member) -> Iterator[Request]:

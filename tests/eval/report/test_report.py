@@ -308,6 +308,10 @@ def test_the_papers_figures_are_not_beside_a_handful(report):
     page = (report / "report.html").read_text()
     table = page[page.index('<section id="table-2">') :].partition("</table>")[0]
     assert re.findall('<td class="ref">([^<]*)</td>', table) == ["–", "–"]  # a pair of videos each
+    rows = [line.split(" & ") for line in (report / "table-2.tex").read_text().splitlines()]
+    assert {row[0]: row[3] for row in rows if len(row) > 1} == {
+        "Video": "Paper", "original": "-", "random": "-"
+    }  # fmt: skip
 
 
 def test_words_have_the_colour_of_what_they_name(corpus, videos):

@@ -63,7 +63,17 @@ def test_csv_can_be_read_back():
     for record in records:
         for name in FIGURES:
             paper = getattr(PAPER_TABLE_1[record["type"]], name)
-            assert float(record[f"paper_{name}"]) == paper
+            assert record[f"paper_{name}"] == (str(paper) if int(record["n"]) >= 10 else "")
+
+
+def test_the_papers_figures_are_not_beside_a_handful():
+    rows = [row("OBJECT", Estimate(0.9, 0.8, 1.0), 10), row("PLACE", Estimate(0.5, 0.4, 0.6), 9)]
+    papers = [one["paper"] for one in json.loads(render(rows, "json", {}))["rows"]]
+    assert [one["f"] for one in papers] == [0.94, None]
+    text = render(rows, "text", {})
+    assert [line.split()[2] for line in text.splitlines() if " paper " in line] == ["0.93", "-"]
+    latex = [line for line in render(rows, "latex", {}).splitlines() if "quad paper" in line]
+    assert [line.count("0.") for line in latex] == [4, 0]
 
 
 def test_table_for_a_file_is_ascii_and_fits_80_columns():

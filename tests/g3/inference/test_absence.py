@@ -49,6 +49,18 @@ def test_a_thing_that_was_removed_is_missed(dock):
     assert absent_nouns(Tree(lift("barrel")), poorer) == ()
 
 
+@pytest.mark.parametrize("noun", ["truck", "trailer", "barrel"])
+def test_a_known_kind_of_thing_is_not_another_however_alike(dock, noun):
+    kinds = {"box": "box pallet", "tires": "tire pallet", "worker": "person", "shelf": "shelf"}
+    objects = [thing(name, labels, 1, 1) for name, labels in kinds.items()]
+    world = replace(dock, objects=(dock.agent, *objects), places=())
+    assert absent_nouns(Tree(lift(noun)), world) == (noun,)
+    with_it = replace(world, objects=(*world.objects, thing("it", noun, 3, 1)))
+    assert absent_nouns(Tree(lift(noun)), with_it) == ()
+    for loosely in ("pallet", "box"):  # of whatever is to be moved
+        assert absent_nouns(Tree(lift(loosely)), world) == ()
+
+
 def test_what_only_tells_which_thing_is_meant_is_let_pass(dock):
     near = parse_brackets(
         "EVENT(r = Lift, l = OBJ(f = OBJ(f = the pallet), r = by, l = OBJ(f = the wall)))"
