@@ -162,7 +162,9 @@ def main() -> None:
         reached = table(measured.read_text(encoding="utf-8").splitlines())
         print(f"\n{reached}")
         if given.write:
-            command = ["python", "-m", "benchmarks.everything", *sys.argv[1:]]
+            # Paths of one machine say nothing to others.
+            said = [Path(word).name if "/" in word else word for word in sys.argv[1:]]
+            command = ["python", "-m", "benchmarks.everything", *said]
             text = f"{machine(command, time.perf_counter() - start)}\n{reached}"
             write(PAGE, text + f"\n{failed} of the benchmarks failed.\n" * bool(failed))
     sys.exit(1 if failed else 0)
