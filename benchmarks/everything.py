@@ -2,7 +2,7 @@
 
 It takes hours, most of them for simulated corpora and for scikit-learn on a million examples.
 Simulated corpora and shards are kept in a folder; a run begun again makes what is missing there.
-``--quick`` measures what grows and what peers do, in about a quarter of an hour on an idle machine.
+``--quick`` measures what grows and what peers do, in about eight minutes on an idle machine.
 """
 
 from __future__ import annotations
