@@ -15,7 +15,7 @@ from annotation_app.tasks.agreement import Measured
 
 WIDTH = 360.0
 SECONDS_BELOW_S, DAY_S = 600.0, 86_400.0
-"""Shorter spans of time are told with seconds; longer ones by days."""
+"""Shorter spans of time are shown with seconds, longer ones by days."""
 LEFT, RIGHT, TOP, BOTTOM = 34.0, 82.0, 10.0, 22.0
 LINES_HEIGHT = 200.0
 ROW = 38.0

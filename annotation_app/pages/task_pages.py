@@ -40,8 +40,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
         return sign_in_page()
     if person is None or wants_welcome(study, person):
         return flask.redirect(f"/s/{study.name}/welcome?task={task}")
-    # What somebody does with the item is durable, and takes the lease along.
-    with transaction(engine, durable=False) as session:
+    with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now(), hold_s=HOLD_S)
     with reading(engine) as session:
         tasks = progress(session, study, person)

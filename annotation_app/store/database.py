@@ -104,22 +104,18 @@ def opened(url_or_path: str | Path) -> Iterator[Engine]:
 
 
 @contextmanager
-def transaction(engine: Engine, *, durable: bool = True) -> Iterator[Session]:
+def transaction(engine: Engine) -> Iterator[Session]:
     """A session that is committed at the end, or rolled back by an exception.
 
     There must not be another one within it.
-
-    Parameters
-    ----------
-    durable
-        Whether it outlasts a power failure once it has ended. Where it needn't, SQLite doesn't
-        wait for the disk, and the next one that is durable takes it along.
     """
-    with _turn(engine), engine.connect() as connection:
-        connection.execution_options(to="write" if durable else "write soon")
-        with connection.begin(), Session(connection, expire_on_commit=False) as session:
-            yield session
-            session.flush()
+    with (
+        _turn(engine),
+        engine.begin() as connection,
+        Session(connection, expire_on_commit=False) as session,
+    ):
+        yield session
+        session.flush()
 
 
 def lock_set_up(connection: Connection) -> None:
@@ -299,18 +295,17 @@ def _begin(connection: Connection) -> None:
     # Drivers begin no transactions by themselves: not each needs one, and to have them told
     # which do costs more than to tell the database.
     what = connection.get_execution_options().get("to", "write")
-    for statement in _BEGIN.get((connection.dialect.name, what), ()):
+    statement = _BEGIN.get((connection.dialect.name, what))
+    if statement is not None:
         connection.exec_driver_sql(statement)
 
 
 _BEGIN = {
     # A transaction that reads first and writes later could fail where another has written.
-    ("sqlite", "write"): ("PRAGMA synchronous=FULL", "BEGIN IMMEDIATE"),
-    ("sqlite", "write soon"): ("PRAGMA synchronous=NORMAL", "BEGIN IMMEDIATE"),
-    ("sqlite", "read one state"): ("BEGIN",),
-    ("postgresql", "write"): ("BEGIN",),
-    ("postgresql", "write soon"): ("BEGIN",),
-    ("postgresql", "read one state"): ("BEGIN ISOLATION LEVEL REPEATABLE READ",),
+    ("sqlite", "write"): "BEGIN IMMEDIATE",
+    ("sqlite", "read one state"): "BEGIN",
+    ("postgresql", "write"): "BEGIN",
+    ("postgresql", "read one state"): "BEGIN ISOLATION LEVEL REPEATABLE READ",
 }
 
 

@@ -101,8 +101,7 @@ def lease(study_name: str, task_name: str) -> Response:
         person, study = visit(session, study_name)
     if person is None:
         raise unknown()
-    # What somebody does with the item is durable, and takes the lease along.
-    with transaction(engine, durable=False) as session:
+    with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now())
     if not isinstance(taken, Lease):
         return json_reply({"reason": taken, "error": gettext(EXPLANATIONS[taken])}, 409)

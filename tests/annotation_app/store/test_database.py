@@ -1,4 +1,4 @@
-"""Connections that the server has closed meanwhile; what is durable, and what readers see."""
+"""Connections that the server has closed meanwhile, and what readers see."""
 
 from __future__ import annotations
 
@@ -32,17 +32,6 @@ def test_a_connection_that_was_idle_is_replaced(
     other.dispose()
 
 
-@pytest.mark.parametrize("kind", ["sqlite"])
-def test_sqlite_waits_for_the_disk_where_a_transaction_is_to_be_durable(config: Config) -> None:
-    def level(*, durable: bool) -> object:
-        with transaction(engine, durable=durable) as session:
-            return session.scalar(text("PRAGMA synchronous"))
-
-    normal, full = 1, 2
-    with opened(config.database) as engine:  # one connection, used again and again
-        assert [level(durable=d) for d in (True, False, True)] == [full, normal, full]
-
-
 def test_who_reads_sees_what_has_come_since_or_one_state(config: Config) -> None:
     with opened(config.database) as engine:
         with transaction(engine) as session:
@@ -50,7 +39,7 @@ def test_who_reads_sees_what_has_come_since_or_one_state(config: Config) -> None
         for one_state in (False, True):
             with reading(engine, one_state=one_state) as session:
                 before = session.scalar(text("SELECT count(*) FROM seen"))
-                with transaction(engine, durable=False) as other:
+                with transaction(engine) as other:
                     other.execute(text("INSERT INTO seen VALUES (1)"))
                 after = session.scalar(text("SELECT count(*) FROM seen"))
             assert after - before == (0 if one_state else 1)
