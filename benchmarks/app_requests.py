@@ -24,7 +24,8 @@ from flask import Flask
 
 from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
-from benchmarks.app import STUDY, VIDEOS, add_study, cookies
+from benchmarks.app import VIDEOS, add_study, cookies
+from benchmarks.app_workers import STUDY
 
 PEOPLE = 60
 LEASE = f"/api/studies/{STUDY}/tasks/{{task}}/lease"

@@ -34,9 +34,10 @@ from annotation_app.store.database import opened, transaction
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import RatedPair, StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
-from benchmarks.app import STUDY, add_workers, cookies
+from benchmarks.app import add_workers, cookies
 from benchmarks.app_client import Client
 from benchmarks.app_servers import PATIENCE_S, processor_s, servers
+from benchmarks.app_workers import STUDY
 from benchmarks.timing import aim
 
 PAIRS = 20

@@ -13,9 +13,10 @@ from typing import Any, ClassVar, Protocol
 from urllib.parse import urlencode
 
 from annotation_app.core.config import open_instance
-from benchmarks.app import STUDY, cookies
+from benchmarks.app import cookies
 from benchmarks.app_servers import CT
 from benchmarks.app_submissions import add_study
+from benchmarks.app_workers import STUDY
 
 RATING = 4
 TRIES = 30

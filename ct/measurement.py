@@ -140,7 +140,8 @@ def _table_2(
 ) -> ResultTable:
     from corpus_tools.runtime.parallel import Executor
     from eval.statistics.ratings import check_judgments
-    from eval.table_2.rating_table import render, table_2
+    from eval.table_2.rating_shares import table_2
+    from eval.table_2.rating_table import render
 
     rated = load(corpus)
     check_judgments(rated.judgments, {command.video for command in rated.commands.values()})

@@ -13,7 +13,7 @@ from corpus_tools.options.model_options import L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import OUT, SEED, TRAIN_AND_TEST, is_terminal, write
+from eval.cli.mode_options import MOST, OUT, SEED, TRAIN_AND_TEST, is_terminal, write
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -74,13 +74,7 @@ def _several(_ctx: click.Context, option: click.Parameter, value: str) -> tuple[
     show_default=True,
     help="Annotated clauses where there are some, or always extracted ones.",
 )
-@click.option(
-    "--most",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default="all",
-    help="How many commands of each scenario to follow.",
-)
+@MOST
 @L2
 @SEED
 @format_option("csv", about="For people, for programs, or for spreadsheets.")

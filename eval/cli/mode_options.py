@@ -42,6 +42,13 @@ HELD_OUT = click.option(
     expose_value=False,
     help="Hold out each scenario in turn, which is always done here.",
 )
+MOST = click.option(
+    "--most",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all",
+    help="How many commands of each scenario to follow.",
+)
 
 
 def _each_once(

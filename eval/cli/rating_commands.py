@@ -57,8 +57,8 @@ def table_2(
     from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.runtime.parallel import Executor
     from eval.statistics.ratings import check_judgments
+    from eval.table_2.rating_shares import table_2 as make
     from eval.table_2.rating_table import render
-    from eval.table_2.rating_table import table_2 as make
 
     rated = open_corpus(corpus)
     check_judgments(rated.judgments, {command.video for command in rated.commands.values()})

@@ -20,6 +20,7 @@ from eval.cli.language_model_options import (
 )
 from eval.cli.mode_options import (
     HELD_OUT,
+    MOST,
     OUT,
     PERTURB,
     SEED,
@@ -84,13 +85,7 @@ if TYPE_CHECKING:
 )
 @language_model_options
 @HELD_OUT
-@click.option(
-    "--most",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default="all",
-    help="How many commands of each scenario to follow.",
-)
+@MOST
 @click.option(
     "--heading",
     "headings",

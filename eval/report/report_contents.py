@@ -21,7 +21,7 @@ from eval.table_1.correspondence import Row, table_rows
 from eval.table_1.divided_examples import Choices
 from eval.table_1.error_lists import ErrorList, error_lists
 from eval.table_1.learning_curve import CurvePoint
-from eval.table_2.rating_table import Results, table_2
+from eval.table_2.rating_shares import Results, table_2
 from g3.features.feature_registry import CATALOGUE_VERSION
 
 STUDY_DRAWS = 10_000

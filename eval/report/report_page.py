@@ -21,7 +21,7 @@ from eval.report.report_contents import Contents
 from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, Estimate, beside
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_1.learning_curve import curve_plot
-from eval.table_2.rating_table import Results
+from eval.table_2.rating_shares import Results
 from eval.table_2.rating_table import notes as table_2_notes
 from eval.table_2.rating_table import paper_figure as paper_2
 from eval.table_3.plan_report import PAPER as PAPER_TABLE_3

@@ -1,32 +1,18 @@
-"""Table 2 of the paper: how often people agree that a video shows a command."""
+"""Table 2 of the paper, with its figures beside: how often people agree."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from importlib.util import find_spec
-from typing import Literal
 
 import numpy as np
 from rich.table import Table
 
-from corpus_tools.corpus.rater_agreement import krippendorff_alpha
-from corpus_tools.runtime.parallel import Executor
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
-from eval.statistics.crossed_model import crossed
-from eval.statistics.estimates import FEWEST_BESIDE, BoolArray, Estimate, beside
-from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
-from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link
-from eval.statistics.raters import dawid_skene, majorities
-from eval.statistics.ratings import Ratings, of_study, ratings_of, repeated
+from eval.statistics.estimates import FEWEST_BESIDE, Estimate, beside
+from eval.table_2.rating_shares import Configuration, Results, Row
 from eval.tables.formats import Format, comments, delimited, document, interval, table_text
 from eval.tables.latex import estimate, tabular
-from g3.annotation import Judgment
-from g3.errors import CorpusError, FormatError
-from g3.short_repr import short_repr
 
-Configuration = Literal["original", "random"]
 PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
 PAPER_SOURCE = "Tellex et al. (AAAI 2011), Table 2"
 BOUNDS = "{:.3f} to {:.3f}"
@@ -37,190 +23,6 @@ COLUMNS = (
     "two_way_high", "shown", "gee", "gee_low", "gee_high", "crossed", "crossed_low", "crossed_high",
     "paper",
 )  # fmt: skip
-
-
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A configuration of Table 2.
-
-    Parameters
-    ----------
-    share
-        Judgments that agree or agree strongly, with whole videos resampled.
-    two_way
-        The same for other videos and other raters.
-    wilson, exact
-        The same with judgments taken for independent, which is too narrow.
-    n, pairs, videos, raters
-        How many there are; `videos` are those that the commands were typed for, which are the
-        clusters.
-    shown
-        How many videos the commands were shown with.
-    majority
-        The part of the pairs of which more than half of the judgments agree.
-    weighed
-        The part of the pairs that show the command, by Dawid and Skene's model of raters who
-        err each in their own way.
-    model
-        By generalised estimating equations, with videos as clusters; None unless asked for.
-    crossed
-        By a mixed model with crossed effects of videos and raters; None unless asked for.
-    """
-
-    configuration: Configuration
-    share: Estimate
-    two_way: Estimate
-    wilson: Estimate
-    exact: Estimate
-    n: int
-    pairs: int
-    videos: int
-    raters: int
-    majority: float
-    weighed: float
-    shown: int
-    model: Estimate | None = None
-    crossed: Estimate | None = None
-
-
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Results:
-    """Table 2, and what else the judgments say.
-
-    Parameters
-    ----------
-    study
-        The study whose judgments are counted.
-    left_out
-        For each other study, how many judgments it has and what part agrees by configuration.
-    repeats
-        How many judgments are by somebody who had judged the same pair before; they count.
-    alpha
-        Krippendorff's α of the five points, over all pairs.
-    delta
-        Cliff's δ between the ratings of the two configurations.
-    link
-        The cumulative-link model of the ratings; None unless asked for.
-    """
-
-    rows: tuple[Row, ...]
-    study: str
-    left_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    repeats: int = 0
-    alpha: float | None = None
-    delta: float = float("nan")
-    link: CumulativeLink | None = None
-
-
-def table_2(
-    judgments: Sequence[Judgment],
-    *,
-    seed: int,
-    draws: int,
-    study: str = "",
-    models: bool = False,
-    executor: Executor | None = None,
-) -> Results:
-    """Make Table 2 of human judgments.
-
-    Parameters
-    ----------
-    study
-        Whose judgments are counted; the study that has most of them if empty, for another one
-        may be of the same pairs.
-    draws, executor
-        Resamples for the intervals, and who makes them
-        (:func:`eval.statistics.resampling.resampled_sums`).
-    models
-        Whether to fit the models too, which takes seconds and needs statsmodels.
-
-    Raises
-    ------
-    FormatError
-        If there are no judgments, or no such study.
-    CorpusError
-        If statsmodels isn't installed and `models` need it.
-    """
-    if models and find_spec("statsmodels") is None:
-        raise CorpusError("--models needs statsmodels", fix="pip install 'corpus-tools-g3[study]'")
-    if not judgments:
-        raise FormatError("the corpus has no judgments", fix="give one with ratings of videos")
-    mine = of_study(judgments, study)
-    others = Counter(j.study for j in judgments if j.study != mine[0].study)
-    ratings = ratings_of(mine)
-    rng = np.random.default_rng(seed)
-    together = dawid_skene(ratings.pair, ratings.rater, ratings.agrees.astype(np.int64), 2)
-    shows = together.posterior[:, 1] > 0.5
-    rows = tuple(
-        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models, executor=executor)
-        for name, of in _configurations(ratings)
-        if of.any()
-    )
-    left_out = {
-        other: {"judgments": n, **_shares([j for j in judgments if j.study == other])}
-        for other, n in sorted(others.items())
-    }
-    shown = [ratings.rating[of] for _, of in _configurations(ratings)]
-    has_both = all(len(found) for found in shown)
-    link = None
-    several = all(len(np.unique(of)) > 1 for of in (ratings.rating, ratings.video))
-    if models and has_both and several:
-        predictor = ratings.original[:, None].astype(np.float64)
-        link = cumulative_link(ratings.rating, predictor, ratings.video)
-    return Results(
-        rows,
-        mine[0].study,
-        left_out,
-        repeated(mine),
-        krippendorff_alpha(ratings.units(), "ordinal"),
-        cliffs_delta(*shown) if has_both else float("nan"),
-        link,
-    )
-
-
-def _configurations(ratings: Ratings) -> tuple[tuple[Configuration, BoolArray], ...]:
-    return (("original", ratings.original), ("random", ~ratings.original))
-
-
-def _shares(judgments: Sequence[Judgment]) -> dict[str, float]:
-    ratings = ratings_of(judgments)
-    return {
-        name: float(ratings.agrees[of].mean()) for name, of in _configurations(ratings) if of.any()
-    }
-
-
-def _row(
-    configuration: Configuration,
-    ratings: Ratings,
-    shows: BoolArray,
-    *,
-    rng: np.random.Generator,
-    draws: int,
-    models: bool,
-    executor: Executor | None,
-) -> Row:
-    agrees, n = ratings.agrees, len(ratings)
-    pairs, videos, raters = (
-        len(np.unique(index)) for index in (ratings.pair, ratings.video, ratings.rater)
-    )
-    return Row(
-        configuration,
-        bootstrap(agrees, ratings.video, rng=rng, draws=draws, executor=executor),
-        two_way(agrees, ratings.video, ratings.rater),
-        wilson(int(agrees.sum()), n),
-        clopper_pearson(int(agrees.sum()), n),
-        n,
-        pairs,
-        videos,
-        raters,
-        float(majorities(agrees, ratings.pair).mean()),
-        float(shows[np.unique(ratings.pair)].mean()),
-        len(np.unique(ratings.shown)),
-        gee(agrees, ratings.video) if models else None,
-        crossed(agrees, ratings.video, ratings.rater) if models else None,
-    )
 
 
 def render(

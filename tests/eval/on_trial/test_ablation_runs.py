@@ -6,9 +6,6 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.on_trial import ablation_runs
 from eval.on_trial.ablation_report import render
@@ -20,24 +17,6 @@ from g3.errors import CorpusError, ModelError
 from g3.inference.potentials.potential_registry import potentials
 
 COMMANDS = ("court_put_crate_on_trailer-01", "hall_pick_up_boxes-01")
-
-
-@pytest.fixture(scope="module")
-def few(tmp_path_factory):
-    whole = open_corpus("warehouse")
-    annotations = [a for a in whole.annotations if a.command.id in COMMANDS]
-    corpus = make_corpus(
-        name="few",
-        contexts=list({a.context.id: a.context for a in annotations}.values()),
-        commands=list({a.command.id: a.command for a in annotations}.values()),
-        annotations=annotations,
-        judgments=[],
-        source=whole.source,
-        licence=whole.licence,
-    )
-    path = tmp_path_factory.mktemp("corpora") / "few"
-    write_corpus(corpus, path)
-    return str(path)
 
 
 # Counting

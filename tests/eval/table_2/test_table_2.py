@@ -14,7 +14,8 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.statistics.ratings import check_judgments, of_study, ratings_of, repeated
-from eval.table_2.rating_table import COLUMNS, notes, render, table_2
+from eval.table_2.rating_shares import table_2
+from eval.table_2.rating_table import COLUMNS, notes, render
 from g3.annotation import Judgment
 from g3.errors import FormatError
 

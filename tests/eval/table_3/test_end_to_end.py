@@ -6,9 +6,6 @@ from contextlib import nullcontext
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_3 import scenario_following
 from eval.table_3.end_to_end import run
@@ -18,25 +15,6 @@ from eval.table_3.plan_report import render, table
 from g3.errors import ModelError
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
-
-
-@pytest.fixture(scope="module")
-def few(tmp_path_factory):
-    whole = open_corpus("warehouse")
-    ids = {f"{name}-01" for name in SCENARIOS}
-    annotations = [a for a in whole.annotations if a.command.id in ids]
-    corpus = make_corpus(
-        name="few",
-        contexts=list({a.context.id: a.context for a in annotations}.values()),
-        commands=list({a.command.id: a.command for a in annotations}.values()),
-        annotations=annotations,
-        judgments=[],
-        source=whole.source,
-        licence=whole.licence,
-    )
-    path = tmp_path_factory.mktemp("corpora") / "few"
-    write_corpus(corpus, path)
-    return str(path)
 
 
 @pytest.mark.slow
