@@ -181,7 +181,6 @@ def serve(
     FormatError
         If somebody else listens there.
     """
-    _warm_up(config)
     logging.basicConfig()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     room = Room(_most_connections())
@@ -200,6 +199,9 @@ def serve(
                 channel_timeout=NEVER_S,
                 max_request_body_size=2 * config.max_body_bytes,
             )
+        # After the app is made: before 3.11.8, Python fails where two threads parse code at once,
+        # as Werkzeug does for its routes and spaCy for its settings (gh-106905).
+        _warm_up(config)
         listening()
         with app.app_context(), delivering(engine, config.secret_key, installation().outages):
             while not end.is_set():
