@@ -21,9 +21,18 @@ from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import things_of
 from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.negation import negated
 from g3.language.lexicon.attribute_words import colours_named, sizes_named
 from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.word_sets import EMPTY, HAVING, LADEN, NOTHING, PARTS, Dimension
+from g3.language.lexicon.word_sets import (
+    EMPTY,
+    HAVING,
+    LADEN,
+    NOTHING,
+    PARTS,
+    QUANTIFIERS,
+    Dimension,
+)
 from g3.sdc.clauses import SDC, Span
 
 CLEARLY = 1.1
@@ -109,7 +118,8 @@ def _has_nothing(sdc: SDC) -> bool:
     """Whether words say that there is nothing on a thing."""
     if not (sdc.landmark1 and HAVING.intersection(_bare(sdc.relation))):
         return False
-    return bool(NOTHING.intersection(_bare(noun_leaf(sdc.landmark1[0]).words)))
+    named = set(_bare(noun_leaf(sdc.landmark1[0]).words))
+    return bool(named & NOTHING) or (negated(sdc) and bool(named & QUANTIFIERS))
 
 
 def _bare(spans: Iterable[Span]) -> list[str]:

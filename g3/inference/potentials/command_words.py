@@ -14,6 +14,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from g3.features.sets.order import is_ordinal
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.potential_registry import Measured, potential
@@ -22,9 +23,11 @@ from g3.inference.problem.costs import Scorer
 from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.loads_of_state import loads_of, words_of
-from g3.inference.problem.phrases import names_forks, names_robot
-from g3.language.lexicon.field_words import figure_words, normalise
+from g3.inference.problem.phrases import is_singled_out, names_forks, names_robot
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import field_words, figure_words, normalise
 from g3.learning.load_choice import LoadChoice
+from g3.sdc.clauses import SDC, all_words
 
 WEIGHT = -8.0
 """Of 3, 5 and 8, what is right most often on random tasks, in folds by world."""
@@ -35,7 +38,7 @@ def command_load(case: CandidateCase) -> Measured:
     """What is handled first is the load that all words of the command tell, as learned."""
     if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
         return False
-    behind = _behind(case.tree, case.problem)
+    behind = _behind(case.tree, case.problem, _says_more(case.sdc))
     if not behind:
         return False
     most = max(behind.values())
@@ -45,6 +48,16 @@ def command_load(case: CandidateCase) -> Measured:
         return float(np.mean(own)) if own else most
 
     return np.array([measure(group) for group in case.groups])
+
+
+def _says_more(sdc: SDC) -> bool:
+    """Whether words say which of several alike is meant otherwise than by left and right.
+
+    The learned choice sees sides and distances, but neither landmarks nor numbers.
+    """
+    words = field_words(all_words(sdc))
+    aside = concepts(words) & {"left", "right"} and not any(map(is_ordinal, words))
+    return is_singled_out(sdc) and not aside
 
 
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
@@ -63,8 +76,11 @@ def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
     return None
 
 
-def _behind(tree: Tree, problem: GroundingProblem) -> Mapping[str, float]:
-    """How much less probable each load is than the most probable one, by id; in nats."""
+def _behind(tree: Tree, problem: GroundingProblem, kinds: bool) -> Mapping[str, float]:
+    """How much less probable each load is than the most probable one, by id; in nats.
+
+    With `kinds` each load is as probable as the most probable one with its labels.
+    """
     cost = problem.cost
     if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
         return {}
@@ -73,7 +89,13 @@ def _behind(tree: Tree, problem: GroundingProblem) -> Mapping[str, float]:
         return {}
     choice = LoadChoice(words_of(tree), tuple(loads.values()))
     score = cost.model.load_chooser_.log_probability(choice)
-    return dict(zip(loads, (score.max() - score).tolist(), strict=True))
+    best: dict[frozenset[str], float] = {}
+    for load, own in zip(loads.values(), score.tolist(), strict=True):
+        kind = frozenset(load.labels)
+        best[kind] = max(best.get(kind, -np.inf), own)
+    of_kind = np.array([best[frozenset(load.labels)] for load in loads.values()])
+    found = of_kind if kinds else score
+    return dict(zip(loads, (found.max() - found).tolist(), strict=True))
 
 
 def _knows(cost: Scorer, labels: Collection[str]) -> bool:

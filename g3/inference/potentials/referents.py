@@ -10,7 +10,7 @@ import numpy as np
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import Measured, potential
-from g3.inference.problem.grounding_problem import Group, group_key
+from g3.inference.problem.grounding_problem import Group, group_key, things_of
 
 LAST, EARLIER = 0.9, 0.1
 """Probability of what was spoken of last, and how much less probable each thing before it is."""
@@ -41,6 +41,13 @@ def last_handled(case: ReferentCase) -> Measured:
     recent = dict.fromkeys(reversed(case.problem.referents))
     unknown = not case.problem.antecedents.get(case.node)
     return unknown and _scores(case, ((g, LAST * EARLIER**i) for i, g in enumerate(recent)))
+
+
+@potential("not-itself", kind="referent", types=("OBJECT",), weight=log(0.05))
+def not_itself(case: ReferentCase) -> Measured:
+    """What is moved isn't the landmark of where it goes: "put it next to them"."""
+    load = case.problem.load
+    return bool(load) and np.array([load in {t.id for t in things_of(g)} for g in case.groups])
 
 
 @potential("last-goal", kind="referent", types=("PLACE",), weight=1.0)

@@ -21,11 +21,20 @@ from g3.inference.problem.phrases import is_bare
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import ALONE, DISTANT, FARTHEST, NEAREST, SELVES, SIDES
+from g3.language.lexicon.word_sets import (
+    ALONE,
+    DISTANT,
+    FARTHEST,
+    NEAREST,
+    NEXT_TO,
+    SELVES,
+    SIDES,
+)
 from g3.sdc.clauses import SDC, all_words
 
 FAR_TIMES = 1.5
-"""What is far from something has nothing alike that is so many times as far from it."""
+"""What is far from something has nothing alike that is so many times as far from it, and what is
+near it is itself not so many times as far as something alike."""
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 
@@ -75,6 +84,13 @@ def far_from(case: FactorCase) -> Measured:
     """Nothing alike is half as far again as "the crate far from the truck"."""
     far = _says(case, lambda words: DISTANT & words and "from" in words)
     return _beaten(case, far, lambda own, others: others - FAR_TIMES * own)
+
+
+@potential("near-to", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
+def near_to(case: FactorCase) -> Measured:
+    """Nothing alike is by half nearer than "the crate next to the truck"."""
+    near = _says(case, lambda words: words & NEXT_TO and not words & DISTANT)
+    return _beaten(case, near, lambda own, others: own - FAR_TIMES * others)
 
 
 def _says(case: FactorCase, test: Callable[[frozenset[str]], object]) -> BoolArray:

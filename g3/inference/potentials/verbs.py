@@ -91,11 +91,18 @@ Sense = Literal[
 ]
 
 
+def _by_forks(verb: frozenset[str], asked: Asked) -> frozenset[str]:
+    """What a verb of two senses asks for, by what is on the forks."""
+    if verb == {"taking", "placing"}:  # "unload"
+        return frozenset(("taking",) if asked.held is None else ("placing",))
+    if verb == {"taking", "staying"}:  # "hold"
+        return frozenset(("taking",) if asked.theme and asked.held is None else ("staying",))
+    return verb
+
+
 def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
     """What a clause asks for by its frame and the state; empty for anything."""
-    verb = own.classes
-    if verb == {"taking", "placing"}:  # "unload"
-        verb = frozenset(("taking",) if asked.held is None else ("placing",))
+    verb = _by_forks(own.classes, asked)
     moving = {"carrying", "taking"} if asked.theme else {"carrying"}
     if asked.spared:
         return "spared"

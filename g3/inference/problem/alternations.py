@@ -18,6 +18,7 @@ from g3.actions.loads import is_load
 from g3.actions.robot_state import State
 from g3.inference.problem.clause_roles import is_goal
 from g3.inference.problem.phrases import names_forks, names_robot
+from g3.inference.problem.plain_phrases import plain_phrases
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
@@ -96,7 +97,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
         last = found[-1] if found else None
         joined = _joined(last, sdc) if last is not None else None
         found[len(found) - (joined is not None) :] = [joined or sdc]
-    return tuple(_plain(sdc, nouns) for sdc in found)
+    return tuple(_plain(plain_phrases(sdc), nouns) for sdc in found)
 
 
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:

@@ -42,6 +42,7 @@ from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
     ALIGNING,
     FACING,
+    IT,
     LINING,
     LOWERING,
     PARKING,
@@ -50,7 +51,7 @@ from g3.language.lexicon.word_sets import (
     SIDES,
     VERBS,
 )
-from g3.sdc.clauses import SDC, Field
+from g3.sdc.clauses import SDC, Field, all_words
 
 Kinds = frozenset[ActionKind]
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
@@ -192,10 +193,18 @@ def _parking(tree: Tree, root: int) -> Kinds:
     return frozenset({PARK}) if asks and not _things(tree, root) else frozenset()
 
 
+def _ends_there(tree: Tree, root: int) -> bool:
+    """Whether a clause ends where earlier ones lead: "stop when you get there"."""
+    end = goal_within(tree, root)
+    words = {bare(word.text) for word in all_words(tree.nodes[end])} if end is not None else set()
+    return bool(words) and words <= IT | {"there", "here"}
+
+
 def _waiting(tree: Tree, root: int) -> Kinds:
     """Wait; stop; but "stop at the truck" goes there."""
     verbs = _verbs(tree, root)
-    if verbs != {"staying"} or _leads(tree, root) or _ways(tree, root):
+    leads = _leads(tree, root) and not _ends_there(tree, root)
+    if verbs != {"staying"} or leads or _ways(tree, root):
         return frozenset()
     still = "keep" not in _said(tree.nodes[root]) and not subjects(tree, root)
     return frozenset({WAIT}) if still else frozenset()

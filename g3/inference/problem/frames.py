@@ -7,7 +7,7 @@ the frame of "lift the crate". A verb that isn't known asks for what its argumen
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from g3.inference.problem.clause_roles import (
@@ -15,6 +15,7 @@ from g3.inference.problem.clause_roles import (
     goal_places,
     goal_within,
     is_company,
+    is_goal,
     names_own_forks,
     objects,
     subjects,
@@ -132,7 +133,9 @@ class Frame:
     def takes_unnamed(self) -> bool:
         """Whether it picks something up without saying what: "drive to the crate and pick up"."""
         takes = not self.guessed and "taking" in self.classes
-        return takes and not (self.objects or self.forks or self.classes & {"going", "placing"})
+        return takes and not (
+            self.objects or self.forks or self.classes & {"going", "placing", "staying"}
+        )
 
     @property
     def leaves_open(self) -> bool:
@@ -256,6 +259,8 @@ def _frame(tree: Tree, node: int) -> Frame:
         classes = frozenset(("carrying",))
     elif said & EMPTYING and not classes and named:
         classes = frozenset(("taking", "placing"))
+    elif said & FILLING and not leads and _is_spoken_of(tree, named) and _has_led(tree, node):
+        classes = frozenset(("placing",))
     leads = leads or len(named) > 1
     wordless = tree.nodes[node].type == "EVENT" and not said
     guessed = not classes and (verb.is_open or wordless or (verb.leads_on and named and leads))
@@ -278,6 +283,19 @@ def _frame(tree: Tree, node: int) -> Frame:
         tuple(n for n in measures if is_measure(tree.nodes[n])),
         told_ways(tree, node),
         names_own_forks(tree, node),
+    )
+
+
+def _is_spoken_of(tree: Tree, named: Sequence[int]) -> bool:
+    return len(named) == 1 and is_pronoun(tree.nodes[named[0]])
+
+
+def _has_led(tree: Tree, node: int) -> bool:
+    """Whether an earlier clause says where to: "bring it to the truck and load it"."""
+    before = (n for n in asked(tree) if n < node and tree.nodes[n].type == "EVENT")
+    return any(
+        goal_places(tree, n) or any(is_goal(tree.nodes[p]) for p in goal_paths(tree, n))
+        for n in before
     )
 
 

@@ -63,13 +63,18 @@ def factor_type(sdc: SDC) -> SDCType:
 
 def is_bare(sdc: SDC) -> bool:
     """Whether an OBJECT names one thing by nothing but its kind: "the pallet of tires"."""
-    if sdc.type != "OBJECT" or not (sdc.is_leaf or is_complement(sdc)):
-        return False
+    return sdc.type == "OBJECT" and not is_singled_out(sdc) and group(sdc).number == "singular"
+
+
+def is_singled_out(sdc: SDC) -> bool:
+    """Whether an OBJECT says more than its kind: "the left pallet", "the one by the truck"."""
+    if not (sdc.is_leaf or is_complement(sdc)):
+        return True
     words = field_words(all_words(sdc))
     if words[-1:] and words[-1] in GENERIC:  # "your load" isn't "the loaded one"
         words = words[:-1]
     more = concepts(words) or TELLING.intersection(words) or any(map(is_ordinal, words))
-    return not more and not names_other(sdc) and group(sdc).number == "singular"
+    return bool(more) or names_other(sdc)
 
 
 def is_there(sdc: SDC) -> bool:

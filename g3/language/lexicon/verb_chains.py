@@ -18,6 +18,7 @@ from g3.language.lexicon.word_sets import (
     ARTICLES,
     ASKING,
     CARDINALS,
+    INTERJECTIONS,
     LEADING,
     LINKING,
     NOMINALS,
@@ -105,7 +106,7 @@ def _is_aside(word: str) -> bool:
     """Whether a word only accompanies verbs."""
     polite = {"polite", "negating", "exactly"} & set(word_class(word).split("+"))
     contracted = word.endswith(("n't", "n’t")) or word in ("dont", "also", "again", "just", "you")
-    return bool(polite) or contracted or _is_manner(word)
+    return bool(polite) or contracted or word in INTERJECTIONS or _is_manner(word)
 
 
 def _is_manner(word: str) -> bool:

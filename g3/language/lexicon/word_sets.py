@@ -87,6 +87,8 @@ BEHIND = stems("behind")
 """The far side of a thing. The concept "back" is also a thing's own rear."""
 LATERAL = stems("next beside alongside by")
 """Next to a thing of a row, in line with the row; what is "near" it may be anywhere about it."""
+NEXT_TO = LATERAL | stems("near close nearby adjacent")
+"""Not far from something, on whatever side."""
 BETWEEN = stems(f"{BETWEEN_WORDS} among")
 """With landmarks on both sides. The concept "between" has nouns, too: the middle, the centre."""
 PAIRED = words(f"{BETWEEN_WORDS} midway")
@@ -186,7 +188,7 @@ NO_ANTECEDENTS = words(
 
 EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
-HAVING = words("with has carrying holding bearing")
+HAVING = words("with has have carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
 NOTHING = words("nothing none")
 ALONE = stems("alone lone lonely single solitary isolated")
@@ -316,6 +318,8 @@ PHRASAL_VERBS = {
 """Verbs with a particle that are of other classes than the verb alone."""
 ABOARD = words("on onto upon in into up to")
 """Words that lead onto the robot, before a word for it: "load it onto your forklift"."""
+INTERJECTIONS = words("hey hi hello alright well yo um uh oh yeah")
+"""Words that only call for attention."""
 PURPOSES = words("so to order")
 """Words that begin what something is done for: "so that you face the truck"."""
 

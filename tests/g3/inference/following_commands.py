@@ -34,9 +34,14 @@ def end_of(result, name):
     return centre(followed(result).state.thing(name).prism)
 
 
+def stands_on(state, name):
+    """What something stands on; None for the ground."""
+    found = beneath(Place(state.thing(name).prism), state, name)
+    return found.id if found else None
+
+
 def under(result, name):
     """What something stands on at the end; None for the ground."""
     state = followed(result).state
     assert state.held != name
-    found = beneath(Place(state.thing(name).prism), state, name)
-    return found.id if found else None
+    return stands_on(state, name)

@@ -7,21 +7,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
-from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import start_state
-from g3.groundings import Place
 from g3.inference.problem.alternations import Nouns, plain
 from g3.language.parsing.parser import parse
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import format_brackets, parse_brackets
+from tests.g3.inference.following_commands import did, followed, stands_on, world
 
-FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 SPOTS = [(11, 5), (11, -6), (-6, 12), (-7, -11)]
 
 
-def world(spots=SPOTS, carries=None, aboard=None):
+def yard(spots=SPOTS, carries=None, aboard=None):
     """A crate and bricks, a truck and a trailer, each somewhere.
 
     Parameters
@@ -30,21 +26,21 @@ def world(spots=SPOTS, carries=None, aboard=None):
         What one of the loads stands on.
     """
     crate, bricks, truck, trailer = spots
-    things = {
-        "crate-1": Thing("crate", None if carries else crate),
-        "bricks-1": Thing("bricks-pallet", bricks),
-        "truck-1": Thing("truck", truck),
-        "trailer-1": Thing("trailer", trailer),
-    }
-    if carries:
-        things["crate-1"] = Thing("crate")
     if aboard:
-        x, y = dict(zip(("truck-1", "trailer-1"), (truck, trailer), strict=True))[aboard]
-        things["bricks-1"] = Thing("bricks-pallet", (x - 1, y), 0, aboard)
-    return scenario_context(Scenario("field", "", FIELD, things, {}, Robot((0, 0), 0, carries), ()))
+        x, y = {"truck-1": truck, "trailer-1": trailer}[aboard]
+        bricks = (x - 1, y), 0, aboard
+    else:
+        bricks = (bricks,)
+    return world(
+        carries,
+        crate_1=("crate",) if carries else ("crate", crate),
+        bricks_1=("bricks-pallet", *bricks),
+        truck_1=("truck", truck),
+        trailer_1=("trailer", trailer),
+    )
 
 
-NOUNS = Nouns(start_state(world()))
+NOUNS = Nouns(start_state(yard()))
 
 
 def written(sdcs):
@@ -139,7 +135,7 @@ def test_what_is_there_already_is_not_where_it_shall_be():
         "EVENT(f = OBJ(f = I), r = want, l = OBJ(f = OBJ(f = the bricks), r = on, "
         "l = OBJ(f = the truck)))"
     )
-    there = Nouns(start_state(world(aboard="truck-1")))
+    there = Nouns(start_state(yard(aboard="truck-1")))
     assert made(said, there) == written(parse_brackets(said))
     assert "PLACE" in made(said)
 
@@ -169,14 +165,10 @@ def test_what_is_plain_stays_and_no_word_is_made_up(text):
 
 def end(grounder, text, context):
     """What is done to what, and what that stands on in the end."""
-    plan = grounder.follow(text, context, least=0.0).plan
-    assert plan is not None, text
-    done = [(a.kind.name, a.object_id) for a in plan.actions]
-    state, moved = plan.state, done[-1][1]
-    if not moved or state.held == moved:
-        return done, None
-    found = beneath(Place(state.thing(moved).prism), state, moved)
-    return done, found.id if found else None
+    found = grounder.follow(text, context, least=0.0)
+    done, state = did(found), followed(found).state
+    moved = done[-1][1]
+    return done, stands_on(state, moved) if moved and state.held != moved else None
 
 
 QUICK = settings(
@@ -203,7 +195,7 @@ spots = st.permutations(SPOTS)
 @QUICK
 @given(spots=spots)
 def test_what_is_said_otherwise_is_carried(text, spots, grounder):
-    assert end(grounder, text, world(spots)) == ([("carry", "crate-1")], "truck-1")
+    assert end(grounder, text, yard(spots)) == ([("carry", "crate-1")], "truck-1")
 
 
 @pytest.mark.parametrize(
@@ -220,7 +212,7 @@ def test_what_is_said_otherwise_is_carried(text, spots, grounder):
 @QUICK
 @given(spots=spots)
 def test_what_is_taken_off_stands_there(text, spots, grounder):
-    done, _ = end(grounder, text, world(spots, aboard="trailer-1"))
+    done, _ = end(grounder, text, yard(spots, aboard="trailer-1"))
     assert done == [("pick up", "bricks-1")]
 
 
@@ -228,7 +220,7 @@ def test_what_is_taken_off_stands_there(text, spots, grounder):
 @QUICK
 @given(spots=spots)
 def test_what_is_sent_is_there_in_the_end(text, spots, grounder):
-    assert end(grounder, text, world(spots, "crate-1")) == (
+    assert end(grounder, text, yard(spots, "crate-1")) == (
         [("put down", "crate-1")],
         "trailer-1",
     )
@@ -244,6 +236,6 @@ def test_what_is_sent_is_there_in_the_end(text, spots, grounder):
     ],
 )
 def test_a_noun_may_say_how_to_turn(text, amount, grounder):
-    (action,) = grounder.follow(text, world(), least=0.0).plan.actions
+    (action,) = grounder.follow(text, yard(), least=0.0).plan.actions
     assert action.kind.name == "turn"
     assert action.amount == pytest.approx(amount)

@@ -14,9 +14,7 @@ from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import object_groups
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject
-from g3.learning.examples import to_batch
-from tests.g3.features.scenes import row as example
-from tests.g3.inference.ruled import of_rows
+from tests.g3.inference.ruled import of_sides
 from tests.worlds import robot, scene, still, thing
 
 ANGLES = st.floats(-3.1, 3.1)
@@ -92,13 +90,7 @@ def test_a_cluster_is_one_whatever_its_gaps(count, gap, apart, way, seed):
 
 def meant(things, words, agent, relation="", landmark=()):
     """The ids of the things that no rule speaks against."""
-    world = scene(*things, agent=agent)
-    examples = [
-        example(world, "OBJECT", t, words=words, relation=relation, landmark=landmark)
-        for t in things
-    ]
-    batch = to_batch(examples)
-    cost = sum(of_rows(name, batch) for name in ("side", "ordinal", "middle"))
+    cost = of_sides(things, agent, words, relation, landmark)
     return {t.id for t, c in zip(things, cost, strict=True) if c == 0}
 
 

@@ -6,17 +6,15 @@ from g3.actions.action_kinds import KINDS, Action
 from g3.actions.forklift_actions import DRIVE_AWAY, DRIVE_PAST, DRIVE_TO, LINE_UP, WAIT
 from g3.inference.potentials.cases import PathCase
 from g3.inference.problem.asked_kinds import asked_kinds, asks_to_wait
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
-from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.ruled import EMPTY, WEIGHT, adds, of_actions
+from tests.g3.inference.ruled import EMPTY, WEIGHT, adds, of_actions, tree_of
 from tests.worlds import thing
 
 TRUCK, TIRES = thing("truck", "truck", 8, 0), thing("tires", "tires", 0, 8)
 
 
 def asked(notation, root=0):
-    tree = Tree(parse_brackets(notation))
+    tree = tree_of(notation)
     return {kind.name for kind in asked_kinds(tree, root)}
 
 
@@ -103,8 +101,8 @@ def test_words_ask_for_kinds(notation, kinds):
 
 
 def test_a_command_may_ask_for_waiting_alone():
-    assert asks_to_wait(Tree(parse_brackets("EVENT(r = Wait)")))
-    assert not asks_to_wait(Tree(parse_brackets("EVENT(r = Stop); EVENT(r = go)")))
+    assert asks_to_wait(tree_of("EVENT(r = Wait)"))
+    assert not asks_to_wait(tree_of("EVENT(r = Stop); EVENT(r = go)"))
 
 
 def test_another_kind_than_words_ask_for_costs():
@@ -116,7 +114,7 @@ def test_another_kind_than_words_ask_for_costs():
 
 
 def test_what_the_robot_leaves_is_what_the_words_name():
-    tree = Tree(parse_brackets("PATH(r = away from, l = OBJ(f = the truck))"))
+    tree = tree_of("PATH(r = away from, l = OBJ(f = the truck))")
     actions = [
         Action(DRIVE_AWAY, target=(TRUCK,)),
         Action(LINE_UP, target=(TIRES,)),

@@ -11,12 +11,10 @@ from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import SpotsAsked, object_groups
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
-from g3.inference.grounder import Grounder
 from g3.inference.problem.asked_spots import counts_said, spots_asked
-from g3.inference.problem.command_tree import Tree
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
-from tests.g3.inference.oracle_cost import OracleCost
+from tests.g3.inference.ruled import tree_of
 from tests.g3.inference.test_coverage import (
     ANGLES,
     HALF_M,
@@ -24,6 +22,7 @@ from tests.g3.inference.test_coverage import (
     SIDES,
     STARTS,
     check,
+    check_plan,
     gaps,
     possible,
     seen,
@@ -90,7 +89,7 @@ def test_each_corner_of_a_thing(corner, data, yaw):
 @given(data=st.data())
 def test_on_top_of_a_load_is_another_load(data):
     world = data.draw(worlds("ground", data.draw(st.sampled_from(("near", "far", "loaded")))))
-    mark, load = world.mark, world.load
+    mark = world.mark
     at, top = centre(mark.prism), mark.prism.z_max
 
     def right(points):
@@ -98,13 +97,7 @@ def test_on_top_of_a_load_is_another_load(data):
             np.abs(points[:, 2] - top) < 0.1
         )
 
-    cost = OracleCost({"crate": [mark], "tire": [load]}, right, 1)
-    on_top = "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = on top of, l = {}))"
-    clauses = parse_brackets(on_top.format("OBJ(f = the crate)"))
-    plan = Grounder(cost).follow(clauses, world.context, least=0.0).plan
-    assert plan is not None
-    prism = plan.state.thing("load").prism
-    assert right(np.array([[*centre(prism), prism.z_min]])).all()
+    check_plan(world.context, right, "OBJ(f = the crate)", "on top of", {"crate": [mark]})
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -116,11 +109,7 @@ def test_where_the_robot_stands_is_free_once_it_has_left(side):
     def right(points):
         return np.linalg.norm(points - [x, y, 0.0], axis=1) < 0.7
 
-    cost = OracleCost({"crate": [mark], "tire": [load]}, right, 1)
-    beside = "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = near, l = OBJ(f = the crate)))"
-    plan = Grounder(cost).follow(parse_brackets(beside), context, least=0.0).plan
-    assert plan is not None
-    assert right(np.array([[*centre(plan.state.thing("load").prism), 0.0]])).all()
+    check_plan(context, right, "OBJ(f = the crate)", "near", {"crate": [mark]})
 
 
 def crates(count: int, gap: float = 3.0):
@@ -138,10 +127,10 @@ def test_so_many_of_a_row_from_either_end(count, gap, data):
 
 
 def test_how_many_things_words_count():
-    tree = Tree(parse_brackets("EVENT(r = Lift, l = OBJ(f = the three leftmost crates))"))
+    tree = tree_of("EVENT(r = Lift, l = OBJ(f = the three leftmost crates))")
     assert counts_said(tree) == (3,)
     # Pairs are candidates in any case.
-    assert not counts_said(Tree(parse_brackets("EVENT(r = Lift, l = OBJ(f = both crates))")))
+    assert not counts_said(tree_of("EVENT(r = Lift, l = OBJ(f = both crates))"))
 
 
 def test_a_row_may_turn_a_corner_but_a_block_is_none():

@@ -14,7 +14,6 @@ from g3.actions.robot_state import start_state
 from g3.groundings import Colour, Context, PhysicalObject
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.cases import FactorCase
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.language.lexicon.attribute_words import colours_named, sizes_named
@@ -22,7 +21,7 @@ from g3.language.lexicon.word_sets import COLOUR_WORDS, SIZE_WORDS
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
 from tests.g3.inference.constant_cost import ConstantCost
-from tests.g3.inference.ruled import WEIGHT, adds, of_things
+from tests.g3.inference.ruled import WEIGHT, adds, of_things, tree_of
 from tests.worlds import thing
 
 COLOURS = get_args(Colour)
@@ -190,7 +189,7 @@ def test_a_plural_means_all_that_are_tall(said, right):
 
 def _fits(state, groups, group, said) -> bool:
     problem = GroundingProblem(state, scene_of(state.context, groups), ConstantCost())
-    tree = Tree(parse_brackets(f"OBJ(f = the {said} crates)"))
+    tree = tree_of(f"OBJ(f = the {said} crates)")
     index = len(state.context.objects) + groups.index(group)
     batch = problem.scene.batch(
         "OBJECT", [tree.words[0]], np.zeros(1, dtype=np.intp), figure=np.array([index])

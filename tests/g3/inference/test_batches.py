@@ -11,13 +11,12 @@ from g3.actions.grounding_candidates import object_groups, spots_about, spots_of
 from g3.actions.motions import Motions
 from g3.actions.robot_state import start_state
 from g3.features.bodies import Bodies, pack
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Scorer
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import pack_like, scene_of
 from g3.inference.search.leaves import leaf_scores
 from g3.inference.search.thing_search import ground_thing
-from g3.sdc.sdc_notation import parse_brackets
+from tests.g3.inference.ruled import tree_of
 
 THEMES = ("tires-2", "boxes-1")
 
@@ -47,11 +46,8 @@ def test_actions_go_together_as_they_go_alone(state, loaded):
 
 def test_nouns_score_together_as_they_score_alone(model, dock, state):
     cost = Scorer(model)
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Put, l = OBJ(f = the tire pallet), "
-            "l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
-        )
+    tree = tree_of(
+        "EVENT(r = Put, l = OBJ(f = the tire pallet), l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
     )
     problem = GroundingProblem(state, scene_of(state.context, object_groups(state.context)), cost)
     leaves = leaf_scores(tree, problem.scene, cost)

@@ -4,18 +4,13 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
+from g3.actions.forklift_actions import DRIVE_TO, PUT_DOWN
 from g3.actions.grounding_candidates import square
 from g3.groundings import Context
-from g3.inference.potentials.cases import PathCase
-from g3.inference.problem.clause_roles import goal_paths
-from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import Arguments, Candidate
-from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem_in
+from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in
 from tests.worlds import robot, thing
 
-UNMOVED, UNUSUAL = WEIGHT["moved"], WEIGHT["onto"]
+UNMOVED = WEIGHT["moved"]
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
 OTHER = thing("other", "trailer", -20, 0, (4, 6), (0, 1))
@@ -44,35 +39,3 @@ def put(load, x, y, bottom):
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
     found = of_actions("moved", "EVENT(r = Put)", [action], problem=PROBLEM)
     assert found.tolist() == [cost]
-
-
-@pytest.mark.parametrize(
-    ("path", "on", "beside"),
-    [
-        ("PATH(r = to, l = OBJ(f = the ground))", 0, 0),
-        ("PATH(r = closer to, l = OBJ(f = the truck))", 0, 0),
-        ("PATH(r = onto, l = OBJ(f = the truck))", 0, UNUSUAL),
-        ("PATH(r = past, l = OBJ(f = the truck))", 0, 0),
-    ],
-)
-def test_to_the_truck_is_on_it(path, on, beside):
-    notation = f"EVENT(r = Move, l = OBJ(f = it), l2 = {path})"
-    tree = Tree(parse_brackets(notation))
-    actions = [put("tires", 20, 0, 1), put("tires", 16, 0, 0)]
-    (goal,) = goal_paths(tree, 0)
-    found = Arguments((None,), (Candidate((TRUCK,), 0.0, {}),), goal, {})
-    assert of_actions("onto", notation, actions, found, PROBLEM).tolist() == [on, beside]
-
-
-def test_what_is_taken_off_a_truck_is_on_it():
-    tree = Tree(
-        parse_brackets(
-            "PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))"
-        )
-    )
-    actions = [Action(PICK_UP, "boxes"), Action(PICK_UP, "tires"), Action(WAIT)]
-    marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
-    costs = [[0, UNUSUAL, 0], [UNUSUAL, UNUSUAL, 0], [0, 0, 0]]
-    off, to = (PathCase(tree, path, PROBLEM.state, actions, marks, PROBLEM) for path in (0, 1))
-    assert adds("taken-from", off).tolist() == costs
-    assert not adds("taken-from", to).any()

@@ -10,11 +10,9 @@ from g3.actions.forklift_actions import DRIVE_PAST, DRIVE_TO
 from g3.groundings import Context
 from g3.inference.potentials.cases import ActionCase
 from g3.inference.potentials.potential_registry import added_by
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Arguments, Candidate
-from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.features.scenes import robot, thing
-from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in
+from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in, tree_of
 
 KINDS = ("wait", "drive to", "pick up", "carry", "put down")
 UNUSUAL = WEIGHT["verb-take"]
@@ -33,7 +31,7 @@ def costs(clauses, *, theme=True, leads=False, held=None, at_start=None, at_plac
     held, at_start
         What is on the forks, and what was when the command was given.
     """
-    tree = Tree(parse_brackets(clauses))
+    tree = tree_of(clauses)
     goal_path = -1 if at_place else tree.below(0, ("l2",), "PATH")[0]
     found = Arguments((IT if theme else None,), (IT if leads else None,), goal_path, {})
     problem = replace(PROBLEM, state=replace(PROBLEM.state, held=at_start))
@@ -106,6 +104,12 @@ def test_unloading_takes_a_load_off_something_or_off_the_forks():
     assert dear(it("Unload"), held="tires") == {"wait", "drive to", "pick up"}
 
 
+def test_who_holds_a_load_keeps_it_and_takes_it_only_from_elsewhere():
+    assert dear(it("hold"), held="tires") == {"pick up", "carry", "put down"}
+    assert dear("EVENT(r = hold)", theme=False) == {"pick up", "carry", "put down"}
+    assert dear(it("hold")) == {"wait", "drive to", "carry", "put down"}
+
+
 def test_forks_that_are_lowered_put_down_what_is_on_them():
     lower, lift = (f"EVENT(r = {verb}, l = OBJ(f = the forks))" for verb in ("Lower", "Lift"))
     assert dear(lower, held="tires") == {"wait", "drive to", "pick up", "carry"}
@@ -128,7 +132,7 @@ def test_who_goes_to_something_goes_there():
         "PATH(r = to, l = OBJ(f = the truck))])"
     )
     actions = [Action(DRIVE_TO, goal=0), Action(DRIVE_PAST)]
-    past, to = Tree(parse_brackets(go)).below(0, ("l2",), "PATH")
+    past, to = tree_of(go).below(0, ("l2",), "PATH")
     leads = {path: Arguments((None,), (IT,), path, {}) for path in (past, to, -1)}
     cost = {p: of_actions("reaches-goal", go, actions, found) for p, found in leads.items()}
     assert cost[to].tolist() == [0, WEIGHT["reaches-goal"]]

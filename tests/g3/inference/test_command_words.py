@@ -47,41 +47,38 @@ def taught(model, kinds, meant):
     return known.with_weights(model.space_, model.weights_, LoadChooser.fit(choices))
 
 
-def picked(grounder, context, sdcs=RIGHT):
-    actions = grounder.follow(sdcs, context, least=0.0, insist=True).plan.actions
-    (thing,) = {a.object_id for a in actions if a.object_id}
-    return thing
+def planned(model, context, **options):
+    return Grounder.load(model, **options).follow(RIGHT, context, least=0.0, insist=True).plan
+
+
+def kinds_in(context):
+    """The labels of the loads in a context, by their ids and each once."""
+    loads = {name: load.labels for name, load in loads_of(start_state(context)).items()}
+    return loads, sorted(set(loads.values()))
 
 
 def test_a_word_means_what_it_was_taught_to_mean(model, yard):
-    loads = loads_of(start_state(yard))
-    kinds = sorted({load.labels for load in loads.values()})
+    loads, kinds = kinds_in(yard)
     assert len(kinds) > 1
     for meant in kinds:
-        grounder = Grounder.load(taught(model, kinds, meant))
-        assert loads[picked(grounder, yard)].labels == meant
+        actions = planned(taught(model, kinds, meant), yard).actions
+        (thing,) = {a.object_id for a in actions if a.object_id}
+        assert loads[thing] == meant
 
 
 def test_it_can_be_switched_off_and_a_model_without_it_is_as_before(model, yard):
-    loads = loads_of(start_state(yard))
-    kinds = sorted({load.labels for load in loads.values()})
-    plain = Grounder.load(model).follow(RIGHT, yard, least=0.0, insist=True).plan
+    _, kinds = kinds_in(yard)
+    plain = planned(model, yard)
     for meant in kinds:
-        off = Grounder.load(taught(model, kinds, meant), without=["command-load"])
-        assert off.follow(RIGHT, yard, least=0.0, insist=True).plan.score == plain.score
+        off = planned(taught(model, kinds, meant), yard, without=["command-load"])
+        assert off.score == plain.score
 
 
 def test_where_all_labels_are_known_the_clauses_factors_tell(model, known_yard):
-    loads = loads_of(start_state(known_yard))
-    kinds = sorted({load.labels for load in loads.values()})
-    plain = Grounder.load(model).follow(RIGHT, known_yard, least=0.0, insist=True).plan
+    _, kinds = kinds_in(known_yard)
+    plain = planned(model, known_yard)
     for meant in kinds:
-        plan = (
-            Grounder.load(taught(model, kinds, meant))
-            .follow(RIGHT, known_yard, least=0.0, insist=True)
-            .plan
-        )
-        assert plan.score == plain.score
+        assert planned(taught(model, kinds, meant), known_yard).score == plain.score
 
 
 def test_words_of_a_tree_are_in_the_order_of_the_command():

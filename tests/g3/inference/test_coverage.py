@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -154,22 +155,22 @@ def with_start(
 PUT = "EVENT(r = Put, l = OBJ(f = the tires), l2 = PLACE(r = {relation}, l = {landmark}))"
 
 
-def followed(world: World, right, landmark: str, relation: str, things) -> FloatArray:
-    """Where the load ends by the best plan of a cost that knows what is right, x, y, z."""
-    index = [o.id for o in world.context.objects].index("load")
-    cost = OracleCost({"tire": [world.load], **things}, right, index)
+def check_plan(context: Context, right, landmark: str, relation: str, things) -> None:
+    """The best plan of a cost that knows what is right leads to where it is, x, y, z."""
+    index = [o.id for o in context.objects].index("load")
+    cost = OracleCost({"tire": [context.objects[index]], **things}, right, index)
     clauses = parse_brackets(PUT.format(relation=relation, landmark=landmark))
-    plan = Grounder(cost).follow(clauses, world.context, least=0.0).plan
+    plan = Grounder(cost).follow(clauses, context, least=0.0).plan
     assert plan is not None
     prism = plan.state.thing("load").prism
-    return np.array([*centre(prism), prism.z_min])
+    end = np.array([[*centre(prism), prism.z_min]])
+    assert right(end).all(), end
 
 
 def check(world: World, right, landmark: str, relation: str, things, near: Prism, z: float) -> None:
     """The plan leads to where is right, if there is room in the world."""
     assume(is_comfortable(right(grid(near, NEAR_M + HALF_M, z))))
-    end = followed(world, right, landmark, relation, things)
-    assert right(end[None]).all(), end
+    check_plan(world.context, right, landmark, relation, things)
 
 
 @pytest.mark.parametrize("start", STARTS)
@@ -218,9 +219,6 @@ def test_each_side_of_a_thing_is_a_place(level, side, data):
     world = data.draw(worlds(level, start, turn if level == "deck" else None))
     z = world.under.prism.z_max if level == "deck" else 0.0
 
-    def right(points):
-        return there(points, 46)
-
     def there(points, degrees):
         off = seen(world, points[:, :2], centre(world.mark.prism))
         cosine = off @ np.array(SIDES[side]) / np.maximum(np.linalg.norm(off, axis=1), 1e-9)
@@ -231,6 +229,7 @@ def test_each_side_of_a_thing_is_a_place(level, side, data):
     mark = world.mark
     # A place in the very corner of what is meant isn't the only one.
     assume(is_comfortable(there(grid(mark.prism, NEAR_M + HALF_M, z), 30)))
+    right = partial(there, degrees=46)
     check(world, right, "OBJ(f = the crate)", RELATIONS[side], {"crate": [mark]}, mark.prism, z)
 
 

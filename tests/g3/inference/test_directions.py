@@ -5,10 +5,8 @@ import pytest
 
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, PUT_DOWN, TURN, WAIT
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import told_side
-from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.ruled import WEIGHT, of_actions
+from tests.g3.inference.ruled import WEIGHT, of_actions, tree_of
 
 ACTIONS = {
     "wait": Action(WAIT),
@@ -59,6 +57,6 @@ def test_another_way_than_words_name_costs(notation, free):
     ],
 )
 def test_a_side_is_told_until_something_is_handled(notation, sides):
-    tree = Tree(parse_brackets(notation))
+    tree = tree_of(notation)
     told = [told_side(tree, root)[:1] or "-" for root in range(len(tree.sdcs))]
     assert " ".join(told) == sides

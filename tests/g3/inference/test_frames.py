@@ -4,14 +4,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked, frame
 from g3.language.parsing.parser import parse
 from g3.sdc.clauses import all_words
+from tests.g3.inference.following_commands import world
 
-FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 SPOTS = [(9, 4), (9, -4), (-5, 9), (-5, -9)]
 PREFIXES = (
     *("go ahead and", "please", "you need to", "get ready to", "proceed to", "I want you to"),
@@ -91,11 +89,10 @@ def test_a_frame_has_ends_extents_ways_and_instruments():
     assert not lifts.forks
 
 
-def world(spots):
+def yard(spots):
     """A context with a load of two kinds, a truck and a trailer, each in a corner."""
     kinds = ("tire-pallet", "box-pallet", "truck", "trailer")
-    things = {f"{k}-1": Thing(k, spot) for k, spot in zip(kinds, spots, strict=True)}
-    return scenario_context(Scenario("field", "", FIELD, things, {}, Robot((0, 0), 0), ()))
+    return world(**{f"{k}-1": (k, spot) for k, spot in zip(kinds, spots, strict=True)})
 
 
 def done(grounder, text, context):
@@ -119,7 +116,7 @@ def done(grounder, text, context):
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 def test_a_prefix_changes_nothing(command, prefix, spots, grounder):
-    context = world(spots)
+    context = yard(spots)
     plain = done(grounder, command.capitalize(), context)
     said = f"{prefix} {command}"
     assert done(grounder, said[0].upper() + said[1:], context) == plain
@@ -128,7 +125,7 @@ def test_a_prefix_changes_nothing(command, prefix, spots, grounder):
 @given(verb=st.sampled_from(("Blick", "Zorp", "Frindle", "Quonk")), spots=st.permutations(SPOTS))
 @settings(max_examples=8, deadline=None)
 def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
-    context = world(spots)
+    context = yard(spots)
     (carries,) = done(grounder, f"{verb} the boxes onto the truck", context)
     assert carries[:2] == ("carry", "box-pallet-1")
     (goes,) = done(grounder, f"{verb} to the truck", context)
@@ -143,6 +140,6 @@ def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
 @given(spots=st.permutations(SPOTS))
 @settings(max_examples=6, deadline=None)
 def test_what_is_picked_up_without_a_name_is_what_was_driven_to(spots, grounder):
-    context = world(spots)
+    context = yard(spots)
     _, takes = done(grounder, "Drive to the boxes and pick up.", context)
     assert takes[:2] == ("pick up", "box-pallet-1")

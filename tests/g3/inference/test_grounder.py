@@ -12,10 +12,7 @@ from g3.inference.grounder import Grounder
 from g3.language.parsing.extractor import Parse, Tree
 from g3.language.parsing.parser import parse_unsure
 from g3.sdc.sdc_notation import parse_brackets
-
-
-def did(result):
-    return [(a.kind.name, a.object_id) for a in result.plan.actions]
+from tests.g3.inference.following_commands import did, under
 
 
 def test_a_load_is_picked_up_and_put_down(grounder, dock):
@@ -24,17 +21,11 @@ def test_a_load_is_picked_up_and_put_down(grounder, dock):
         "EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = on, l = OBJ(f = the trailer)))"
     )
     found = grounder.follow(sdcs, dock)
-    if found.plan is None:
-        pytest.fail(found.note)
-    load = found.plan.actions[0].object_id
     assert [kind for kind, _ in did(found)] == ["pick up", "put down"]
-    assert {i for _, i in did(found)} == {load}
-    under = found.plan.state.thing(load).prism.z_min
-    assert under == pytest.approx(dock_trailer_top(dock), abs=1e-6)
-
-
-def dock_trailer_top(context):
-    return next(o.prism.z_max for o in context.objects if o.id == "trailer-1")
+    (load,) = {i for _, i in did(found)}
+    assert under(found, load) == "trailer-1"
+    trailer, carried = (found.plan.state.thing(i).prism for i in ("trailer-1", load))
+    assert carried.z_min == pytest.approx(trailer.z_max, abs=1e-6)
 
 
 def test_the_same_command_gives_the_same_plans(model, dock):
@@ -114,10 +105,6 @@ def test_one_verb_that_nobody_taught_does_not_spoil_the_others(grounder, dock):
     found = grounder.follow(parse_brackets(f"EVENT(r = yodel);{lift}"), dock)
     assert found.plan is not None, found.note
     assert did(found)[-1] in [("pick up", "boxes-1"), ("pick up", "boxes-2")]
-
-    found = grounder.follow(parse_brackets("EVENT(r = yodel)"), dock)
-    assert found.plan is None
-    assert "'yodel'" in found.note
 
 
 def lift(thing, verb="Lift"):

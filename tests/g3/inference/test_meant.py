@@ -13,11 +13,9 @@ from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.problem.phrases import named_places
 from g3.inference.search.thing_search import ground_others, ground_thing
-from g3.learning.examples import to_batch
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
-from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows, of_things, problem_in
+from tests.g3.inference.ruled import WEIGHT, of_examples, of_groups, of_things, problem_in, tree_of
 from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
@@ -33,12 +31,12 @@ STATE = start_state(Context("yard", (TRUCK, OTHER, BOXES, TIRES, robot()), PLACE
 
 
 def around(**options):
-    return GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), **options)
+    return problem_in(STATE.context, **options)
 
 
 def possible(noun, *candidates):
     """Which candidates cost nothing, by their names or ids."""
-    tree = Tree(parse_brackets(f"OBJ(f = {noun})"))
+    tree = tree_of(f"OBJ(f = {noun})")
     groups = [(c,) for c in candidates]
     scores = added(CandidateCase(tree, 0, around(), groups, "figure", 0))
     assert set(scores) <= {0.0, UNLIKELY, WEIGHT["own-label"]}
@@ -129,17 +127,28 @@ def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
     barrel = thing("barrel", "barrel", 8, 3, (1, 1))
     world = scene(*rank, barrel, agent=robot())
 
-    def costs(relation, landmark=(barrel,)):
-        rows = [
-            row(world, "OBJECT", t, words="the pallet", relation=relation, landmark=landmark)
-            for t in rank
-        ]
-        return of_rows("superlative", to_batch(rows)).tolist()
+    def costs(relation):
+        roles = {"words": "the pallet", "relation": relation, "landmark": (barrel,)}
+        return of_examples("superlative", world, "OBJECT", rank, **roles).tolist()
 
     dear = WEIGHT["superlative"]
     assert costs("nearest") == costs("closest to") == [dear, 0, dear]
     assert costs("farthest from") == [dear, dear, 0]
     assert costs("near") == [0, 0, 0]
+
+
+def test_what_is_next_to_something_has_nothing_alike_much_nearer():
+    rank = [thing(name, "pallet", x, 0) for name, x in (("a", 5), ("b", 9), ("c", 12), ("d", 14))]
+    barrel = thing("barrel", "barrel", 1, 3, (1, 1))
+    world = scene(*rank, barrel, thing("e", "crate", 1, 4), agent=robot())
+
+    def costs(relation):
+        roles = {"words": "the pallet", "relation": relation, "landmark": (barrel,)}
+        return of_examples("near-to", world, "OBJECT", rank, **roles).tolist()
+
+    dear = WEIGHT["near-to"]
+    assert costs("next to") == costs("by") == costs("near") == [0, dear, dear, dear]
+    assert costs("not far from") == costs("left of") == costs("far from") == [0, 0, 0, 0]
 
 
 def test_what_is_far_from_something_has_nothing_alike_much_farther():
@@ -148,11 +157,8 @@ def test_what_is_far_from_something_has_nothing_alike_much_farther():
     world = scene(*rank, barrel, thing("e", "crate", 30, 0), agent=robot())
 
     def costs(relation):
-        rows = [
-            row(world, "OBJECT", t, words="the pallet", relation=relation, landmark=(barrel,))
-            for t in rank
-        ]
-        return of_rows("far-from", to_batch(rows)).tolist()
+        roles = {"words": "the pallet", "relation": relation, "landmark": (barrel,)}
+        return of_examples("far-from", world, "OBJECT", rank, **roles).tolist()
 
     dear = WEIGHT["far-from"]
     assert costs("far from") == costs("far away from") == [dear, dear, 0, 0]
@@ -174,8 +180,8 @@ def test_several_things_are_those_that_words_count(words, meant):
     things = {name: thing(name, "pallet", 8, y) for name, y in (("a", 6), ("b", 0), ("c", -6))}
     world = scene(*things.values(), agent=robot())
     pairs = ["ab", "bc", "ac"]
-    rows = [row(world, "OBJECT", tuple(things[n] for n in pair), words=words) for pair in pairs]
-    cost = of_rows("counted-things", to_batch(rows), f"OBJ(f = {words})")
+    groups = [tuple(things[n] for n in pair) for pair in pairs]
+    cost = of_examples("counted-things", world, "OBJECT", groups, f"OBJ(f = {words})", words=words)
     assert set(cost) <= {0.0, WEIGHT["counted-things"]}
     assert {p for p, c in zip(pairs, cost, strict=True) if c == 0} == set(meant.split())
 
@@ -196,20 +202,18 @@ def test_the_other_has_the_noun_before_it():
 
 
 def test_its_old_position_is_where_the_load_stood():
-    tree = Tree(parse_brackets("OBJ(f = its old position)"))
+    tree = tree_of("OBJ(f = its old position)")
     (found,) = ground_thing(tree, 0, around(load="tires"))
     assert found.group[0].prism.xy.mean(axis=0) == pytest.approx((5, 3))
-    tree = Tree(parse_brackets("OBJ(f = your original spot)"))
+    tree = tree_of("OBJ(f = your original spot)")
     (found,) = ground_thing(tree, 0, around(load="tires"))
     assert found.group[0].prism.xy.mean(axis=0) == pytest.approx((0, 0))
 
 
 def test_what_a_plan_does_not_need_is_grounded_too():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Turn, l = EVENT(r = until, l = EVENT(f = OBJ(f = you), r = face, "
-            "l = OBJ(f = the truck))))"
-        )
+    tree = tree_of(
+        "EVENT(r = Turn, l = EVENT(r = until, l = EVENT(f = OBJ(f = you), r = face, "
+        "l = OBJ(f = the truck))))"
     )
     you, truck = (n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and sdc.words)
     found = ground_others(tree, {}, around())

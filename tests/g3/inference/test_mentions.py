@@ -3,36 +3,26 @@
 import numpy as np
 import pytest
 
-from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
-from g3.actions.grounding_candidates import beneath
 from g3.geometry.footprints import centre
-from g3.groundings import Place
+from tests.g3.inference.following_commands import BOXES, TIRES, followed, stands_on, world
 
-FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
-TIRES, BOXES, CRATE, TRUCK = "tire-pallet", "box-pallet", "crate", "truck"
-YARD = {"tires": (TIRES, (9, 4)), "boxes": (BOXES, (7, -1)), "truck": (TRUCK, (2, -13))}
+CRATE = "crate"
+YARD = {"tires": (TIRES, (9, 4)), "boxes": (BOXES, (7, -1)), "truck": ("truck", (2, -13))}
 CROSSROADS = {"left": (CRATE, (-10, 6)), "ahead": (CRATE, (8, 9)), "behind": (CRATE, (-3, -12))}
 
 
-def world(things, mirrored):
-    """A world whose things are where they are told, or on the other side of the robot's x axis."""
+def ends(grounder, text, things, mirrored):
+    """The state in the end, and the loads that were handled.
+
+    Parameters
+    ----------
+    mirrored
+        Whether things are on the other side of the robot's x axis than told.
+    """
     side = -1 if mirrored else 1
-    objects = {name: Thing(kind, (x, side * y)) for name, (kind, (x, y)) in things.items()}
-    return scenario_context(Scenario("field", "", FIELD, objects, {}, Robot((0, 0), 0), ()))
-
-
-def ends(grounder, text, things, mirrored=False):
-    """The state in the end, and the loads that were handled."""
-    plan = grounder.follow(text, world(things, mirrored), least=0.0).plan
-    assert plan is not None, text
+    there = world(**{name: (kind, (x, side * y)) for name, (kind, (x, y)) in things.items()})
+    plan = followed(grounder.follow(text, there, least=0.0))
     return plan.state, {a.object_id for a in plan.actions} - {""}
-
-
-def on(state, name):
-    """What something stands on; None for the ground."""
-    found = beneath(Place(state.thing(name).prism), state, name)
-    return found.id if found else None
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -49,7 +39,7 @@ def on(state, name):
 def test_what_was_spoken_of_is_put_on_the_truck(text, mirrored, grounder):
     state, handled = ends(grounder, text, YARD, mirrored)
     assert handled == {"tires"}
-    assert (state.held, on(state, "tires")) == (None, "truck")
+    assert (state.held, stands_on(state, "tires")) == (None, "truck")
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -59,6 +49,30 @@ def test_them_and_it_are_told_apart_by_number(mirrored, grounder):
     assert handled == {"tires"}
     ends_at = centre((state.thing("tires")).prism)
     assert np.linalg.norm(ends_at - centre(state.thing("truck").prism)) < 6
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Pick up the boxes, drive to the tires and put it down right next to them",
+        "Pick up the boxes, go over to the tires and set them down beside them",
+    ],
+)
+def test_nothing_is_put_next_to_itself(text, mirrored, grounder):
+    state, handled = ends(grounder, text, YARD, mirrored)
+    assert handled == {"boxes"}
+    ends_at = centre(state.thing("boxes").prism)
+    assert np.linalg.norm(ends_at - centre(state.thing("tires").prism)) < 4
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("text", ["load them up", "load them"])
+def test_what_was_brought_to_the_truck_is_loaded_onto_it(text, mirrored, grounder):
+    text = f"Take the tires over to the truck and {text}"
+    state, handled = ends(grounder, text, YARD, mirrored)
+    assert handled == {"tires"}
+    assert (state.held, stands_on(state, "tires")) == (None, "truck")
 
 
 @pytest.mark.xfail(

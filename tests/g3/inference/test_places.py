@@ -18,11 +18,9 @@ from g3.inference.problem.packed_scene import scene_of
 from g3.inference.problem.phrases import is_area, is_measure, is_there, unstressed
 from g3.inference.search.arguments import arguments
 from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
-from g3.learning.examples import to_batch
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.features.scenes import row
 from tests.g3.inference.constant_cost import ConstantCost
-from tests.g3.inference.ruled import WEIGHT, of_groups, of_rows
+from tests.g3.inference.ruled import WEIGHT, of_examples, of_groups, problem_in, tree_of
 from tests.worlds import robot, scene, thing
 
 MISPLACED, OFF_LINE = WEIGHT["place-side"], WEIGHT["row-line"]
@@ -37,6 +35,10 @@ STATE = start_state(Context("yard", (TRUCK, OTHER, BOXES, *ROW, robot()), (), "r
 
 def spot(x, y, bottom=0.0):
     return square(np.array([x, y], dtype=float), 0.0, bottom)
+
+
+def of_places(name, places, world, **roles):
+    return of_examples(name, world, "PLACE", places, "PLACE(f = there)", **roles)
 
 
 PLACES = {"right": spot(3, -12.2), "left": spot(3, -1.8), "near": spot(2, -1), "far": spot(4, -13)}
@@ -59,18 +61,14 @@ PLACES = {"right": spot(3, -12.2), "left": spot(3, -1.8), "near": spot(2, -1), "
 )
 def test_sides_of_things_are_those_of_who_looks_at_them(relation, landmark, meant):
     world = scene(*ROW, agent=robot())
-    rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in PLACES.values()]
-    cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
+    cost = of_places("place-side", PLACES.values(), world, relation=relation, landmark=landmark)
     assert set(cost) <= {0.0, MISPLACED}
     assert {name for name, c in zip(PLACES, cost, strict=True) if c == 0} == set(meant.split())
 
 
 def test_a_row_is_faced_straight_on_from_wherever_the_robot_stands():
-    rows = [
-        row(scene(*ROW, agent=robot()), "PLACE", p, relation="right of", landmark=ROW[:1])
-        for p in (spot(3, -6.2), spot(1, -4.5))
-    ]
-    cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
+    world, places = scene(*ROW, agent=robot()), (spot(3, -6.2), spot(1, -4.5))
+    cost = of_places("place-side", places, world, relation="right of", landmark=ROW[:1])
     assert cost.tolist() == [0, MISPLACED]
 
 
@@ -79,8 +77,7 @@ def test_the_robot_has_its_own_sides():
     world = scene(*ROW, agent=agent)
     places = [spot(4, 0), spot(-4, 0), spot(0, -4)]
     for relation, meant in (("in front of", 0), ("behind", 1), ("to the right of", 2)):
-        rows = [row(world, "PLACE", p, relation=relation, landmark=(agent,)) for p in places]
-        cost = of_rows("place-side", to_batch(rows), "PLACE(f = there)")
+        cost = of_places("place-side", places, world, relation=relation, landmark=(agent,))
         assert np.flatnonzero(cost == 0).tolist() == [meant]
 
 
@@ -97,16 +94,15 @@ def test_beside_a_truck_is_not_on_it(place, beside, on_top):
     (sdc,) = parse_brackets(place)
     assert on_ground(sdc, sdc) is beside
     world = scene(TRUCK, agent=robot())
-    rows = [row(world, "PLACE", p, landmark=(TRUCK,)) for p in (spot(20, 0, 1), spot(15, 0))]
+    places = (spot(20, 0, 1), spot(15, 0))
     costs = [MISPLACED if beside else 0, MISPLACED if on_top else 0]
-    batch = to_batch(rows)
-    found = sum(of_rows(name, batch, place) for name in ("floor", "on-top"))
+    names = ("floor", "on-top")
+    found = sum(of_examples(n, world, "PLACE", places, place, landmark=(TRUCK,)) for n in names)
     assert found.tolist() == costs
 
 
 def free(places, load):
-    problem = GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), load=load)
-    found = allowed(SpotCase(problem, places))
+    found = allowed(SpotCase(around(load=load), places))
     return [place for place, is_free in zip(places, found, strict=True) if is_free]
 
 
@@ -120,15 +116,13 @@ def test_a_load_goes_where_there_is_room_and_it_has_not_stood():
 
 
 def around(**options):
-    return GroundingProblem(STATE, scene_of(STATE.context), ConstantCost(), **options)
+    return problem_in(STATE.context, **options)
 
 
 def test_places_that_name_one_place_together_are_one():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Put, l = OBJ(f = it), l2 = [PLACE(r = on, l = OBJ(f = the ground)), "
-            "PLACE(r = behind, l = OBJ(f = the truck))])"
-        )
+    tree = tree_of(
+        "EVENT(r = Put, l = OBJ(f = it), l2 = [PLACE(r = on, l = OBJ(f = the ground)), "
+        "PLACE(r = behind, l = OBJ(f = the truck))])"
     )
     places = tree.below(0, ("l2",), "PLACE")
     best = ground_places(tree, places, around())[0]
@@ -138,7 +132,7 @@ def test_places_that_name_one_place_together_are_one():
 
 
 def test_there_is_what_an_earlier_clause_led_to_and_on_it_rather_than_beside_it():
-    tree = Tree(parse_brackets("EVENT(r = Put, l = OBJ(f = it), l2 = PLACE(f = there))"))
+    tree = tree_of("EVENT(r = Put, l = OBJ(f = it), l2 = PLACE(f = there))")
     found = arguments(tree, 0, around(goals=((OTHER,), (TRUCK,)))).goals
     best = found[0].group[0].prism
     assert best.z_min == 1
@@ -147,7 +141,7 @@ def test_there_is_what_an_earlier_clause_led_to_and_on_it_rather_than_beside_it(
 
 def test_what_is_carried_is_no_landmark_and_the_other_truck_is_not_the_one_it_is_on():
     put = "EVENT(r = Put, l = OBJ(f = the boxes), l2 = PLACE(r = on, l = OBJ(f = the other truck)))"
-    tree = Tree(parse_brackets(put))
+    tree = tree_of(put)
     (mark,) = (n for n, sdc in enumerate(tree.nodes) if "other" in [w.text for w in sdc.words])
     best = ground_places(tree, tree.below(0, ("l2",), "PLACE"), around(load="boxes"))[0]
     assert best.nodes[mark][0] not in ((BOXES,), (TRUCK,))
@@ -189,10 +183,8 @@ def test_phrases():
 def test_places_by_a_row_are_in_line_with_it(relation, landmark, costs):
     world = scene(*ROW, agent=robot())
     places = (spot(3, -12.2), spot(1, -7), spot(3, -8.5))
-    rows = [row(world, "PLACE", p, relation=relation, landmark=landmark) for p in places]
-    batch = to_batch(rows)
-    names = ("next-in-row", "row-line")
-    found = sum(of_rows(name, batch, "PLACE(f = there)") for name in names)
+    roles = {"relation": relation, "landmark": landmark}
+    found = sum(of_places(name, places, world, **roles) for name in ("next-in-row", "row-line"))
     assert found == pytest.approx(np.array(costs))
 
 
@@ -202,15 +194,13 @@ def test_between_things_is_on_the_way_from_one_to_the_other():
     places = (spot(4, 1), spot(5.5, 0), spot(7.5, 1), spot(4, 9))
     astray = WEIGHT["place-between"]
     for landmark, costs in ((pair, [0, 0, astray, astray]), (pair[:1], [astray] * 4)):
-        rows = [row(world, "PLACE", p, relation="between", landmark=landmark) for p in places]
-        found = of_rows("place-between", to_batch(rows), "PLACE(f = there)")
-        assert found.tolist() == costs
-    rows = [row(world, "PLACE", p, relation="near", landmark=pair) for p in places]
-    assert not of_rows("place-between", to_batch(rows), "PLACE(f = there)").any()
+        roles = {"relation": "between", "landmark": landmark}
+        assert of_places("place-between", places, world, **roles).tolist() == costs
+    assert not of_places("place-between", places, world, relation="near", landmark=pair).any()
 
 
 def test_what_is_between_pallets_is_between_neighbours():
-    tree = Tree(parse_brackets("PLACE(r = between, l = OBJ(f = the pallets))"))
+    tree = tree_of("PLACE(r = between, l = OBJ(f = the pallets))")
     scene = scene_of(STATE.context, object_groups(STATE.context))
 
     def best(**options):
@@ -226,23 +216,21 @@ def test_what_is_between_pallets_is_between_neighbours():
 
 def test_what_has_no_place_is_put_down_ahead_rather_than_aside():
     world = scene(*ROW, agent=robot())
-    batch = to_batch([row(world, "PLACE", spot(x, y)) for x, y in ((3, 0), (0, 3), (-3, 0))])
-    cost = sum(of_rows(name, batch, "PLACE(f = there)") for name in ("near", "ahead"))
+    places = [spot(x, y) for x, y in ((3, 0), (0, 3), (-3, 0))]
+    cost = sum(of_places(name, places, world) for name in ("near", "ahead"))
     assert cost == pytest.approx(-0.6 - np.arange(3))
 
 
 def test_what_is_set_down_is_set_down_where_the_robot_was_sent():
-    tree = Tree(parse_brackets("EVENT(r = Set down, l = OBJ(f = it))"))
+    tree = tree_of("EVENT(r = Set down, l = OBJ(f = it))")
     goals = arguments(tree, 0, around(load="a", goals=((TRUCK,),))).goals
     assert {goal.group[0].prism.z_min for goal in goals} == {1.0}
     assert arguments(tree, 0, around(load="a")).goals == (None,)
 
 
 def test_a_path_between_two_things_is_between_both():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Drive, l = PATH(r = between, l = [OBJ(f = the pallet), OBJ(f = the truck)]))"
-        )
+    tree = tree_of(
+        "EVENT(r = Drive, l = PATH(r = between, l = [OBJ(f = the pallet), OBJ(f = the truck)]))"
     )
     objects = [n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and sdc.words]
     answers = dict(zip(objects, ("a", "truck"), strict=True))
@@ -260,7 +248,7 @@ def test_a_pallet_is_no_place_but_the_floor_is():
 
 
 def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
-    tree = Tree(parse_brackets("PLACE(r = a bit closer to, l = OBJ(f = the truck))"))
+    tree = tree_of("PLACE(r = a bit closer to, l = OBJ(f = the truck))")
     beam = ground_place(tree, 0, around(load="a", answers={1: "truck"}))
     # From (3, -4) to (20, 0), three and six metres on.
     middles = [c.group[0].prism.xy.mean(axis=0) for c in beam]
@@ -270,8 +258,7 @@ def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
 def test_nothing_is_put_where_the_robot_is_while_it_has_the_load():
     spots = [spot(0, 0), spot(4, 3)]
     assert free(spots, "boxes") == spots
-    loaded = replace(STATE, held="boxes")
-    problem = GroundingProblem(loaded, scene_of(STATE.context), ConstantCost(), load="boxes")
+    problem = replace(around(load="boxes"), state=replace(STATE, held="boxes"))
     assert allowed(SpotCase(problem, spots)).tolist() == [False, True]
 
 
@@ -283,11 +270,9 @@ def test_this_pallet_is_one_that_was_spoken_of():
 
 
 def test_the_one_names_the_same_thing_again():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Lift, l = [OBJ(f = the pallet), "
-            "OBJ(f = OBJ(f = the one), r = on, l = OBJ(f = the right))])"
-        )
+    tree = tree_of(
+        "EVENT(r = Lift, l = [OBJ(f = the pallet), "
+        "OBJ(f = OBJ(f = the one), r = on, l = OBJ(f = the right))])"
     )
     found = arguments(tree, 0, around())
     assert found.goals == (None,)
@@ -295,13 +280,13 @@ def test_the_one_names_the_same_thing_again():
 
 
 def test_the_pallet_is_the_one_on_the_forks():
-    tree = Tree(parse_brackets("EVENT(r = Put down, l = OBJ(f = the pallet))"))
+    tree = tree_of("EVENT(r = Put down, l = OBJ(f = the pallet))")
     assert arguments(tree, 0, around(load="b", held="b")).themes[0].group == (ROW[1],)
 
 
 def test_a_path_beside_something_leads_to_a_place():
     path = "PATH(r = beside, l = OBJ(f = the truck))"
-    tree = Tree(parse_brackets(f"EVENT(r = Put, l = OBJ(f = it), l2 = {path})"))
+    tree = tree_of(f"EVENT(r = Put, l = OBJ(f = it), l2 = {path})")
     found = arguments(tree, 0, around())
     assert found.goal_path == -1
     assert all(isinstance(goal.group[0], Place) for goal in found.goals)

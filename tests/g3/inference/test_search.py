@@ -11,14 +11,13 @@ from g3.actions.grounding_candidates import object_groups, square
 from g3.actions.robot_state import centres, start_state
 from g3.geometry.footprints import centre
 from g3.groundings import Prism
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.search.thing_search import ground_thing, likely
-from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
 from tests.g3.inference.exact import best_groundings
+from tests.g3.inference.ruled import tree_of
 
 
 def surroundings(context, cost, **options):
@@ -39,7 +38,7 @@ def surroundings(context, cost, **options):
 def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, model, dock):
     cost = Scorer(model) if learned else ConstantCost()
     few = (*dock.objects[:4], dock.agent)
-    tree = Tree(parse_brackets(notation))
+    tree = tree_of(notation)
     problem = surroundings(replace(dock, objects=few), cost, width=100, landmarks=100)
     score, groundings = best_groundings(tree, 0, problem)
     found = ground_thing(tree, 0, problem)[0]
@@ -49,13 +48,13 @@ def test_the_wide_beam_finds_what_exhaustive_search_finds(notation, learned, mod
 
 def test_candidates_with_equal_scores_keep_the_order_of_the_context(dock):
     problem = surroundings(dock, ConstantCost())
-    tree = Tree(parse_brackets("OBJ(f = the pallet)"))
+    tree = tree_of("OBJ(f = the pallet)")
     singles = [c.group[0].id for c in ground_thing(tree, 0, problem) if len(c.group) == 1]
     assert singles == [o.id for o in dock.objects][: len(singles)]
 
 
 def test_random_costs_are_the_same_when_asked_again(dock):
-    tree = Tree(parse_brackets("OBJ(f = the pallet)"))
+    tree = tree_of("OBJ(f = the pallet)")
     first, second = (ground_thing(tree, 0, surroundings(dock, RandomCost(1))) for _ in range(2))
     assert [c.score for c in first] == [c.score for c in second]
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from g3.actions.facing import facing
-from g3.learning.examples import to_batch
-from tests.g3.features.scenes import row
-from tests.g3.inference.ruled import WEIGHT, of_rows
-from tests.worlds import robot, scene, thing
+from tests.g3.inference.ruled import WEIGHT, of_sides
+from tests.worlds import robot, thing
 
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = [thing("a", "pallet", 8, 6), thing("b", "pallet", 8, 0), thing("c", "pallet", 8, -6)]
@@ -19,13 +17,7 @@ AROUND = [thing("a", "trailer", 9, 1), thing("b", "trailer", -9, 1)]
 def singled_out(things, words, relation="", landmark=None):
     """The ids of the things that cost nothing; a relation is one to the robot if to nothing."""
     agent = robot()
-    world = scene(*things, agent=agent)
-    landmark = landmark or ((agent,) if relation else ())
-    rows = [
-        row(world, "OBJECT", t, words=words, relation=relation, landmark=landmark) for t in things
-    ]
-    batch = to_batch(rows)
-    cost = sum(of_rows(name, batch) for name in ("side", "ordinal", "middle"))
+    cost = of_sides(things, agent, words, relation, landmark or ((agent,) if relation else ()))
     assert set(cost) <= {0.0, WEIGHT["side"], 2 * WEIGHT["side"]}
     return "".join(t.id for t, c in zip(things, cost, strict=True) if c == 0)
 

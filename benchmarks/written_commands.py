@@ -1,0 +1,200 @@
+"""Commands that imitate people: ``python -m benchmarks.written_commands``.
+
+Each line of ``benchmarks/written/*.jsonl`` has a yard, a command and the ends that are right. A
+language model wrote them for this project, which had seen neither code nor rules. The robot stands
+at the origin and looks along x; positions are in metres, headings in degrees.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from shapely.geometry import Point, Polygon
+
+from corpus_tools.corpus.load_choices import load_choices_of
+from corpus_tools.following.plan_steps import carried_out
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.world.scenarios.contexts import scenario_context
+from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
+from eval.statistics.intervals import bootstrap
+from eval.table_3.baselines import BASELINES, missing
+from eval.table_3.following import plan_by_grounder
+from eval.table_3.grounder_registry import PlanTask, grounder_named
+from eval.table_3.held_out import costs_without
+from eval.table_3.search_examples import data_of
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import carrier
+from g3.actions.robot_state import State, start_state
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray
+from g3.inference.grounder import Grounder
+from g3.inference.problem.costs import RandomCost
+from g3.inference.problem.loads_of_state import loads_of
+
+FOLDER = Path(__file__).parent / "written"
+NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
+"""From the edge of a thing that is come to; between middles; from the middle between two; between
+middles on a side."""
+YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
+Plan = Callable[[str, State], Sequence[Action]]
+"""From a command and a state to what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What became of a command: its actions, and how things stand after them."""
+
+    actions: Sequence[Action]
+    after: State
+
+    @property
+    def handled(self) -> set[str]:
+        """Ids of the loads that were picked up or put down."""
+        return {a.object_id for a in self.actions} - {""}
+
+    def middle(self, name: str) -> FloatArray:
+        """Where a thing is in the end, shape (2,)."""
+        return centre(self.after.thing(name).prism)
+
+    def under(self, name: str) -> str | None:
+        """What a load was put on; None where it wasn't put down."""
+        if self.after.held == name or name not in self.handled:
+            return None
+        below = carrier(self.after, name)
+        return below.id if below else "ground"
+
+
+def _on_side(done: Done, load: str, thing: str) -> FloatArray:
+    """From a thing to a load on the ground: how far behind and to the left, shape (2,).
+
+    NaN where it isn't on the ground near it. Seen from the start, or along the robot's axis.
+    """
+    away = done.middle(load) - done.middle(thing)
+    if done.under(load) != "ground" or np.linalg.norm(away) > SIDE_M:
+        return np.full(2, np.nan)
+    ahead = done.middle(thing) / np.linalg.norm(done.middle(thing))
+    return np.array([away @ ahead, away @ (-ahead[1], ahead[0])])
+
+
+def _is_near(done: Done, thing: str) -> bool:
+    outline = Polygon(done.after.thing(thing).prism.xy)
+    return bool(outline.distance(Point(done.after.pose[:2])) < NEAR_M)
+
+
+def _is_beside(done: Done, load: str, thing: str) -> bool:
+    away = np.linalg.norm(done.middle(load) - done.middle(thing))
+    return done.under(load) == "ground" and bool(away < BESIDE_M)
+
+
+def _is_between(done: Done, load: str, one: str, other: str) -> bool:
+    middle = (done.middle(one) + done.middle(other)) / 2
+    away = np.linalg.norm(done.middle(load) - middle)
+    return done.under(load) == "ground" and bool(away < BETWEEN_M)
+
+
+ENDS: dict[str, Callable[..., bool]] = {
+    "pick": lambda done, load: done.after.held == load,
+    "on": lambda done, load, deck: done.under(load) == deck,
+    "ground": lambda done, load: done.under(load) == "ground",
+    "by": _is_beside,
+    "left-of": lambda done, *named: bool(_on_side(done, *named)[1] > 0.3),
+    "right-of": lambda done, *named: bool(_on_side(done, *named)[1] < -0.3),
+    "front-of": lambda done, *named: bool(_on_side(done, *named)[0] < -0.2),
+    "behind": lambda done, *named: bool(_on_side(done, *named)[0] > 0.2),
+    "between": _is_between,
+    "near": _is_near,
+    "moved": lambda done, load: done.handled == {load},
+    "gone": lambda done: bool(done.actions) and not done.handled,
+}
+"""What an end says of what was done. Several are joined by "&"."""
+
+
+def is_right(wanted: Sequence[str], done: Done) -> bool:
+    """Whether what was done ends in one of the ways that are right."""
+    return any(_ends_so(end, done) for end in wanted)
+
+
+def _ends_so(end: str, done: Done) -> bool:
+    parts = [part.split() for part in end.split("&")]
+    if [part[0] for part in parts] == ["near"] and done.handled:
+        return False  # who is only to go somewhere leaves loads alone
+    return all(ENDS[name](done, *named) for name, *named in parts)
+
+
+def state_of(record: dict[str, Any]) -> State:
+    """The state of a line's yard before the command."""
+    things = {}
+    for name, (kind, *where) in record["things"].items():
+        at, heading, deck = [*where, None, None, None][:3]
+        spot = tuple(at) if at else None
+        things[name.replace("_", "-")] = Thing(kind, spot, float(heading or 0), deck or None)
+    robot = Robot((0, 0), 0, record["held"])
+    return start_state(scenario_context(Scenario("yard", "", YARD, things, {}, robot, ())))
+
+
+def _by_model(grounder: Grounder) -> Plan:
+    def plan(text: str, start: State) -> Sequence[Action]:
+        found = grounder.follow(text, start, least=0.0, insist=True).plan
+        return found.actions if found else ()
+
+    return plan
+
+
+def _by_baseline(name: str) -> Plan:
+    def plan(text: str, start: State) -> Sequence[Action]:
+        task = PlanTask(text, start, tuple(start.thing(n) for n in loads_of(start)))
+        return plan_by_grounder(grounder_named(name), task).proposal.actions
+
+    return plan
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.written_commands", description=__doc__
+    )
+    parser.add_argument(
+        "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
+    )
+    parser.add_argument("--set", action="append", choices=("first", "second"), dest="sets")
+    parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
+    parser.add_argument("--wrong", action="store_true", help="show which commands go wrong")
+    options = parser.parse_args()
+    known = [open_corpus(name) for name in options.train.split(",")]
+    cost = costs_without(data_of(known), load_choices_of(known))("")
+    ways = {
+        **{name: _by_baseline(name) for name in BASELINES if name not in missing()},
+        "random costs": _by_model(Grounder(RandomCost())),
+        "the model": _by_model(Grounder(cost, without=options.ablate)),
+    }
+    for name in options.sets or ("first", "second"):
+        lines = (FOLDER / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
+        records = [json.loads(line) for line in lines]
+        yards = np.array([record["world"] for record in records])
+        for how, plan in ways.items():
+            right = np.array([_is_followed(record, plan) for record in records])
+            if options.wrong and how == "the model":
+                wrong = (r for r, good in zip(records, right, strict=True) if not good)
+                print(*(f"  {r['world']} {r['text']!r}" for r in wrong), sep="\n")
+            found = bootstrap(right, yards, rng=np.random.default_rng(0))
+            print(
+                f"{name:7} {how:13} {right.sum():4} of {len(right)}  "
+                f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})",
+                flush=True,
+            )
+
+
+def _is_followed(record: dict[str, Any], plan: Plan) -> bool:
+    start = state_of(record)
+    actions = plan(record["text"], start)
+    done = Done(actions, carried_out(start, actions))
+    return bool(actions) and is_right(record["want"], done)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""Which ends of a command that imitates people count as right."""
+
+import json
+
+import pytest
+
+from benchmarks.written_commands import ENDS, FOLDER, Done, is_right, state_of
+from corpus_tools.following.plan_steps import carried_out
+from g3.actions.action_kinds import Action
+from g3.actions.forklift_actions import CARRY, PICK_UP, WAIT
+from g3.groundings import Place
+from tests.worlds import prism
+
+YARD = {
+    "things": {
+        "crate_1": ["crate", [6, 0]],
+        "tires_1": ["tire-pallet", [12, 4]],
+        "boxes_1": ["box-pallet", [12, -4]],
+        "truck_1": ["truck", [20, 0], 0],
+    },
+    "held": None,
+}
+RECORDS = [
+    json.loads(line)
+    for path in sorted(FOLDER.glob("*.jsonl"))
+    for line in path.read_text(encoding="utf-8").splitlines()
+]
+
+
+def carried_to(x, y, bottom=0.0):
+    """What comes of carrying the crate somewhere."""
+    start = state_of(YARD)
+    place = Place(prism(x, y, (1, 1), (bottom, bottom + 0.9)))
+    actions = [Action(CARRY, "crate-1", place=place)]
+    return Done(actions, carried_out(start, actions))
+
+
+@pytest.mark.parametrize(
+    ("where", "right", "wrong"),
+    [
+        ((12, 7), "left-of crate-1 tires-1", "right-of crate-1 tires-1"),
+        ((12, 1), "right-of crate-1 tires-1", "left-of crate-1 tires-1"),
+        ((15, 5), "behind crate-1 tires-1", "front-of crate-1 tires-1"),
+        ((9, 3), "front-of crate-1 tires-1", "behind crate-1 tires-1"),
+        ((12, 0), "between crate-1 tires-1 boxes-1", "between crate-1 tires-1 truck-1"),
+        ((12, 9), "by crate-1 tires-1", "by crate-1 boxes-1"),
+        ((18, 0, 1.0), "on crate-1 truck-1", "ground crate-1"),
+        ((25, 0), "ground crate-1 & moved crate-1", "on crate-1 truck-1"),
+    ],
+)
+def test_a_load_ends_where_it_stands(where, right, wrong):
+    done = carried_to(*where)
+    assert is_right([wrong, right], done)
+    assert not is_right([wrong], done)
+    assert not is_right([f"{right} & pick crate-1"], done)
+    assert not is_right(["near tires-1", "gone"], done)
+
+
+def test_who_only_lifts_or_waits_puts_nothing_down():
+    start = state_of(YARD)
+    for action, ends in ((Action(PICK_UP, "crate-1"), {"pick", "moved"}), (Action(WAIT), {"gone"})):
+        done = Done([action], carried_out(start, [action]))
+        named = {"on": "crate-1 truck-1", "by": "crate-1 tires-1", "gone": ""}
+        tried = {"pick", "moved", "ground", "on", "by", "gone"}
+        assert {e for e in tried if is_right([f"{e} {named.get(e, 'crate-1')}"], done)} == ends
+
+
+def test_every_command_has_a_yard_and_ends_in_it():
+    assert len(RECORDS) == 200
+    for record in RECORDS:
+        names = {o.id for o in state_of(record).context.objects}
+        for end in record["want"]:
+            for name, *things in (part.split() for part in end.split("&")):
+                assert name in ENDS
+                assert set(things) <= names

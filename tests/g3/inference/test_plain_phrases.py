@@ -1,0 +1,83 @@
+"""Phrases inside clauses that say otherwise what a plain phrase says."""
+
+import numpy as np
+import pytest
+
+from g3.inference.problem.plain_phrases import plain_phrases
+from g3.sdc.sdc_notation import format_brackets, parse_brackets
+from tests.g3.inference.following_commands import did, end_of, under, world
+
+DRUM, GATE = "OBJ(f = the drum)", "OBJ(f = the gate)"
+THERE = f"PLACE(r = next to, l = {GATE})"
+FLOOR = "PLACE(r = on, l = OBJ(f = the ground))"
+
+
+def put(*places):
+    return f"EVENT(r = Put, l = {DRUM}, l2 = [{', '.join(places)}])"
+
+
+def of(figure, relation, landmark):
+    return f"OBJ(f = {figure}, r = {relation}, l = {landmark})"
+
+
+@pytest.mark.parametrize(
+    ("said", "plainly"),
+    [
+        (of(DRUM, "that is standing by", GATE), of(DRUM, "by", GATE)),
+        (of(DRUM, "which 's on", GATE), of(DRUM, "on", GATE)),
+        (of(DRUM, "that leads to", GATE), None),
+        (of(DRUM, "by", GATE), None),
+        (put(FLOOR, THERE), put(THERE)),
+        (put(f"PLACE(r = on, l = {of('OBJ(f = the floor)', 'next to', GATE)})"), put(THERE)),
+        # On the ground alone, or on top of something, is what it says.
+        (put(FLOOR), None),
+        (put(FLOOR, f"PLACE(r = on, l = {GATE})"), None),
+        # "On it" is a part of what is said of the truck.
+        (
+            put(
+                f"PLACE(r = on, l = {of(GATE, 'that has', DRUM)})", "PLACE(r = on, l = OBJ(f = it))"
+            ),
+            put(f"PLACE(r = on, l = {of(GATE, 'that has', DRUM)})"),
+        ),
+        # What is picked up somewhere stands there; what is taken there or put there doesn't.
+        (
+            f"EVENT(r = Pick up, l = {DRUM}, l2 = PLACE(r = on, l = {GATE}))",
+            f"EVENT(r = Pick up, l = {of(DRUM, 'on', GATE)})",
+        ),
+        (f"EVENT(r = Pick up, l = {DRUM}, l2 = PLACE(f = there))", None),
+        (f"EVENT(r = Lift, l = {DRUM}, l2 = PLACE(r = onto, l = {GATE}))", None),
+        (f"EVENT(r = Put, l = {DRUM}, l2 = PLACE(r = on, l = {GATE}))", None),
+    ],
+)
+def test_phrases_are_said_plainly(said, plainly):
+    (sdc,) = parse_brackets(said)
+    (expected,) = parse_brackets(plainly or said)
+    found = plain_phrases(sdc)
+    assert format_brackets([found]) == format_brackets([expected])
+    assert plain_phrases(found) == found
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("how", ["on the ground by the truck", "on the floor next to the truck"])
+def test_on_the_ground_by_the_truck_is_by_the_truck(how, side, widely_trained):
+    yard = world(
+        tires_1=("tire-pallet", (9, -7 * side)),
+        truck_1=("truck", (8, 9 * side)),
+        cone_1=("cone", (12, -10 * side)),
+    )
+    found = widely_trained.follow(f"Pick up the tires and put them {how}", yard, least=0.0)
+    assert did(found)[-1][1] == "tires-1"
+    assert under(found, "tires-1") is None
+    assert np.linalg.norm(end_of(found, "tires-1") - (8, 9 * side)) < 5
+
+
+def test_nothing_stands_on_the_truck_that_has_nothing_on_it(widely_trained):
+    yard = world(
+        "tires-1",
+        tires_1=("tire-pallet",),
+        truck_1=("truck", (10, 9)),
+        truck_2=("truck", (10, -9)),
+        crate_1=("crate", (8.5, -9), 0, "truck-2"),
+    )
+    text = "Put the tires on the truck that doesn't have anything on it"
+    assert under(widely_trained.follow(text, yard), "tires-1") == "truck-1"
