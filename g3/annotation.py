@@ -76,8 +76,6 @@ class Annotation:
     ----------
     id
         Unique in the corpus.
-    command
-        The command that is annotated.
     context
         The semantic map in which it was given.
     sdcs
@@ -87,8 +85,6 @@ class Annotation:
         groundings: none if it has not been grounded, several for a plural.
     correct
         For each clause whether its groundings are right, or None where nobody said.
-    source
-        How the groundings came about.
     """
 
     id: str

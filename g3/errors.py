@@ -85,8 +85,6 @@ def unknown_name(
     ----------
     kind
         What it should name, such as "layout".
-    name
-        What was given.
     known
         The names there are, in the order in which they are shown.
     more

@@ -13,21 +13,14 @@ from g3.groundings import FloatArray
 def lbfgs(
     objective: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray, **options: Any
 ) -> FloatArray:
-    """Where a function is least.
+    """Where a function is least, shape (parameters,).
 
     Parameters
     ----------
     objective
         The function's value and gradient at a point, shape (parameters,).
-    start
-        Where to begin.
     **options
         SciPy's options, such as ``maxiter`` (:func:`scipy.optimize.minimize`).
-
-    Returns
-    -------
-    numpy.ndarray
-        The point, shape (parameters,).
     """
     from scipy import optimize  # noqa: PLC0415 - a fifth of a second, which only training waits for
 

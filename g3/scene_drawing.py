@@ -42,19 +42,12 @@ class Marks:
 
 
 def scene_svg(context: Context, marks: Marks | None = None) -> str:
-    """Draw a scene from above, x to the right and y up.
+    """Draw a scene from above as SVG, x to the right and y up; the same scene gives the same text.
 
     Parameters
     ----------
     context
         The scene; objects are drawn where their prisms are.
-    marks
-        What is meant in it.
-
-    Returns
-    -------
-    str
-        An SVG document; the same scene always gives the same text.
     """
     marked = marks or Marks()
     view = _View.around(

@@ -51,8 +51,6 @@ def brief(value: object, *, inside: bool = False) -> str:
 
     Parameters
     ----------
-    value
-        Anything.
     inside
         Whether it is an item of another one, so that its own items aren't shown.
     """

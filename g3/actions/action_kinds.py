@@ -33,14 +33,10 @@ class Action:
 
     Parameters
     ----------
-    kind
-        What sort of action it is.
     object_id
         What is picked up, carried or put down; empty for none.
     target
         What is driven to, past, around or between.
-    place
-        Where a load is put down.
     amount
         Radians to turn, metres to drive straight on, metres that the forks go up.
     goal
@@ -66,8 +62,6 @@ class Focus:
         Ids of the objects that it may act on; none where it names no object.
     goals
         What it may lead to: places, or things.
-    has_theme
-        Whether it names an object.
     landmarks
         What else it names that could be driven to.
     asked

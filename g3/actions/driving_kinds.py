@@ -109,13 +109,7 @@ def _drive_to(state: State, actions: Sequence[Action]) -> Course:
 
 
 def poses_before(state: State, actions: Sequence[Action]) -> FloatArray:
-    """Poses before what actions aim at, facing it: square to its sides, and on the straight way.
-
-    Returns
-    -------
-    FloatArray
-        Four square to it, then the one on the way, shape (n, 5, 3).
-    """
+    """Poses before what actions aim at: four square to its sides, one on the way; (n, 5, 3)."""
     footprints = [footprint_of(action.target) for action in actions]
     middle = np.array([footprint.mean(axis=0) for footprint in footprints])
     edge = np.array([footprint[1] - footprint[0] for footprint in footprints])

@@ -23,15 +23,7 @@ MOVED_OFF_M = 0.5
 
 
 class Handling(NamedTuple):
-    """What an action does to a load.
-
-    Parameters
-    ----------
-    takes
-        Whether it picks one up.
-    leaves
-        Whether it puts one down.
-    """
+    """Whether an action picks a load up, and whether it puts one down."""
 
     takes: bool = False
     leaves: bool = False

@@ -86,17 +86,12 @@ class Bodies:
 
 
 def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
-    """Pack groundings into arrays.
+    """Pack groundings into arrays, in the same order.
 
     Parameters
     ----------
     groups
         One non-empty tuple of groundings for each body.
-
-    Returns
-    -------
-    Bodies
-        In the same order.
     """
     label_sets = [[set(_labels(g)) for g in group] for group in groups]
     label_names = tuple(sorted({label for sets in label_sets for s in sets for label in s}))
@@ -155,7 +150,7 @@ def moved_corners(corners: FloatArray, start: FloatArray, pose: FloatArray) -> F
 
 
 def positions_at(bodies: Bodies, index: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where bodies are at given times: at the last pose logged by then.
+    """Positions (n, T, 3) and headings (n, T) of bodies: at the last pose logged by a time.
 
     Things are logged when they move, so between two poses they stood at the first one;
     before its log a body is at its first pose.
@@ -166,11 +161,6 @@ def positions_at(bodies: Bodies, index: IntArray, t: FloatArray) -> tuple[FloatA
         Bodies to look up, shape (n,).
     t
         Times in seconds, shape (n, T).
-
-    Returns
-    -------
-    tuple
-        Positions (n, T, 3) and headings (n, T).
     """
     first, last = bodies.offsets[index], bodies.offsets[index + 1] - 1
     begin, end = bodies.raw_t[first][:, None], bodies.raw_t[last][:, None]

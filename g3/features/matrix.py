@@ -73,19 +73,12 @@ def fit_space(
     batch: FactorBatch,
     sets: Sequence[FeatureSet],
     *,
-    min_count: int = 1,
     biased: Collection[SDCType] = BIASED,
 ) -> tuple[FeatureSpace, sparse.csr_array]:
     """Collect the features that occur in a batch.
 
     Parameters
     ----------
-    batch
-        Training factors.
-    sets
-        The feature sets to use.
-    min_count
-        Features active in fewer rows are left out.
     biased
         Types of which each word counts by itself, whatever is measured.
 
@@ -98,10 +91,8 @@ def fit_space(
     words: dict[str, int] = {ALONE: 0}
     cells = _cells(batch, sets, bases, words, grow=True, biased=biased)
     keys = cells.base.astype(np.int64) * len(words) + cells.word
-    unique, counts = np.unique(keys, return_counts=True)
-    space = FeatureSpace(
-        tuple(s.name for s in sets), tuple(bases), tuple(words), unique[counts >= min_count]
-    )
+    names = tuple(s.name for s in sets)
+    space = FeatureSpace(names, tuple(bases), tuple(words), np.unique(keys))
     return space, _matrix(space, keys, cells.row, len(batch))
 
 
@@ -114,8 +105,6 @@ def joint_space(
     ----------
     fitted
         What :func:`fit_space` gives for each.
-    sets
-        The feature sets that were used.
 
     Returns
     -------
@@ -267,8 +256,6 @@ def discretise(table: FloatArray, columns: Columns) -> npt.NDArray[np.int64]:
     ----------
     table
         Values (n, len(columns)).
-    columns
-        Their ranges.
 
     Returns
     -------

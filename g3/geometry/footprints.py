@@ -19,6 +19,11 @@ def centre(prism: Prism) -> FloatArray:
     return hull_centre(prism.xy)
 
 
+def apart(one: Prism, other: Prism) -> float:
+    """Metres between the middles of two footprints."""
+    return float(np.linalg.norm(centre(one) - centre(other)))
+
+
 def extent(prism: Prism, yaw: float) -> FloatArray:
     """How far a prism reaches along a heading and across it, and how high it is, shape (3,)."""
     turned = rotate(prism.xy, np.full(len(prism.xy), -yaw))

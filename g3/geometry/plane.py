@@ -170,8 +170,6 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
 
     Parameters
     ----------
-    a, b
-        Polygons.
     rows
         Which of them each pair has; left out, those in the same place.
     """

@@ -209,13 +209,7 @@ def _forest(graph: GroundingGraph) -> list[_Node]:
 
 
 def _spread(node: _Node) -> tuple[float, float]:
-    """Place the tree below a node without overlaps, relative to the node.
-
-    Returns
-    -------
-    tuple of float
-        How far the tree reaches to the left and to the right of the node.
-    """
+    """Place the tree below a node; how far it reaches to the left and to the right of the node."""
     reach = 0.0
     for child in node.children:
         left, right = _spread(child)

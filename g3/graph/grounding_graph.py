@@ -49,8 +49,6 @@ class Variable:
         which groundings and labels are listed.
     field
         Superscript of a λ: which field the words are from.
-    words
-        The words of a λ.
     """
 
     kind: VariableKind
@@ -75,12 +73,8 @@ class Factor:
 
     Parameters
     ----------
-    type
-        Type of the clause.
     number, node
         As in :class:`Variable`.
-    phi
-        φ_i.
     words
         λ_i^f or λ_i^r; none if the clause has no words of its own.
     figure, landmark1, landmark2
@@ -137,11 +131,6 @@ def grounding_graph(sdcs: Sequence[SDC]) -> GroundingGraph:
     ----------
     sdcs
         The top-level clauses; each is a component of the graph.
-
-    Returns
-    -------
-    GroundingGraph
-        The graph, with the variables that the module's docstring describes.
 
     Raises
     ------

@@ -154,11 +154,6 @@ class Seen:
         """How much of what each person wrote had nothing to do with what was done.
 
         By expectation maximisation with a Beta prior.
-
-        Parameters
-        ----------
-        shares
-            What was thought before.
         """
         who, found = np.array(self.people), dict(shares)
         for _ in range(STEPS):

@@ -20,7 +20,6 @@ from g3.learning.optimum import Local, Optimizer, Problem, minimise
 
 BoolArray = npt.NDArray[np.bool_]
 
-MAX_ITERATIONS = 1000
 TOLERANCE = 1e-4
 
 
@@ -81,10 +80,9 @@ def train(
     *,
     l2: float | FloatArray = 1.0,
     tolerance: float = TOLERANCE,
-    max_iterations: int = MAX_ITERATIONS,
     optimizer: Optimizer = "newton",
 ) -> FloatArray:
-    """Weights that maximise the regularised likelihood.
+    """Weights that maximise the regularised likelihood, shape (k,).
 
     Most products of base features and words occur in the same few factors, so many
     columns are equal. At the optimum equal columns with equal penalties p have equal
@@ -104,15 +102,8 @@ def train(
     tolerance
         Stop when no component of the gradient exceeds it. (scikit-learn's objective is
         the mean over factors: its ``tol`` is this divided by n.)
-    max_iterations
-        Stop after so many steps all the same.
     optimizer
         Newton's method takes a fraction of L-BFGS's passes (`g3.learning.optimum`).
-
-    Returns
-    -------
-    FloatArray
-        Shape (k,).
     """
     penalty = np.broadcast_to(np.asarray(l2, dtype=np.float64), (matrix.shape[1],))
     rows = matrix
@@ -129,9 +120,7 @@ def train(
         for of in (np.ones(len(correct)), correct)
     )
     problem = Problem(Likelihood(shrunk, right, times=times), unit, len(correct) / 4)
-    found = minimise(
-        problem, tolerance=tolerance, max_iterations=max_iterations, optimizer=optimizer
-    )
+    found = minimise(problem, tolerance=tolerance, optimizer=optimizer)
     weights: FloatArray = (found / size)[copy_of]
     return weights
 

@@ -19,8 +19,9 @@ from g3.learning.examples import Example, labels, to_batch
 from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
 
-BLOCK = 5000
-"""Of how many examples features are computed at a time, which takes 26 KB of memory an example."""
+BLOCK = 2000
+"""Of how many examples features are computed at a time, which takes 26 KB of memory an example.
+Blocks of 5000 take an eighth less time, and 70 MiB more."""
 
 
 @short_repr
@@ -75,11 +76,18 @@ class FactorMatrix:
         return replace(self, space=space, matrix=self.matrix[:, active])
 
 
-def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> FactorMatrix:
-    """Compute the features of examples, of some at a time."""
+def features_of_examples(
+    items: Sequence[Example], sets: Sequence[FeatureSet]
+) -> tuple[FeatureSpace, sparse.csr_array]:
+    """Compute the features of examples, of some at a time: their space and matrix (n, k)."""
     blocks = [items[i : i + BLOCK] for i in range(0, len(items), BLOCK)] or [items]
     fitted = [fit_space(to_batch(block), sets) for block in blocks]
-    space, matrix = joint_space(fitted, sets) if len(fitted) > 1 else fitted[0]
+    return joint_space(fitted, sets) if len(fitted) > 1 else fitted[0]
+
+
+def matrix_of_examples(items: Sequence[Example], sets: Sequence[FeatureSet]) -> FactorMatrix:
+    """Compute the features of examples, with what they are trained to say."""
+    space, matrix = features_of_examples(items, sets)
     scenario = np.array([e.annotation.command.scenario for e in items], dtype=np.str_)
     return FactorMatrix(space, matrix, labels(items), scenario)
 

@@ -124,13 +124,6 @@ class LoadChooser:
 
         Each scenario's evidence is computed with a lexicon that hasn't seen it, as it will be for
         new worlds. Commands that probably were unrelated to what was done teach less.
-
-        Parameters
-        ----------
-        choices
-            Commands with what was meant.
-        l2
-            Strength of the regularisation.
         """
         telling = [c for c in choices if any(c.right) and not all(c.right)]
         right = [np.array(c.right) for c in telling]

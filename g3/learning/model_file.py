@@ -7,7 +7,6 @@ the world outside is a path. Both files are written so that nobody reads half a 
 from __future__ import annotations
 
 import hashlib
-import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypedDict
@@ -28,13 +27,11 @@ from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 from g3.storage.only_writer import only_writer
 
-SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
-"""Models of the second can be read; the first adds a digest of the card itself."""
+SCHEMA_VERSION = 2
 FIELDS = {"keys": Field("<i8"), "weights": Field("<f8", finite=True)}
 RETRAIN = "train the model again"
 RESTORE = f"restore both files of the model, or {RETRAIN}"
 NAMED = "give the name that 'ct train g3 --out' was given; a model is a .npz and a .json"
-logger = logging.getLogger(__name__)
 
 
 class TrainingCard(TypedDict, total=False):
@@ -100,8 +97,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         What it knows of the loads that commands are about; unset if it was trained without
         outcomes.
     digest
-        ``sha256:`` and the digest of all other fields, and so of both files. Models of
-        version 1 have none.
+        ``sha256:`` and the digest of all other fields, and so of both files.
     """
 
     schema_version: int
@@ -169,13 +165,6 @@ def read_model(
     """Read what :meth:`g3.learning.grounding_model.GroundingModel.load` needs."""
     arrays_path, card_path = model_files(path)
     card = read_card(path)
-    if not card.digest:
-        logger.warning(
-            "%s: an older version of ct wrote this file without a digest, so changes in it "
-            "aren't found; %s to add one",
-            card_path,
-            RETRAIN,
-        )
     if corpus_hash is not None and card.corpus_hash != corpus_hash:
         raise ModelError(
             f"it was trained on another corpus ({card.corpus_hash or 'unnamed'})",
@@ -225,10 +214,10 @@ def read_card(path: Path | str) -> ModelCard:
     content = read_bytes(card_path, fix=NAMED)
     try:
         version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
-        if version is None or bytes(version) not in (b"1", b"2"):
+        if version is None or bytes(version) != str(SCHEMA_VERSION).encode():
             found = "none" if version is None else bytes(version).decode(errors="replace")
             raise ModelError(
-                f"the file's version is {found}, this program reads 1 and 2",
+                f"the file's version is {found}, this program reads {SCHEMA_VERSION}",
                 where=f"{card_path}: schema_version",
                 fix=f"{RETRAIN}, or use the program's version that wrote it",
             )
@@ -237,7 +226,10 @@ def read_card(path: Path | str) -> ModelCard:
         raise ModelError(
             f"the file is damaged: {error}", where=str(card_path), fix=RETRAIN
         ) from error
-    _check_digest(card, card_path)
+    if card.digest != card_digest(card):
+        raise _damaged(
+            card_path, "the content is not what was written: its digest differs", "digest"
+        )
     if card.catalogue_version != CATALOGUE_VERSION:
         raise ModelError(
             f"it needs version {card.catalogue_version} of the features, "
@@ -258,12 +250,6 @@ def card_digest(card: ModelCard) -> str:
     """The digest of all of a card but its digest, however the file is indented."""
     rest = msgspec.structs.replace(card, digest="")
     return _digest(msgspec.json.encode(rest, order="sorted"))
-
-
-def _check_digest(card: ModelCard, path: Path) -> None:
-    expected = "" if card.schema_version == UNSEALED_VERSION else card_digest(card)
-    if card.digest != expected:
-        raise _damaged(path, "the content is not what was written: its digest differs", "digest")
 
 
 def _check_data(card: ModelCard, path: Path) -> None:

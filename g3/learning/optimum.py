@@ -24,6 +24,7 @@ Optimizer = Literal["newton", "lbfgs"]
 METHODS = MappingProxyType({"newton": "Newton-CG", "lbfgs": "L-BFGS-B"})
 """SciPy's names of the ways to the optimum; the paper's is L-BFGS."""
 
+MAX_ITERATIONS = 1000
 KEPT = 100_000
 """How many rows a step takes the curvature of at most, on average."""
 
@@ -35,8 +36,6 @@ class Local:
 
     Parameters
     ----------
-    value
-        The function there.
     gradient
         Shape (k,).
     curvature
@@ -64,8 +63,6 @@ class Problem:
 
     Parameters
     ----------
-    look
-        The function.
     unit
         What the components of the gradient are divided by before they are compared, shape (k,).
     curvature
@@ -78,19 +75,19 @@ class Problem:
 
 
 class _Penalised:
-    """What SciPy asks for at some weights, of which the last ones are remembered."""
+    """What SciPy asks for at some weights, of which the last are remembered."""
 
     def __init__(self, problem: Problem, tolerance: float, *, curved: bool) -> None:
         self._problem, self._tolerance = problem, tolerance
         self._least = problem.curvature / KEPT if curved else np.inf
-        self._seen: dict[bytes, Local] = {}
+        self._seen: tuple[bytes, Local] | None = None
 
     def _at(self, weights: FloatArray) -> Local:
         key = weights.tobytes()
-        if key not in self._seen:
-            self._seen = dict(list(self._seen.items())[-1:])
-            self._seen[key] = self._problem.look(weights, self._least)
-        return self._seen[key]
+        if self._seen is None or self._seen[0] != key:
+            self._seen = None  # its rows go before others come
+            self._seen = key, self._problem.look(weights, self._least)
+        return self._seen[1]
 
     def value(self, weights: FloatArray) -> tuple[float, FloatArray]:
         """The sum, and its gradient."""
@@ -112,17 +109,13 @@ class _Penalised:
             raise StopIteration
 
 
-def minimise(
-    problem: Problem, *, tolerance: float, max_iterations: int, optimizer: Optimizer
-) -> FloatArray:
+def minimise(problem: Problem, *, tolerance: float, optimizer: Optimizer) -> FloatArray:
     """Where a problem's sum is least, from 0.
 
     Parameters
     ----------
     tolerance
         Stop when no component of the gradient exceeds it.
-    max_iterations
-        Stop after so many steps all the same.
     optimizer
         Newton's method looks at all factors a few dozen times, L-BFGS hundreds.
     """
@@ -144,7 +137,7 @@ def minimise(
             hessp=at.bend if newton else None,
             method=method,
             callback=at.stop_if_flat,
-            options={"maxiter": max_iterations} | options,
+            options={"maxiter": MAX_ITERATIONS} | options,
         )
     found: FloatArray = result.x
     return found

@@ -75,8 +75,6 @@ def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) 
     ----------
     annotations
         Of any source; only the positives count.
-    rng
-        Source of randomness.
 
     Returns
     -------

@@ -12,11 +12,11 @@ from g3.actions.logged_actions import recorded
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.features.sets.order import is_ordinal
-from g3.geometry.footprints import centre
+from g3.geometry.footprints import apart, centre
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Prism
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words, normalise
-from g3.negatives.wrongness import Clause, distance
+from g3.negatives.wrongness import Clause
 from g3.sdc.clauses import SDC, all_words, breadth_first
 
 Labels = tuple[str, ...]
@@ -118,7 +118,7 @@ def wrong_objects(
 def far_places(spots: Iterable[Place], right: Sequence[Grounding], metres: float) -> list[Place]:
     """The spots that are surely not what a PLACE means: so far away from all that is right."""
     things = [g for g in right if not isinstance(g, Path)]
-    return [s for s in spots if all(distance(s, thing) > metres for thing in things)]
+    return [s for s in spots if all(apart(s.prism, thing.prism) > metres for thing in things)]
 
 
 def _other_places(clause: Clause, right: Sequence[Place]) -> list[Place]:

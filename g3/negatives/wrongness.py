@@ -13,7 +13,7 @@ from g3.actions.grounding_candidates import footprint_of
 from g3.actions.logged_actions import Outcome, end_of, moved
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
-from g3.geometry.footprints import centre
+from g3.geometry.footprints import apart
 from g3.geometry.plane import convex_hull, point_gap, rotate, wrap
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, Field, breadth_first, child_indices
@@ -42,8 +42,6 @@ class Clause:
 
     Parameters
     ----------
-    sdc
-        The clause.
     groundings
         Its own groundings.
     things
@@ -52,8 +50,6 @@ class Clause:
         Those of them below its landmark fields.
     themes
         Objects that are direct landmarks of it, without the agent.
-    context
-        The semantic map.
     """
 
     sdc: SDC
@@ -151,8 +147,7 @@ def _handles_otherwise(action: Action, right: Action) -> bool:
         return True
     if action.place is None or right.place is None:
         return False
-    apart = np.linalg.norm(centre(action.place.prism) - centre(right.place.prism))
-    return float(apart) > SAME_PLACE_M
+    return apart(action.place.prism, right.place.prism) > SAME_PLACE_M
 
 
 def _put_elsewhere(clause: Clause, theme: str, log: Outcome, action: Outcome) -> bool:
@@ -207,8 +202,3 @@ def _gaps(points: FloatArray, thing: Thing) -> FloatArray:
     """The same for points (n, 2)."""
     gaps: FloatArray = point_gap(points[None], convex_hull(thing.prism.xy)[None])[0]
     return gaps
-
-
-def distance(a: Thing, b: Thing) -> float:
-    """Distance between middles in metres."""
-    return float(np.linalg.norm(centre(a.prism) - centre(b.prism)))

@@ -61,8 +61,6 @@ class Draft(NamedTuple):
 
     Parameters
     ----------
-    type
-        Its type.
     words
         The words of the fields that hold words.
     children

@@ -40,19 +40,12 @@ class _Box:
 
 
 def to_svg(sdcs: Sequence[SDC], marked: Collection[int] = ()) -> str:
-    """Draw the clauses of a command, each above those in its fields.
+    """Draw the clauses of a command as SVG; the same clauses give the same text.
 
     Parameters
     ----------
-    sdcs
-        The top-level clauses.
     marked
         The numbers of clauses, depth first from 1, whose boxes get a dashed border.
-
-    Returns
-    -------
-    str
-        An SVG document; the same clauses always give the same text.
     """
     numbers = iter(range(1, 10**9))
     roots = [_box(sdc, None, numbers) for sdc in sdcs]

@@ -49,8 +49,6 @@ def check_sdc(sdc: SDC, *, where: str = "SDC") -> None:
 
     Parameters
     ----------
-    sdc
-        The tree.
     where
         What to call it in an error.
 
@@ -99,16 +97,9 @@ def format_brackets(sdcs: Sequence[SDC], *, positions: bool = False) -> str:
 
     Parameters
     ----------
-    sdcs
-        The top-level clauses of a command.
     positions
         Write each word's offset in the command after it, as in ``Put@0``. With them,
         :func:`parse_brackets` gives exactly the same clauses back.
-
-    Returns
-    -------
-    str
-        The notation, without a final newline.
 
     Raises
     ------
@@ -150,7 +141,7 @@ def _format_word(word: Span, positions: bool) -> str:
 
 
 def parse_brackets(notation: str, *, command: str | None = None) -> tuple[SDC, ...]:
-    """Read clauses in the paper's notation.
+    """Read the top-level clauses that a text in the paper's notation holds.
 
     The numbers after the types may be missing and are not looked at. Words without a
     position are found in the command (:func:`g3.sdc.word_alignment.align_words`); where there
@@ -164,11 +155,6 @@ def parse_brackets(notation: str, *, command: str | None = None) -> tuple[SDC, .
         brackets.
     command
         The text that the words come from.
-
-    Returns
-    -------
-    tuple of SDC
-        The top-level clauses.
 
     Raises
     ------

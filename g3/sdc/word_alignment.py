@@ -19,8 +19,6 @@ class FieldWord(NamedTuple):
 
     Parameters
     ----------
-    text
-        The word.
     start
         Where it stands in the command, if that is known.
     where
@@ -55,13 +53,6 @@ def align_words(
     fields
         The words of every field of a command's clauses. Words whose position is known
         keep it, and no other field takes it if it can help it.
-    command
-        The command's text.
-
-    Returns
-    -------
-    tuple of tuple of Span
-        The placed words of each field.
 
     Raises
     ------

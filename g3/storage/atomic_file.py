@@ -22,8 +22,6 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     ----------
     path
         Where the file shall be; what is there is replaced.
-    content
-        All of it.
     private
         Whether only its owner may read it. It never has other rights, not even while
         it is written.

@@ -155,8 +155,6 @@ def add_attention(
         As :func:`view_landmark` sees them.
     view
         How far the focus of attention is ahead, and how far ahead of it and to its left the figure.
-    rows
-        How many there are.
     total
         Gets the sums, (3 and space, rows).
     """

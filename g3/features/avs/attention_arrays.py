@@ -49,13 +49,7 @@ def degrees(
 
 
 def _along(landmark: Singles, figure: Singles, cos: Singles, sin: Singles) -> FloatArray:
-    """Degrees to which figures (n, 2) lie along a direction of landmarks (n, k, 2), and against.
-
-    Returns
-    -------
-    FloatArray
-        Shape (n, 2).
-    """
+    """Degrees to which figures (n, 2) lie along a direction of landmarks (n, k, 2), and against."""
     corners = _turned(landmark, cos[:, None], sin[:, None])
     ahead, aside = np.moveaxis(_turned(figure, cos, sin), -1, 0)
     low, high = corners[..., 1].min(axis=1), corners[..., 1].max(axis=1)

@@ -84,7 +84,7 @@ def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> Float
 
 
 def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -> FloatArray:
-    """Degrees, from 0 to 1, to which points lie ahead, left, behind and right of landmarks.
+    """Degrees, 0 to 1, to which points lie ahead, left, behind and right of landmarks; (n, 4 k).
 
     Attention is centred on the point of the landmark's border that faces the direction in line with
     the figure. It falls off exponentially with the distance. The vectors from all points of the
@@ -104,11 +104,6 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
         What they are seen from.
     yaw
         Where k frames head for each of them, shape (k, n).
-
-    Returns
-    -------
-    FloatArray
-        Shape (n, 4 k).
 
     References
     ----------

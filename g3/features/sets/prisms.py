@@ -41,7 +41,7 @@ TOUCHING_M = 1e-6
 def prism_pair(
     figures: Boxes, landmarks: Boxes, rows: tuple[IntArray, IntArray] | None = None
 ) -> FloatArray:
-    """Features of a figure's prism relative to a landmark's, as `PRISM_COLUMNS`.
+    """Features of n figures' prisms relative to landmarks', (n, len(PRISM_COLUMNS)).
 
     Lengths are divided by the mean size of the two footprints, heights by the figure's
     height, so that nothing depends on the scale.
@@ -52,11 +52,6 @@ def prism_pair(
         Prisms.
     rows
         Which of them each of n pairs has; left out, those in the same place.
-
-    Returns
-    -------
-    FloatArray
-        Shape (n, len(PRISM_COLUMNS)).
     """
     rows = rows or (np.arange(len(figures.area)),) * 2
     figure, landmark = (_levels(p, row) for p, row in zip((figures, landmarks), rows, strict=True))

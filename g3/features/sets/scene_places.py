@@ -13,12 +13,9 @@ PAIR = {column.name: i for i, column in enumerate(PRISM_COLUMNS)}
 
 
 def peer_pairs(batch: FactorBatch) -> FloatArray:
-    """Prism features of each figure with each object of its scene.
+    """Prism features of figures with each object of their scenes; NaN where there are fewer.
 
-    Returns
-    -------
-    FloatArray
-        Shape (n, p, len(PRISM_COLUMNS)), NaN where a scene has fewer objects.
+    Shape (n, p, len(PRISM_COLUMNS)).
     """
     n, p = batch.peers.shape
     row, column = np.nonzero((batch.peers >= 0) & (batch.peers != batch.figure[:, None]))

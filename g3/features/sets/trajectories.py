@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
-from g3.features.factor_batch import Boxes, FactorBatch, measured, stacked
+from g3.features.factor_batch import Boxes, FactorBatch, Role, measured, stacked
 from g3.features.feature_registry import Column, Columns, feature_set
 from g3.features.sets.prisms import PRISM_COLUMNS, prism_pair, size
 from g3.geometry.plane import BoolArray, length, point_gap, rotate
@@ -158,8 +158,9 @@ def approach(track: Tracks, target: Boxes, reach: FloatArray) -> FloatArray:
     )
 
 
-def _reach(batch: FactorBatch, target: Boxes) -> FloatArray:
-    return size(target) + 1.0
+def _approach(batch: FactorBatch, role: Role) -> FloatArray:
+    target = batch.boxes(role)
+    return approach(tracks(batch), target, size(target) + 1.0)
 
 
 @feature_set(
@@ -173,8 +174,7 @@ def _reach(batch: FactorBatch, target: Boxes) -> FloatArray:
 )
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
     """How a path lies to its landmark: displacement towards it, distances, passing along."""
-    target = batch.boxes("landmark")
-    return approach(tracks(batch), target, _reach(batch, target))
+    return _approach(batch, "landmark")
 
 
 @feature_set(
@@ -188,8 +188,7 @@ def path_to_landmark(batch: FactorBatch) -> FloatArray:
 )
 def event_to_goal(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to the place or object that the event leads to."""
-    target = batch.boxes("goal")
-    return approach(tracks(batch), target, _reach(batch, target))
+    return _approach(batch, "goal")
 
 
 @feature_set(
@@ -203,8 +202,7 @@ def event_to_goal(batch: FactorBatch) -> FloatArray:
 )
 def event_to_theme(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to where the object acted on stood at first."""
-    target = batch.boxes("theme")
-    return approach(tracks(batch), target, _reach(batch, target))
+    return _approach(batch, "theme")
 
 
 @short_repr
@@ -242,8 +240,6 @@ def theme_motion(batch: FactorBatch, theme: IntArray, track: Tracks) -> Motion:
         n events.
     theme
         The bodies to follow, shape (n,).
-    track
-        The events' trajectories.
     """
     xyz, yaw = positions_at(batch.bodies, theme, track.t)
     step = np.linalg.norm(np.diff(xyz, axis=1), axis=2)

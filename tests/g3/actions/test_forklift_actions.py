@@ -65,7 +65,7 @@ def in_agent_frame(agent: Trajectory, load: Trajectory) -> FloatArray:
     return np.column_stack((offset, load.yaw - agent.yaw))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(outcomes())
 def test_an_action_starts_where_the_context_does(made: tuple[Context, Outcome]) -> None:
     context, outcome = made
@@ -78,7 +78,7 @@ def test_an_action_starts_where_the_context_does(made: tuple[Context, Outcome]) 
         assert after.trajectory.yaw[0] == pytest.approx(before.trajectory.yaw[0])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(outcomes())
 def test_nothing_teleports(made: tuple[Context, Outcome]) -> None:
     _, outcome = made
@@ -91,7 +91,7 @@ def test_nothing_teleports(made: tuple[Context, Outcome]) -> None:
         assert (rise <= LIFT_M_S * np.diff(o.trajectory.t) + 1e-6).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(outcomes())
 def test_at_most_one_object_moves_and_it_moves_with_the_agent(
     made: tuple[Context, Outcome],
@@ -111,7 +111,7 @@ def test_at_most_one_object_moves_and_it_moves_with_the_agent(
         assert (np.abs(np.hypot(*relative[:, :2].T) - 1.1) < 0.1).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(POSES, st.sampled_from(["tires", "boxes"]), st.sampled_from([0, 1]))
 def test_a_carried_object_ends_on_the_place(agent: Pose, load: str, place: int) -> None:
     context = yard(agent)
@@ -124,7 +124,7 @@ def test_a_carried_object_ends_on_the_place(agent: Pose, load: str, place: int) 
     assert away == pytest.approx(REACH_M + 2.5)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(POSES)
 def test_a_load_is_put_down(agent: Pose) -> None:
     context = with_load(agent)
@@ -133,7 +133,7 @@ def test_a_load_is_put_down(agent: Pose) -> None:
     np.testing.assert_allclose(end.xyz[-1], [4.0, -9.0, 0.35], atol=1e-6)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(POSES, st.sampled_from(["tires", "boxes"]))
 def test_picking_up_lifts(agent: Pose, load: str) -> None:
     track = thing(done(yard(agent), Action(PICK_UP, load)).objects, load).trajectory
@@ -243,7 +243,7 @@ def test_other_distributions_add_kinds(tmp_path):
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: own-actions\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[g3.actions]\nown = own_actions\n")
-    page = Path(__file__).parents[3] / "docs" / "inference.md"
+    page = Path(__file__).parents[3] / "docs" / "actions.md"
     (code,) = (c for c in PYTHON.findall(page.read_text()) if "@action_kind" in c)
     (tmp_path / "own_actions.py").write_text(code)
     paths = os.pathsep.join([str(tmp_path), str(Path.cwd())])

@@ -52,7 +52,7 @@ def bearing(way: FloatArray, outline: FloatArray) -> float:
     return float(abs(wrap(np.arctan2(y, x) - way[-1, 2])))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(POSES, THINGS)
 def test_the_robot_turns_on_the_spot_to_face_a_thing_or_away(pose: Pose, name: str) -> None:
     state = start_state(yard(pose))
@@ -63,7 +63,7 @@ def test_the_robot_turns_on_the_spot_to_face_a_thing_or_away(pose: Pose, name: s
         assert np.ptp(np.unwrap(way[:, 2])) <= np.pi + 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(POSES, THINGS)
 def test_driving_away_ends_farther_with_the_thing_behind(pose: Pose, name: str) -> None:
     way, outline = aimed(DRIVE_AWAY, start_state(yard(pose)), name)
@@ -71,7 +71,7 @@ def test_driving_away_ends_farther_with_the_thing_behind(pose: Pose, name: str) 
     assert bearing(way, outline) > np.pi / 2
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(POSES, THINGS)
 def test_lining_up_ends_in_front_of_a_side_square_to_it(pose: Pose, name: str) -> None:
     state = start_state(yard(pose))
@@ -82,7 +82,7 @@ def test_lining_up_ends_in_front_of_a_side_square_to_it(pose: Pose, name: str) -
     assert 2.0 < gaps(way, outline)[-1] < 3.5
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(POSES, THINGS)
 def test_parking_ends_beside_a_thing_and_parallel_to_it(pose: Pose, name: str) -> None:
     state = start_state(yard(pose))
@@ -92,7 +92,7 @@ def test_parking_ends_beside_a_thing_and_parallel_to_it(pose: Pose, name: str) -
     assert gaps(way, outline)[-1] == pytest.approx(BESIDE_M, abs=0.01)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(POSES)
 def test_parking_in_a_place_ends_in_its_middle_square_to_it(pose: Pose) -> None:
     context = yard(pose)

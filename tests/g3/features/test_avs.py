@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -74,7 +74,6 @@ def test_it_is_the_sum_over_the_footprint() -> None:
         assert_allclose(avs(figure, landmark, 90), min(expected, 1), atol=2e-3)
 
 
-@settings(deadline=None)
 @given(scenes, st.floats(-4, 4), st.floats(0.1, 10))
 def test_turning_or_scaling_the_whole_scene_changes_nothing(
     drawn: tuple[tuple[float, float], tuple[float, float], float], angle: float, scale: float
@@ -89,7 +88,6 @@ def test_turning_or_scaling_the_whole_scene_changes_nothing(
     assert ((expected >= 0) & (expected <= 1)).all()
 
 
-@settings(deadline=None)
 @given(scenes)
 def test_a_mirror_swaps_left_and_right(
     drawn: tuple[tuple[float, float], tuple[float, float], float],

@@ -21,7 +21,7 @@ groups = contexts().flatmap(
 )
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(groups)
 def test_a_batch_is_packed_as_its_bodies_are(drawn: list[tuple[Grounding, ...]]) -> None:
     together = pack(drawn)
@@ -38,7 +38,6 @@ def test_a_batch_is_packed_as_its_bodies_are(drawn: list[tuple[Grounding, ...]])
         assert named == set(alone.label_names)
 
 
-@settings(deadline=None)
 @given(trajectories())
 def test_resampling_keeps_the_ends_and_spreads_poses_evenly(trajectory: Trajectory) -> None:
     body = pack([(Path(trajectory),)])

@@ -52,7 +52,7 @@ def assert_same_bins(one: Sequence[Example], other: Sequence[Example]) -> None:
     assert_array_equal(transform(batches[1], select(), space).toarray(), fitted.toarray())
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds, st.floats(-4, 4), st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000)))
 def test_values_stay_when_the_whole_world_is_moved(
     seed: int, angle: float, shift: tuple[float, float]
@@ -83,7 +83,7 @@ def test_float_noise_changes_no_binary_feature(seed: int) -> None:
     assert_same_bins(rows, noisy)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seeds, st.integers(2, 5))
 def test_the_number_of_path_points_does_not_matter(seed: int, factor: int) -> None:
     rows = [e for e in random_rows(seed) if not e.theme]
@@ -97,7 +97,7 @@ def test_how_densely_a_carried_thing_is_logged_hardly_matters() -> None:
         assert_allclose(fine[name], expected, atol=0.15, err_msg=name)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(seeds)
 def test_features_of_a_batch_are_those_of_its_rows(seed: int) -> None:
     rows = random_rows(seed)
@@ -115,7 +115,7 @@ def test_features_of_a_batch_are_those_of_its_rows(seed: int) -> None:
                     )
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seeds)
 def test_the_order_of_rows_does_not_matter(seed: int) -> None:
     rows = random_rows(seed)

@@ -89,11 +89,20 @@ def test_a_probability_for_each_tree(extractor):
     assert (other.trees, other.note) == ((), "the text has no words")
 
 
+READ = (*TAUGHT, "Put the crate on it", "", "left")
+
+
+@pytest.fixture(scope="module")
+def alone(extractor):
+    """What is made of each command by itself."""
+    return {text: extractor.predict([text])[0] for text in READ}
+
+
 @settings(deadline=None, max_examples=25)
-@given(st.lists(st.sampled_from([*TAUGHT, "Put the crate on it", "", "left"]), max_size=6))
-def test_each_command_is_read_by_itself_analysed_or_not(extractor, texts):
+@given(st.lists(st.sampled_from(READ), max_size=6))
+def test_each_command_is_read_by_itself_analysed_or_not(extractor, alone, texts):
     analyses = list(analyse(texts))
-    expected = [extractor.predict([text])[0] for text in texts]
+    expected = [alone[text] for text in texts]
     mixed = [a if i % 2 else text for i, (a, text) in enumerate(zip(analyses, texts, strict=True))]
     assert extractor.predict(texts) == expected
     assert extractor.predict(analyses) == expected
@@ -117,10 +126,14 @@ def test_a_file_that_is_missing(tmp_path):
         SDCExtractor.load(tmp_path / "no")
 
 
+def arrays_of(content):
+    with np.load(io.BytesIO(content)) as file:
+        return dict(file)
+
+
 def changed(content, *, sealed=True, **arrays):
     """An extractor with other arrays, whose digest is right."""
-    with np.load(io.BytesIO(content)) as file:
-        found = {name: file[name] for name in file.files if name != DIGEST} | arrays
+    found = {name: own for name, own in arrays_of(content).items() if name != DIGEST} | arrays
     return write_arrays(
         {n: array for n, array in found.items() if array is not None}, sealed=sealed
     )
@@ -140,17 +153,19 @@ def test_damaged_files_are_refused(content, load, arrays):
         load(changed(content, **arrays))
 
 
+def form_of(content, version):
+    """The form of the file, in another version."""
+    form = arrays_of(content)["form"].tobytes().replace(b'"version": 3', version)
+    return np.frombuffer(form, dtype=np.uint8)
+
+
 def test_other_versions_are_refused(content, load):
-    with np.load(io.BytesIO(content)) as file:
-        form = file["form"].tobytes()
-    other = np.frombuffer(form.replace(b'"version": 3', b'"version": 0'), dtype=np.uint8)
     with pytest.raises(ModelError, match="another version"):
-        load(changed(content, form=other))
+        load(changed(content, form=form_of(content, b'"version": 0')))
 
 
 def test_arrays_that_changed_places_are_found(content, load):
-    with np.load(io.BytesIO(content)) as file:
-        arrays = {name: file[name] for name in file.files}
+    arrays = arrays_of(content)
     arrays["card"] = np.frombuffer(b'{"scenarios": ["b"]}', dtype=np.uint8)
     with pytest.raises(ModelError, match="model: digest: the arrays are not those"):
         load(write_arrays(arrays))
@@ -160,9 +175,7 @@ def test_arrays_that_changed_places_are_found(content, load):
 
 
 def test_the_version_without_a_digest_is_read(content, load, tmp_path):
-    with np.load(io.BytesIO(content)) as file:
-        form = file["form"].tobytes().replace(b'"version": 3', b'"version": 2')
-    old = changed(content, sealed=False, form=np.frombuffer(form, dtype=np.uint8))
+    old = changed(content, sealed=False, form=form_of(content, b'"version": 2'))
     assert saved(load(old), tmp_path / "again") == content
 
 

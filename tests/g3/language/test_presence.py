@@ -71,23 +71,7 @@ def test_a_label_of_what_is_there_is_never_absent(things, data):
         assert not is_absent(form, things)
 
 
-@given(
-    st.sampled_from(
-        [
-            "thing",
-            "things",
-            "object",
-            "load",
-            "goods",
-            "one",
-            "it",
-            "area",
-            "side",
-            "them",
-            "something",
-        ]
-    )
-)
+@given(st.sampled_from(GENERIC_NOUNS))
 def test_generic_nouns_are_never_absent(noun):
     assert not is_absent(noun, ())
 

@@ -18,6 +18,15 @@ from g3.language.parsing.word_roles import ROLES
 R = len(ROLES)
 
 
+def one_hot(codes):
+    """The features of words of which each has one, by its number."""
+    return Features(
+        np.array(codes, dtype=np.uint64)[:, None] << np.uint64(50),
+        np.zeros((len(codes), 1), dtype=np.uint64),
+        np.zeros((len(codes), VECTOR), dtype=np.float32),
+    )
+
+
 def random_scores(words, seed=0):
     rng = np.random.default_rng(seed)
     return Scores(rng.normal(size=(words, R)), rng.normal(size=(words, R + 1, R)) + POSSIBLE)
@@ -110,11 +119,7 @@ def test_the_gradient_is_that_of_the_objective(monkeypatch):
 
 
 def test_training_learns_what_is_plain():
-    ids = Features(
-        np.array([[1], [2], [3], [1], [2]], dtype=np.uint64) << np.uint64(50),
-        np.zeros((5, 1), dtype=np.uint64),
-        np.zeros((5, VECTOR), dtype=np.float32),
-    )
+    ids = one_hot([1, 2, 3, 1, 2])
     taught = [("event", "noun", "noun-on"), ("event", "noun")]
     model = train_roles(ids, taught, l2=0.01)
     found = best_roles(score(model, ids), [3, 2])
@@ -123,11 +128,7 @@ def test_training_learns_what_is_plain():
 
 
 def test_what_other_annotators_do_is_learned_where_it_agrees():
-    ids = Features(
-        np.array([[1], [2], [1], [2], [1], [3]], dtype=np.uint64) << np.uint64(50),
-        np.zeros((6, 1), dtype=np.uint64),
-        np.zeros((6, VECTOR), dtype=np.float32),
-    )
+    ids = one_hot([1, 2, 1, 2, 1, 3])
     roles = [("event", "path"), ("event", "place"), ("event", "noun")]
     strange = np.array([0, 0, 1, 1, 1, 1], dtype=bool)
     model = train_roles(ids, roles, l2=0.05, strange=strange)

@@ -58,7 +58,6 @@ def test_objective_worked_by_hand():
     )
 
 
-@settings(deadline=None)
 @given(problems())
 def test_training_finds_where_the_gradient_vanishes(problem):
     matrix, correct, l2 = problem
@@ -66,7 +65,7 @@ def test_training_finds_where_the_gradient_vanishes(problem):
     assert np.abs(objective(matrix, correct, l2, weights)[1]).max() <= 1e-5
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(problems(kinds=("scalar",)))
 def test_the_optimum_is_that_of_scikit_learn(problem):
     linear_model = pytest.importorskip("sklearn.linear_model")
@@ -79,7 +78,6 @@ def test_the_optimum_is_that_of_scikit_learn(problem):
     assert crf.train(matrix, correct, l2=l2, tolerance=1e-7) == near(theirs.coef_.ravel())
 
 
-@settings(deadline=None)
 @given(problems())
 def test_equal_columns_with_equal_penalties_have_equal_weights(problem):
     matrix, correct, l2 = problem
@@ -112,7 +110,6 @@ def test_nothing_to_train_on(shape):
     assert weights == pytest.approx(np.zeros(shape[1]))
 
 
-@settings(deadline=None)
 @given(problems())
 def test_training_is_deterministic_and_leaves_its_input(problem):
     matrix, correct, l2 = problem

@@ -85,7 +85,7 @@ def test_no_annotations_give_no_examples() -> None:
     assert labels([]).shape == (0,)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(annotations())
 def test_examples_are_aligned_with_their_clauses(annotation: Annotation) -> None:
     nodes = list(breadth_first(annotation.sdcs))
@@ -249,7 +249,7 @@ def test_the_agents_headings() -> None:
     assert_allclose(np.cos(batch.agent_mean_yaw), -1)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(st.lists(annotations(), min_size=1, max_size=3))
 def test_any_annotations_make_a_batch(drawn: list[Annotation]) -> None:
     found = examples(drawn)

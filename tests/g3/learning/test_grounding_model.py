@@ -90,7 +90,7 @@ def test_labels_can_be_given(items, factors):
     assert np.array_equal(GroundingModel(l2=0.1).fit(factors, wrong).weights_, model.weights_)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.data())
 def test_features_that_are_computed_before_give_the_same(items, factors, data):
     """For any part to learn from and any part to test on, in any order."""

@@ -164,7 +164,7 @@ load = st.builds(
 )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(words, st.lists(load, min_size=1, max_size=6))
 def test_probabilities_sum_to_one_in_any_order(text, loads):
     learned = LoadChooser.fit(SEEN[:4])
@@ -175,7 +175,7 @@ def test_probabilities_sum_to_one_in_any_order(text, loads):
     assert np.exp(learned.log_probability(turned))[::-1] == pytest.approx(given_)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(wrong=st.integers(1, 8))
 def test_who_is_wrong_more_often_is_trusted_less(wrong):
     taught = [replace(c, person="p", scenario=f"{c.scenario}{n}") for c in SEEN for n in "abc"]

@@ -322,7 +322,7 @@ def test_a_load_from_the_start_stays_on_the_forks_or_is_put_down(kind: str) -> N
             assert len(load.trajectory) > 1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(annotations())
 def test_any_annotation_gives_only_wrong_examples(positive: Annotation) -> None:
     for a in hard_negatives([replace(positive, source="positive")], generator()):
