@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_file, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
 
@@ -135,14 +135,7 @@ def formats(form: str) -> None:
 @corpus.command()
 @CORPUS
 @click.option("--to", required=True, metavar="FORMAT", help="The format: `ct corpus formats`.")
-@click.option(
-    "--out",
-    required=True,
-    metavar="DIR",
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="Folder to write.",
-)
+@out_file("Folder to write.", "DIR")
 @click.option(
     "--videos",
     type=click.Path(path_type=Path, exists=True, file_okay=False),

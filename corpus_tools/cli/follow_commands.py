@@ -32,10 +32,6 @@ class Shown:
 
     Parameters
     ----------
-    form
-        How results are printed.
-    plan_only
-        Nothing is carried out.
     yes
         Nothing is asked before that.
     confirm_below

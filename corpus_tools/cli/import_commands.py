@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.importers.importer_registry import Importer, importers
-from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_file, tell
 from corpus_tools.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -134,14 +134,7 @@ for _importer in importers():
 
 @import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
 @click.argument("path", type=click.Path(path_type=Path))
-@click.option(
-    "--out",
-    required=True,
-    metavar="FOLDER",
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="Folder for the tables.",
-)
+@out_file("Folder for the tables.", "FOLDER")
 @click.option("--camera", help="Which camera people see [default: the dataset's first].")
 @click.option("--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes.")
 @click.option("--force", is_flag=True, help="Replace the tables that are there.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, OUT, format_option, out_file, tell
 from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note, say
@@ -37,11 +37,7 @@ if TYPE_CHECKING:
 )
 @click.option("--command", "text", help="The command's text, to check the words against it.")
 @format_option("dot", "svg", about="A line per factor, JSON, Graphviz, or a picture.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Write to a file instead of the standard output.",
-)
+@OUT
 def graph(
     notation: str | None, source: Path | None, text: str | None, form: str, out: Path | None
 ) -> None:
@@ -238,14 +234,7 @@ def train() -> None:
     type=click.Path(path_type=Path, file_okay=False),
     help="Train on what `ct shards` has made instead.",
 )
-@click.option(
-    "--out",
-    metavar="MODEL",
-    required=True,
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="The model: NAME.npz, with NAME.json beside.",
-)
+@out_file("The model: NAME.npz, with NAME.json beside.", "MODEL")
 @training_options
 @NEGATIVES_SEED
 @click.option(
@@ -348,14 +337,7 @@ def _check_source(ctx: click.Context, name: str | None, shards: Path | None) -> 
     multiple=True,
     help="What to train on (repeatable); annotators differ, and the first corpus's are followed.",
 )
-@click.option(
-    "--out",
-    metavar="MODEL",
-    required=True,
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="The model, a file.",
-)
+@out_file("The model, a file.", "MODEL")
 @L2
 @FORMAT
 def sdc(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) -> None:

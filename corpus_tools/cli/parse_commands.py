@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import format_option
+from corpus_tools.options.format_option import OUT, format_option
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError
 
@@ -48,11 +48,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="A model of `ct train sdc`, rather than the bundled one.",
 )
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Write to a file instead of the standard output.",
-)
+@OUT
 def parse(
     *,
     text: str | None,

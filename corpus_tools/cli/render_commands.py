@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
 
@@ -24,12 +24,7 @@ SMALLEST, LARGEST = 64, 4096
 
 @click.command("render-videos")
 @click.argument("scenarios", nargs=-1)
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Where to put a folder for each scenario; made if it isn't there.",
-)
+@out_folder("Where to put a folder for each scenario; made if it isn't there.")
 @click.option(
     "--dataset",
     metavar="DATASET",

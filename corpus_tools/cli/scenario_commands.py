@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from corpus_tools.world.scenarios.scenario import Scenario
 
@@ -86,12 +86,7 @@ def kinds(form: str) -> None:
 
 @scenarios.command("naming-sheet")
 @click.argument("kinds", nargs=-1)
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder to write; it appears when all is in it.",
-)
+@out_folder("Folder to write; it appears when all is in it.")
 @click.option("--force", is_flag=True, help="Replace a sheet that was written before.")
 @FORMAT
 def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -> None:
@@ -188,12 +183,7 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
 @click.option("--seed", required=True, type=click.IntRange(min=0), help="Seed of all chance.")
 @click.option("--count", required=True, type=click.IntRange(min=1), help="How many.")
 @click.option("--first", default=0, type=click.IntRange(min=0), help="Number of the first one.")
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for the files; it is made if it isn't there.",
-)
+@out_folder("Folder for the files; it is made if it isn't there.")
 @click.option("--layout", "layouts", multiple=True, help="Only these layouts.  [default: all]")
 @DATASET
 @FORMAT
@@ -254,14 +244,14 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.world.scenarios.execution import log_scenario
     from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
-    from corpus_tools.world.scenarios.scenario_logs import scenario_log
+    from corpus_tools.world.scenarios.scenario_logs import is_logged
     from corpus_tools.world.scenarios.scenario_reading import read_scenario
     from g3.errors import CorpusError
 
     folder = dataset_folder(dataset)
     files = [scenario_file(n, folder) for n in names] or list(scenario_files(folder).values())
     found = [read_scenario(file) for file in files]
-    wanted = [s for s in found if names or not _is_sound(scenario_log, s, folder)]
+    wanted = [s for s in found if names or not is_logged(s, folder)]
     failures: dict[str, CorpusError] = {}
     with progress_bar("executing") as on_progress:
         for number, scenario in enumerate(wanted):
@@ -281,16 +271,6 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
         note(f"ct: {failure}")
     if failures:
         click.get_current_context().exit(2)
-
-
-def _is_sound(check: Callable[[Scenario, Path], object], scenario: Scenario, folder: Path) -> bool:
-    from g3.errors import FormatError
-
-    try:
-        check(scenario, folder)
-    except FormatError:
-        return False
-    return True
 
 
 def _count(number: int, what: str) -> str:

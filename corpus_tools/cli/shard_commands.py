@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell
 from corpus_tools.options.model_options import NEGATIVES_SEED, selection_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("corpora", metavar="CORPUS...", nargs=-1, required=True)
-@click.option(
-    "--out",
-    metavar="DIR",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the shards; made if it isn't there. What was stopped there goes on.",
-)
+@out_folder("Folder of the shards; made if it isn't there. What was stopped there goes on.", "DIR")
 @selection_options
 @NEGATIVES_SEED
 @WORKERS

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_file, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
@@ -36,13 +36,7 @@ def similarity() -> None:
     "  CT_TAGS=tags.npz ct eval --table 1 --corpus aaai11 --cv scenario"
 )
 @click.argument("source", metavar="TAGS", type=click.Path(path_type=Path))
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="The table, an .npz file.",
-)
+@out_file("The table, an .npz file.")
 @click.option(
     "--tags",
     "limit",
@@ -78,13 +72,7 @@ def build(source: Path, out: Path, limit: int, form: str) -> None:
     "  ct similarity show speaker --lexicon words.json"
 )
 @click.argument("corpora", metavar="CORPORA", nargs=-1, required=True)
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="The lexicon, a JSON file.",
-)
+@out_file("The lexicon, a JSON file.")
 @FORMAT
 def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
     """Learn which words people use for loads, from what was picked up.

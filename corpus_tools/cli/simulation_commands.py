@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
 
@@ -46,12 +46,7 @@ def simulate_workers() -> None:
     show_default=True,
     help="Folder or name of a dataset with layouts.",
 )
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the new dataset.",
-)
+@out_folder("Folder of the new dataset.")
 @WORKERS
 @FORMAT
 def describe(
@@ -114,12 +109,7 @@ def describe(
 @click.option("--raters", default=45, show_default=True, type=COUNT, help="How many there are.")
 @click.option("--judgments", default=5, show_default=True, type=COUNT, help="How many a pair.")
 @SEED
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the new corpus.",
-)
+@out_folder("Folder of the new corpus.")
 @FORMAT
 def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form: str) -> None:
     """Write a corpus with simulated judgments.
@@ -133,23 +123,20 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
       ct simulate-workers rate --corpus warehouse --out rated
       ct eval --table 2 --corpus rated
     """
+    from dataclasses import replace
+
     from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
-    from corpus_tools.corpus.encoding import make_corpus
     from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.simulation.simulated_raters import rate as judge
 
     check_writable(out)
     rated = open_corpus(corpus)
     given = judge(rated, raters=raters, judgments=judgments, seed=seed)
-    made = make_corpus(
-        f"{rated.name}-simulated-ratings",
-        contexts=rated.contexts.values(),
-        commands=rated.commands.values(),
-        annotations=rated.annotations,
+    made = replace(
+        rated,
+        name=f"{rated.name}-simulated-ratings",
         judgments=given,
-        outcomes=rated.outcomes,
         source=f"{rated.source} The judgments are simulated; see docs/simulation.md.",
-        licence=rated.licence,
     )
     write_corpus(made, out)
     record = {"folder": out, "judgments": len(given)}

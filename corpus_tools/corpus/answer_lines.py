@@ -19,8 +19,6 @@ def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, R
 
     Parameters
     ----------
-    kind
-        What a line holds.
     fix
         What to do where a line can't be read.
 

@@ -30,6 +30,7 @@ from corpus_tools.corpus.corpus_records import (
 from corpus_tools.corpus.encoding import Tables, content_hash
 from corpus_tools.corpus.trajectory_arrays import Arrays, read_arrays, unpack_one
 from corpus_tools.runtime.atomic_folder import recover
+from g3.annotation import TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Trajectory
 
@@ -49,11 +50,6 @@ class _Line(Generic[R]):
 def load_corpus(path: Path | str) -> Corpus:
     """Read a corpus.
 
-    Parameters
-    ----------
-    path
-        The corpus's folder.
-
     Returns
     -------
     Corpus
@@ -64,10 +60,11 @@ def load_corpus(path: Path | str) -> Corpus:
     FormatError
         At the first thing that is wrong.
     """
-    return read_corpus(Path(path), _raise)
+    return read_corpus(Path(path), refuse)
 
 
-def _raise(problem: FormatError) -> NoReturn:
+def refuse(problem: FormatError) -> NoReturn:
+    """Raise a problem: for who reads nothing that has one."""
     raise problem
 
 
@@ -115,60 +112,48 @@ def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tup
     arrays = read_arrays(folder / TRAJECTORIES)
     trajectory = _trajectory_reader(arrays)
 
-    context_lines = _read_lines(folder / CONTEXTS, ContextRecord, on_problem)
-    contexts = {
-        line.record.id: context
-        for line, context in _convert(
-            context_lines, lambda record: decoding.context(record, trajectory), on_problem
-        )
-    }
-    command_lines = _read_lines(folder / COMMANDS, CommandRecord, on_problem)
-    commands = {
-        line.record.id: command
-        for line, command in _convert(command_lines, decoding.command, on_problem)
-    }
-    objects = {(c.id, item.id): item for c in contexts.values() for item in c.objects}
+    def read(name: str, record_type: type[R], convert: Callable[[R], T]) -> tuple[list[R], list[T]]:
+        """The records of a file, and what those stand for that are right."""
+        lines = _read_lines(folder / name, record_type, on_problem)
+        return [line.record for line in lines], list(_convert(lines, convert, on_problem))
+
+    context_records, found = read(
+        CONTEXTS, ContextRecord, lambda record: decoding.context(record, trajectory)
+    )
+    contexts = {context.id: context for context in found}
+    command_records, typed = read(COMMANDS, CommandRecord, decoding.command)
+    commands = {command.id: command for command in typed}
+    objects = {(c.id, item.id): item for c in found for item in c.objects}
     world = decoding.World(commands, contexts, objects)
-    annotation_lines = _read_lines(folder / ANNOTATIONS, AnnotationRecord, on_problem)
-    annotations = tuple(
-        annotation
-        for _, annotation in _convert(
-            annotation_lines,
-            lambda record: decoding.annotation(record, world, trajectory),
-            on_problem,
-        )
+    annotation_records, annotations = read(
+        ANNOTATIONS,
+        AnnotationRecord,
+        lambda record: decoding.annotation(record, world, trajectory),
     )
-    judgment_lines = _read_lines(folder / JUDGMENTS, JudgmentRecord, on_problem)
-    judgments = tuple(
-        judgment for _, judgment in _convert(judgment_lines, decoding.judgment, on_problem)
-    )
-    outcome_lines: list[_Line[OutcomeRecord]] = []
+    judgment_records, judgments = read(JUDGMENTS, JudgmentRecord, decoding.judgment)
+    outcome_records, outcomes = list[OutcomeRecord](), list[TaskOutcome]()
     if manifest.counts.outcomes or (folder / OUTCOMES).exists():
-        outcome_lines = _read_lines(folder / OUTCOMES, OutcomeRecord, on_problem)
-    outcomes = tuple(
-        outcome
-        for _, outcome in _convert(
-            outcome_lines, lambda record: decoding.outcome(record, world), on_problem
+        outcome_records, outcomes = read(
+            OUTCOMES, OutcomeRecord, lambda record: decoding.outcome(record, world)
         )
-    )
     tables = Tables(
-        contexts=[line.record for line in context_lines],
-        commands=[line.record for line in command_lines],
-        annotations=[line.record for line in annotation_lines],
-        judgments=[line.record for line in judgment_lines],
-        trajectories=arrays,
-        outcomes=[line.record for line in outcome_lines],
+        context_records,
+        command_records,
+        annotation_records,
+        judgment_records,
+        arrays,
+        outcome_records,
     )
     corpus = Corpus(
         name=manifest.name,
         contexts=contexts,
         commands=commands,
-        annotations=annotations,
-        judgments=judgments,
+        annotations=tuple(annotations),
+        judgments=tuple(judgments),
         source=manifest.source,
         licence=manifest.licence,
         hash=content_hash(tables),
-        outcomes=outcomes,
+        outcomes=tuple(outcomes),
     )
     return corpus, tables
 
@@ -232,7 +217,7 @@ def _read_lines(path: Path, record_type: type[R], on_problem: OnProblem) -> list
 
 def _convert(
     lines: list[_Line[R]], convert: Callable[[R], T], on_problem: OnProblem
-) -> Iterator[tuple[_Line[R], T]]:
+) -> Iterator[T]:
     for line in lines:
         try:
             result = convert(line.record)
@@ -240,7 +225,7 @@ def _convert(
             where = f"{line.where}: {problem.where}"
             on_problem(FormatError(problem.what, where=where, fix=problem.fix))
             continue
-        yield line, result
+        yield result
 
 
 def _decode(content: bytes, record_type: type[T], where: str) -> T:

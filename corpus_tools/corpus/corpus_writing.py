@@ -9,12 +9,7 @@ import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import (
-    ANNOTATIONS,
-    COMMANDS,
-    CONTEXTS,
-    JUDGMENTS,
     MANIFEST,
-    OUTCOMES,
     SCHEMA_VERSION,
     TRAJECTORIES,
     Manifest,
@@ -36,12 +31,8 @@ def write_corpus(
 
     Parameters
     ----------
-    corpus
-        What to write.
     path
         The folder; its parent must be there.
-    force
-        Replace the corpus that is there.
     attachments
         Further files by name, such as an import's report.
 
@@ -71,18 +62,11 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
         hash="",
         counts=tables.counts(),
     )
-    encoder = msgspec.json.Encoder()
-    files = {
+    return {
         MANIFEST: manifest_to_bytes(sealed(manifest, tables)),
-        CONTEXTS: encoder.encode_lines(tables.contexts),
-        COMMANDS: encoder.encode_lines(tables.commands),
-        ANNOTATIONS: encoder.encode_lines(tables.annotations),
-        JUDGMENTS: encoder.encode_lines(tables.judgments),
+        **tables.lines(),
         TRAJECTORIES: to_bytes(tables.trajectories),
     }
-    if tables.outcomes:
-        files[OUTCOMES] = encoder.encode_lines(tables.outcomes)
-    return files
 
 
 def manifest_to_bytes(manifest: Manifest) -> bytes:

@@ -12,12 +12,7 @@ from collections.abc import Iterator, Mapping
 import msgspec
 
 from corpus_tools.corpus.corpus_records import (
-    ANNOTATIONS,
-    COMMANDS,
-    CONTEXTS,
-    JUDGMENTS,
     MANIFEST,
-    OUTCOMES,
     SCHEMA_VERSION,
     TRAJECTORIES,
     Manifest,
@@ -78,8 +73,6 @@ def is_as_written(manifest: Manifest, found: Mapping[str, str], arrays: Arrays) 
     ----------
     found
         For the name of each JSONL file the digest of its bytes.
-    arrays
-        The trajectories.
     """
     whole = {MANIFEST: _of_manifest(manifest), TRAJECTORIES: _of_arrays(arrays)}
     digests = {**found, **{name: _digest(parts) for name, parts in whole.items()}}
@@ -99,17 +92,11 @@ def _of_arrays(arrays: Arrays) -> list[bytes]:
 
 
 def _digests(manifest: Manifest, tables: Tables) -> dict[str, str]:
-    encoder = msgspec.json.Encoder()
     contents = {
         MANIFEST: _of_manifest(manifest),
-        CONTEXTS: [encoder.encode_lines(tables.contexts)],
-        COMMANDS: [encoder.encode_lines(tables.commands)],
-        ANNOTATIONS: [encoder.encode_lines(tables.annotations)],
-        JUDGMENTS: [encoder.encode_lines(tables.judgments)],
+        **{name: [content] for name, content in tables.lines().items()},
         TRAJECTORIES: _of_arrays(tables.trajectories),
     }
-    if tables.outcomes:
-        contents[OUTCOMES] = [encoder.encode_lines(tables.outcomes)]
     return {name: _digest(parts) for name, parts in contents.items()}
 
 

@@ -6,11 +6,17 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import (
+    ANNOTATIONS,
+    COMMANDS,
+    CONTEXTS,
+    JUDGMENTS,
+    OUTCOMES,
     AnnotationRecord,
     CommandRecord,
     ContextRecord,
@@ -32,6 +38,8 @@ from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
 from g3.short_repr import short_repr
+
+R = TypeVar("R", CommandRecord, JudgmentRecord, OutcomeRecord)
 
 
 @short_repr
@@ -57,6 +65,19 @@ class Tables:
             outcomes=len(self.outcomes),
         )
 
+    def lines(self) -> dict[str, bytes]:
+        """The content of each JSONL file by its name; without outcomes there is no file of them."""
+        tables: dict[str, Sequence[msgspec.Struct]] = {
+            CONTEXTS: self.contexts,
+            COMMANDS: self.commands,
+            ANNOTATIONS: self.annotations,
+            JUDGMENTS: self.judgments,
+        }
+        if self.outcomes:
+            tables[OUTCOMES] = self.outcomes
+        encoder = msgspec.json.Encoder()
+        return {name: encoder.encode_lines(records) for name, records in tables.items()}
+
 
 def make_corpus(
     name: str,
@@ -81,20 +102,24 @@ def make_corpus(
         hash="",
         outcomes=tuple(outcomes),
     )
+    return rehashed(corpus)
+
+
+def rehashed(corpus: Corpus) -> Corpus:
+    """The corpus with the hash of what it holds: for one that was changed by ``replace``."""
     return replace(corpus, hash=content_hash(encode(corpus)))
 
 
 def content_hash(tables: Tables) -> str:
     """``sha256:`` and the digest of all records and poses, with the subjects left out."""
     digest = hashlib.sha256()
-    encoder = msgspec.json.Encoder()
-    anonymous_commands = [msgspec.structs.replace(r, subject="") for r in tables.commands]
-    anonymous_judgments = [msgspec.structs.replace(r, subject="") for r in tables.judgments]
-    tables_of_all = [tables.contexts, anonymous_commands, tables.annotations, anonymous_judgments]
-    if tables.outcomes:  # corpora without any keep the hash that they have always had
-        tables_of_all.append(tables.outcomes)
-    for records in tables_of_all:
-        digest.update(encoder.encode_lines(records))
+    anonymous = replace(
+        tables,
+        commands=[msgspec.structs.replace(r, subject="") for r in tables.commands],
+        judgments=[msgspec.structs.replace(r, subject="") for r in tables.judgments],
+    )
+    for lines in anonymous.lines().values():
+        digest.update(lines)
         digest.update(b"\n")
     for name, array in tables.trajectories.items():
         digest.update(f"{name} {array.shape}\n".encode())
@@ -130,20 +155,21 @@ def encode(corpus: Corpus) -> Tables:
             homes[item.id][context.id] = item
     return Tables(
         contexts=[_context(context, trajectories) for context in corpus.contexts.values()],
-        commands=[
-            CommandRecord(c.id, c.text, c.scenario, c.video, c.subject)
-            for c in corpus.commands.values()
-        ],
+        commands=_alike(CommandRecord, corpus.commands.values()),
         annotations=[_annotation(a, homes, trajectories) for a in corpus.annotations],
-        judgments=[
-            JudgmentRecord(
-                j.id, j.command, j.command_video, j.shown_video, j.rating, j.study, j.subject
-            )
-            for j in corpus.judgments
-        ],
+        judgments=_alike(JudgmentRecord, corpus.judgments),
         trajectories=pack(trajectories.unique),
-        outcomes=[_outcome(outcome) for outcome in corpus.outcomes],
+        outcomes=_alike(OutcomeRecord, corpus.outcomes),
     )
+
+
+def _alike(kind: type[R], things: Iterable[object]) -> list[R]:
+    """The records of things that have the same fields; empty ones are the records' defaults."""
+    rows = (
+        {name: value for name in kind.__struct_fields__ if (value := getattr(thing, name)) != ()}
+        for thing in things
+    )
+    return [kind(**row) for row in rows]
 
 
 def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
@@ -163,22 +189,6 @@ def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
         ),
         places=tuple(PlaceRecord(_prism(place.prism), place.name) for place in context.places),
         assumed=context.assumed or (),
-    )
-
-
-def _outcome(outcome: TaskOutcome) -> OutcomeRecord:
-    return OutcomeRecord(
-        id=outcome.id,
-        scenario=outcome.scenario,
-        context=outcome.context,
-        command=outcome.command,
-        video=outcome.video,
-        picked=outcome.picked or (),
-        put=outcome.put,
-        on=outcome.on or (),
-        checkpoint=outcome.checkpoint,
-        unknown=outcome.unknown or (),
-        log=outcome.log,
     )
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import pairwise
 
 from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import encode
-from corpus_tools.corpus.trajectory_arrays import Arrays
+from corpus_tools.corpus.trajectory_arrays import as_lists
 
 
 def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
@@ -52,13 +51,5 @@ def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
         "annotations": tables.annotations,
         "contexts": tables.contexts,
         "outcomes": tables.outcomes,
-        "trajectories": _trajectories(tables.trajectories),
+        "trajectories": list(as_lists(tables.trajectories)),
     }
-
-
-def _trajectories(arrays: Arrays) -> list[dict[str, object]]:
-    offsets = arrays["offsets"].tolist()
-    return [
-        {name: arrays[name][start:end].tolist() for name in ("t", "xyz", "yaw")}
-        for start, end in pairwise(offsets)
-    ]

@@ -46,10 +46,6 @@ def labelled_examples(
 
     Parameters
     ----------
-    corpus
-        The corpus.
-    negatives
-        Which negatives to take.
     seed
         What hard negatives are drawn with.
 

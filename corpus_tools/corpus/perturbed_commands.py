@@ -6,7 +6,7 @@ from collections import defaultdict
 from dataclasses import replace
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.encoding import rehashed
 from g3.language.parsing.perturbation import perturb
 from g3.sdc.clauses import SDC
 
@@ -18,8 +18,6 @@ def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corp
     ----------
     kind
         A name of :data:`g3.language.parsing.perturbation.PERTURBATIONS`.
-    seed
-        What is drawn with.
 
     Returns
     -------
@@ -37,16 +35,8 @@ def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corp
         command.id: replace(command, text=typed[command.id].text)
         for command in corpus.commands.values()
     }
-    return make_corpus(
-        corpus.name,
-        contexts=corpus.contexts.values(),
-        commands=commands.values(),
-        annotations=[
-            replace(a, command=commands[a.command.id], sdcs=typed[a.command.id].carry(a.sdcs))
-            for a in corpus.annotations
-        ],
-        judgments=corpus.judgments,
-        outcomes=corpus.outcomes,
-        source=corpus.source,
-        licence=corpus.licence,
+    annotations = tuple(
+        replace(a, command=commands[a.command.id], sdcs=typed[a.command.id].carry(a.sdcs))
+        for a in corpus.annotations
     )
+    return rehashed(replace(corpus, commands=commands, annotations=annotations))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from corpus_tools.corpus.corpus_reading import read_content, read_manifest
+from corpus_tools.corpus.corpus_reading import read_content, read_manifest, refuse
 from corpus_tools.corpus.corpus_records import MANIFEST, Manifest
 from corpus_tools.corpus.corpus_writing import manifest_to_bytes
 from corpus_tools.corpus.digests import sealed
-from g3.errors import FormatError
 from g3.storage.atomic_file import write_bytes
 
 
@@ -26,11 +25,7 @@ def seal(folder: Path) -> tuple[Manifest, Manifest]:
         If anything else is wrong with the corpus; nothing is written then.
     """
     before = read_manifest(folder)
-    _, tables = read_content(folder, before, _raise)
+    _, tables = read_content(folder, before, refuse)
     after = sealed(before, tables)
     write_bytes(folder / MANIFEST, manifest_to_bytes(after))
     return before, after
-
-
-def _raise(problem: FormatError) -> None:
-    raise problem

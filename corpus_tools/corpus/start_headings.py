@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.encoding import rehashed
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
@@ -102,16 +102,8 @@ def with_headings(corpus: Corpus, rule: HeadingRule) -> Corpus:
             groundings=tuple(tuple(map(follow, group)) for group in annotation.groundings),
         )
 
-    return make_corpus(
-        corpus.name,
-        contexts=turned.values(),
-        commands=corpus.commands.values(),
-        annotations=map(moved, corpus.annotations),
-        judgments=corpus.judgments,
-        outcomes=corpus.outcomes,
-        source=corpus.source,
-        licence=corpus.licence,
-    )
+    annotations = tuple(map(moved, corpus.annotations))
+    return rehashed(replace(corpus, contexts=turned, annotations=annotations))
 
 
 def turn_robot(context: Context, rule: HeadingRule) -> Context:

@@ -20,15 +20,7 @@ def is_drive(outcome: TaskOutcome) -> bool:
 
 
 def contexts_of_commands(corpus: Corpus) -> Mapping[str, str]:
-    """Find in which context each command was given.
-
-    Returns
-    -------
-    mapping
-        From a command's id to a context's: that of its annotations, else of its outcomes,
-        else of its scenario's other commands, else the one with its scenario's name.
-        Commands whose context is unknown are missing.
-    """
+    """In which context each command was given, by their ids; see :func:`contexts_by_command`."""
     return contexts_by_command(
         corpus.commands, corpus.annotations, corpus.contexts, corpus.outcomes
     )

@@ -6,7 +6,8 @@ from ``offsets[i]`` up to ``offsets[i + 1]``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,12 @@ def read_arrays(path: Path) -> Arrays:
     if offsets[0] != 0 or offsets[-1] != n or (np.diff(offsets) < 0).any():
         raise FormatError("offsets don't divide the poses", where=f"{path}: offsets", fix=fix)
     return arrays
+
+
+def as_lists(arrays: Arrays) -> Iterator[dict[str, Any]]:
+    """The poses of each trajectory as lists, by the names of the arrays."""
+    for start, end in pairwise(arrays["offsets"].tolist()):
+        yield {name: arrays[name][start:end].tolist() for name in ("t", "xyz", "yaw")}
 
 
 def unpack_one(arrays: Arrays, index: int) -> Trajectory:

@@ -20,15 +20,7 @@ ENTRY_POINT_GROUP = "ct.checks"
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What isn't there, and needn't be.
-
-    Parameters
-    ----------
-    found
-        What isn't there.
-    fix
-        How to get it.
-    """
+    """What isn't there, and needn't be."""
 
     found: str
     fix: str
@@ -43,12 +35,8 @@ class Finding:
 
     Parameters
     ----------
-    name
-        Of the check.
     ok
         Whether all that is needed is there.
-    found
-        What is there, or what is wrong.
     fix
         How to mend it, or how to get what isn't there and needn't be; else empty.
     """

@@ -61,10 +61,6 @@ def export_corpus_to(
 
     Parameters
     ----------
-    corpus
-        What to write.
-    to
-        The format's name.
     folder
         Where to write it; its parent must be there.
     videos

@@ -8,9 +8,7 @@ paper's notation (``notation``); ``clauses`` lists them breadth first.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping
-from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -18,8 +16,9 @@ import yaml
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import AnnotationRecord, ObjectReference
-from corpus_tools.corpus.encoding import Tables, encode
-from corpus_tools.runtime.parquet import import_pyarrow
+from corpus_tools.corpus.encoding import encode
+from corpus_tools.corpus.trajectory_arrays import as_lists
+from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation
 from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import format_brackets
@@ -46,7 +45,7 @@ def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
     FormatError
         If pyarrow isn't installed.
     """
-    pa, pq = import_pyarrow()
+    pa, _ = import_pyarrow()
     schemas = _schemas(pa)
     tables = encode(corpus)
     rows: Mapping[str, Iterable[Row]] = {
@@ -55,16 +54,15 @@ def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
         "annotations": map(_annotation, corpus.annotations, tables.annotations),
         "judgments": map(_with_all_fields, tables.judgments),
         "outcomes": map(_with_all_fields, tables.outcomes),
-        "trajectories": _trajectories(tables),
+        "trajectories": as_lists(tables.trajectories),
     }
     files, counts = {}, {}
     for name, of_part in rows.items():
         table = pa.Table.from_pylist([_fitting(row) for row in of_part], schema=schemas[name])
         if not table.num_rows and name != "commands":
             continue  # datasets can't read files without rows
-        content = io.BytesIO()
-        pq.write_table(table, content, compression="zstd")
-        files[f"{name}.parquet"], counts[name] = content.getvalue(), table.num_rows
+        content = parquet_bytes(table, compression="zstd")
+        files[f"{name}.parquet"], counts[name] = content, table.num_rows
     return {**files, "README.md": _card(corpus, counts).encode()}
 
 
@@ -152,13 +150,6 @@ def _grounding(record: msgspec.Struct) -> Row:
     if not isinstance(record, ObjectReference) and "id" in row:
         row["object"] = row["id"]
     return row
-
-
-def _trajectories(tables: Tables) -> Iterable[Row]:
-    arrays = tables.trajectories
-    offsets = arrays["offsets"].tolist()
-    for start, end in pairwise(offsets):
-        yield {name: arrays[name][start:end].tolist() for name in ("t", "xyz", "yaw")}
 
 
 def _card(corpus: Corpus, counts: Mapping[str, int]) -> str:

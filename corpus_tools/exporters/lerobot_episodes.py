@@ -7,7 +7,6 @@ people said of the same log are other wordings of the task (``task_aug``).
 
 from __future__ import annotations
 
-import io
 import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -32,7 +31,7 @@ from corpus_tools.lerobot.language_rows import (
     plans,
     sorted_rows,
 )
-from corpus_tools.runtime.parquet import import_pyarrow
+from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Place, Trajectory
@@ -209,7 +208,7 @@ def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
         }
         tables.append(pa.table(columns))
         index += n
-    return _parquet(pa.concat_tables(tables))
+    return parquet_bytes(pa.concat_tables(tables))
 
 
 def _tasks(tasks: Sequence[str]) -> bytes:
@@ -228,7 +227,7 @@ def _tasks(tasks: Sequence[str]) -> bytes:
         ],
         "pandas_version": "2.0.0",
     }  # fmt: skip
-    return _parquet(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
+    return parquet_bytes(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
 
 
 def _episodes(recorded: Sequence[_Recorded]) -> bytes:
@@ -257,7 +256,7 @@ def _episodes(recorded: Sequence[_Recorded]) -> bytes:
             row |= {f"stats/{name}/{measure}": value for measure, value in measured.items()}
         rows.append(row | {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0})
         first += n
-    return _parquet(pa.Table.from_pylist(rows))
+    return parquet_bytes(pa.Table.from_pylist(rows))
 
 
 def _statistics(recorded: Sequence[_Recorded]) -> dict[str, dict[str, Any]]:
@@ -387,13 +386,6 @@ def _card(corpus: Corpus) -> str:
         "state at the next frame.\nLanguage is in `language_persistent`: other wordings of the "
         "task, subtasks and plans.\n"
     )
-
-
-def _parquet(table: Any) -> bytes:
-    _, pq = import_pyarrow()
-    content = io.BytesIO()
-    pq.write_table(table, content)
-    return content.getvalue()
 
 
 def _json(value: object) -> bytes:

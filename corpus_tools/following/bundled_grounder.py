@@ -92,8 +92,6 @@ class Told:
 
     Parameters
     ----------
-    script
-        The steps.
     places
         Places by the names that the steps use.
     clause

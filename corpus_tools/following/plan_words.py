@@ -48,8 +48,6 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
 
     Parameters
     ----------
-    result
-        What was found.
     asked
         The question that has to be answered before anything is done; empty if there is none.
     """

@@ -36,8 +36,6 @@ class ImportFunction(Protocol):
 
         Parameters
         ----------
-        path
-            What to import.
         salt
             Secret that goes into the hashes which stand for people's ids.
         keep_going
@@ -63,10 +61,6 @@ class ImportOption:
     ----------
     name
         As the function's keyword.
-    default
-        What it is if nothing is said.
-    summary
-        What it does.
     choices
         What it can be; anything if empty.
     metavar
@@ -87,16 +81,12 @@ class Importer:
 
     Parameters
     ----------
-    name
-        Name of the command.
     summary
         What is imported, in one line.
     description
         What the path may be, and what else a user should know.
     target
         The function: ``package.module:function``, an :class:`ImportFunction`.
-    options
-        Its own options.
     examples
         Further examples of the command, without ``ct import NAME``.
     """

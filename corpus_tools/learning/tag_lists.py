@@ -38,10 +38,6 @@ def build_table(
         line is a comment.
     out
         The table, an .npz file.
-    limit
-        How many tags to keep.
-    on_progress
-        Called with how many lines have been read.
 
     Raises
     ------

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
@@ -18,7 +17,6 @@ from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
 from g3.features.feature_registry import select
 from g3.learning.examples import Example
-from g3.learning.factor_matrix import BLOCK
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.load_choice import LoadChooser
 from g3.learning.optimum import Optimizer
@@ -28,7 +26,9 @@ if TYPE_CHECKING:
     from g3.language.parsing.extractor import SDCExtractor
 
 IN_MEMORY = 20_000
-"""Features of so many examples take 150 MiB or so, and training as much again."""
+"""Features of so many examples take 50 MiB, and while they are trained on four times as much."""
+IN_A_FILE = 5_000
+"""Of so many examples features are in a file and in memory at a time, where they are in files."""
 
 
 class Trained(NamedTuple):
@@ -48,8 +48,8 @@ def from_corpus(
 ) -> Trained:
     """Train on a corpus, in memory.
 
-    Features of more than `IN_MEMORY` examples are kept in a scratch folder as shards, where pyarrow
-    is installed. The optimum is the same.
+    Features of more than `IN_MEMORY` examples are kept in a scratch folder as shards. The optimum
+    is the same.
     """
     sets = select(without=options.ablated, plus=options.added)
     items = labelled_examples(corpus, negatives=options.negatives, seed=options.seed)
@@ -70,7 +70,7 @@ def from_corpus(
         },
     )
     choices = load_choices_of([corpus])
-    on_disk = len(items) > IN_MEMORY and find_spec("pyarrow") is not None
+    on_disk = len(items) > IN_MEMORY
     if on_disk:
         _fit_on_disk(model, corpus, items, options)
         model.load_chooser_ = LoadChooser.fit(choices) if choices else None
@@ -82,18 +82,22 @@ def from_corpus(
 def _fit_on_disk(
     model: GroundingModel, corpus: Corpus, items: Sequence[Example], options: Options
 ) -> None:
-    from corpus_tools.shards.shard_making import write_corpus_shards  # noqa: PLC0415 - small case stays light
+    from corpus_tools.shards.scratch_shards import (  # noqa: PLC0415 - small case stays light
+        read_scratch_shard,
+        write_scratch_shards,
+    )
     from corpus_tools.shards.shard_training import fit_on_shards  # noqa: PLC0415 - as above
 
     with TemporaryDirectory(prefix="ct-shards-") as name, progress_bar("training") as on_progress:
         folder = Path(name)
-        manifest = write_corpus_shards(corpus, items, folder, options, size=BLOCK)
+        manifest = write_scratch_shards(corpus, items, folder, options, size=IN_A_FILE)
         fit_on_shards(
             model,
             folder,
             manifest,
             workers=Workers(),
             tolerance=model.tolerance,
+            read=read_scratch_shard,
             on_progress=on_progress,
         )
 

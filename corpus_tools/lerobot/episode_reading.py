@@ -54,12 +54,6 @@ class Episode:
 
     Parameters
     ----------
-    index
-        Its number.
-    frames
-        How many it has.
-    tasks
-        What was to be done.
     data
         The file with its frames.
     videos

@@ -38,8 +38,6 @@ class Language:
         ``subtask``, ``plan`` or ``task_aug``.
     start_s
         From when on, in seconds from the episode's first frame.
-    text
-        What is said.
     """
 
     style: str

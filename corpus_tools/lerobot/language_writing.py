@@ -86,8 +86,6 @@ def write_language(
         By the numbers of episodes. The others keep what they have.
     attachments
         Further files by name.
-    force
-        Replace a dataset that is there.
 
     Raises
     ------

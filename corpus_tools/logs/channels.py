@@ -35,8 +35,6 @@ class Channel:
 
     Parameters
     ----------
-    message
-        Type of the messages.
     schema
         Name of their schema; viewers know those that begin with ``foxglove.``.
     """

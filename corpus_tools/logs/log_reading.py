@@ -51,8 +51,6 @@ class Log:
 
     Parameters
     ----------
-    recording
-        The states of the world.
     name
         Of the scenario.
     metadata

@@ -72,6 +72,20 @@ def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> 
     return out
 
 
+def out_file(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
+    """Add ``--out`` for what is written as a whole, in a folder that is there."""
+    kind = click.Path(path_type=Path)
+    return click.option(
+        "--out", required=True, metavar=metavar, type=kind, callback=in_a_folder, help=about
+    )
+
+
+def out_folder(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
+    """Add ``--out`` for a folder that is made if it isn't there."""
+    kind = click.Path(path_type=Path, file_okay=False)
+    return click.option("--out", required=True, metavar=metavar, type=kind, help=about)
+
+
 def tell(form: str, record: object, *lines: str) -> None:
     """Print a record as JSON if that is wanted, else the lines for people.
 
@@ -112,3 +126,8 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 FORMAT = format_option()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""
+OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Write to a file instead of the standard output.",
+)

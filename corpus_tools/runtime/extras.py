@@ -47,11 +47,8 @@ def extra_of(module: str) -> str | None:
     """
     top = module.partition(".")[0]
     wanted = _MODULES.get(top, top)
-    for requirement in importlib.metadata.requires(DISTRIBUTION) or ():
-        match = _REQUIREMENT.fullmatch(requirement)
-        if match and match[2] not in _COLLECTIONS and _normal(match[1]) == _normal(wanted):
-            return match[2]
-    return None
+    brings = (e for e, names in extras().items() if _normal(wanted) in map(_normal, names))
+    return next(brings, None)
 
 
 def _normal(name: str) -> str:

@@ -134,13 +134,7 @@ def _result(done: Done[Item, Result]) -> Result:
 
 
 class Executor:
-    """Processes, or a cluster, kept for several rounds of work; a context manager.
-
-    Parameters
-    ----------
-    workers
-        Where work is done.
-    """
+    """Processes, or a cluster, kept for several rounds of work; a context manager."""
 
     def __init__(self, workers: Workers) -> None:
         self._workers = workers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
 from g3.errors import FormatError
@@ -24,3 +25,11 @@ def import_pyarrow() -> tuple[Any, Any]:
             fix="pip install 'corpus-tools-g3[parquet]'",
         ) from error
     return pa, pq
+
+
+def parquet_bytes(table: Any, **options: Any) -> bytes:
+    """A table of pyarrow as the content of a file; the options are those of ``write_table``."""
+    _, pq = import_pyarrow()
+    content = io.BytesIO()
+    pq.write_table(table, content, **options)
+    return content.getvalue()

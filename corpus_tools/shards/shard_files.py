@@ -6,21 +6,20 @@ import hashlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from g3.errors import CorpusError, FormatError
+from corpus_tools.runtime.parquet import import_pyarrow
+from g3.errors import FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.features.matrix import FeatureSpace
 from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 MANIFEST = "shards.json"
-FORMAT_VERSION, UNSEALED_VERSION = 2, 1
-"""Folders of the second can be read; the first adds digests."""
+FORMAT_VERSION = 2
 NAMES = b"g3"
 ORIGIN = b"g3.origin"
 DIGEST = b"g3.digest"
@@ -98,7 +97,7 @@ class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     file: str
     examples: int
     rows: int
-    digest: str = ""
+    digest: str
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -106,12 +105,8 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Parameters
     ----------
-    format_version
-        Version of this form.
     catalogue_version
         :data:`g3.features.feature_registry.CATALOGUE_VERSION`.
-    sets
-        Names of the feature sets.
     ablated, added
         What was left out of the default sets and added to them.
     negatives, seed
@@ -122,8 +117,6 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         How many examples there are of each source.
     scenarios
         :func:`corpus_tools.corpus.labelled_corpus.scenario_ids`.
-    shards
-        The files, in their order.
     digest
         Of all other fields.
     """
@@ -147,28 +140,9 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return sum(shard.examples for shard in self.shards)
 
 
-def pyarrow() -> Any:
-    """The package with its module for Parquet.
-
-    Raises
-    ------
-    CorpusError
-        If it isn't installed.
-    """
-    try:
-        import pyarrow as pa  # noqa: PLC0415 - large, and not always installed
-        import pyarrow.parquet  # noqa: PLC0415 - as above
-    except ImportError as error:
-        raise CorpusError(
-            "shards are Parquet files, and pyarrow isn't installed",
-            fix="pip install 'corpus-tools-g3[parquet]'",
-        ) from error
-    return pa
-
-
 def write_shard(path: Path, shard: Shard, origin: Origin) -> str:
     """Write a shard, and return its digest; the same one gives the same bytes."""
-    pa = pyarrow()
+    pa, pq = import_pyarrow()
     names = _Names(shard.bases, shard.words, shard.keys.tolist())
     table = pa.table(
         {
@@ -179,7 +153,7 @@ def write_shard(path: Path, shard: Shard, origin: Origin) -> str:
     )
     content = io.BytesIO()
     settings = {"compression": "zstd", "store_schema": False}
-    with pa.parquet.ParquetWriter(content, table.schema, **settings) as writer:
+    with pq.ParquetWriter(content, table.schema, **settings) as writer:
         writer.write_table(table)
         digest = _digest(shard, origin)
         about = {NAMES: msgspec.json.encode(names), ORIGIN: msgspec.json.encode(origin)}
@@ -202,7 +176,7 @@ def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
         shard, found, digest = _read(path)
     except FormatError:
         return None
-    return (len(shard.right), digest) if found == origin and digest else None
+    return (len(shard.right), digest) if found == origin else None
 
 
 def read_shard(path: Path, digest: str = "") -> Shard:
@@ -229,10 +203,10 @@ def read_shard(path: Path, digest: str = "") -> Shard:
 
 
 def _read(path: Path) -> tuple[Shard, Origin, str]:
-    """A shard, where it comes from, and its digest, which is checked; older ones have none."""
-    pa = pyarrow()
+    """A shard, where it comes from, and its digest, which is checked."""
+    _, pq = import_pyarrow()
     try:
-        with pa.parquet.ParquetFile(io.BytesIO(path.read_bytes())) as file:
+        with pq.ParquetFile(io.BytesIO(path.read_bytes())) as file:
             about = file.metadata.metadata
             names = msgspec.json.decode(about[NAMES], type=_Names)
             origin = msgspec.json.decode(about[ORIGIN], type=Origin)
@@ -248,7 +222,7 @@ def _read(path: Path) -> tuple[Shard, Origin, str]:
             table["wrong"].to_numpy(),
         )
         digest = about.get(DIGEST, b"").decode()
-        what = "its digest differs" if digest and digest != _digest(shard, origin) else ""
+        what = "its digest differs" if digest != _digest(shard, origin) else ""
     except Exception as error:  # a damaged file can raise anything
         what = " ".join(str(error).split()) or type(error).__name__
     if what:
@@ -282,12 +256,9 @@ def read_manifest(folder: Path) -> Manifest:
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise FormatError(str(error), where=str(path), fix=AGAIN) from error
     versions = (manifest.format_version, manifest.catalogue_version)
-    if versions not in [(v, CATALOGUE_VERSION) for v in (FORMAT_VERSION, UNSEALED_VERSION)]:
+    if versions != (FORMAT_VERSION, CATALOGUE_VERSION):
         raise FormatError("another version of ct made them", where=str(path), fix=AGAIN)
-    expected = ""
-    if manifest.format_version == FORMAT_VERSION:
-        expected = _manifest_digest(manifest)
-    if manifest.digest != expected:
+    if manifest.digest != _manifest_digest(manifest):
         raise FormatError(
             "the content is not what was written: its digest differs",
             where=f"{path}: digest",

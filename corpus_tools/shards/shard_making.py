@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import g3.features  # noqa: F401  (fills the catalogue)
-from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Negatives, Options, labelled_examples, scenario_ids
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
+from corpus_tools.runtime.parquet import import_pyarrow
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards.shard_files import (
     FORMAT_VERSION,
@@ -24,15 +24,14 @@ from corpus_tools.shards.shard_files import (
     Shard,
     ShardRecord,
     known_shard,
-    pyarrow,
     write_manifest,
     write_shard,
 )
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
-from g3.features.matrix import fit_space
 from g3.groundings import Grounding
-from g3.learning.examples import Example, to_batch
+from g3.learning.examples import Example
+from g3.learning.factor_matrix import features_of_examples
 from g3.storage.only_writer import only_writer
 
 EXAMPLES = 20_000
@@ -93,7 +92,7 @@ def write_shards(
         If nothing could be read, the folder has other things in it, or another program is
         writing to it.
     """
-    pyarrow()
+    import_pyarrow()
     out.mkdir(parents=True, exist_ok=True)
     with only_writer(out.absolute()):
         return _write_shards(
@@ -129,35 +128,35 @@ def _write_shards(
     if not whole:
         raise next(iter(failures.values()))
     hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
-    manifest = _manifest(hashes, whole, options)
+    sources = sum((m.sources for m in whole), Counter())
+    scenarios = set().union(*(m.scenarios for m in whole))
+    shards = [shard for m in whole for shard in m.shards]
+    manifest = manifest_of(hashes, sources, scenarios, shards, options)
     for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
         path.unlink()
     return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
 
 
-def write_corpus_shards(
-    corpus: Corpus, items: Sequence[Example], out: Path, options: Options, *, size: int
+def manifest_of(
+    hashes: dict[str, str],
+    sources: Counter[str],
+    scenarios: Iterable[str],
+    shards: Iterable[ShardRecord],
+    options: Options,
 ) -> Manifest:
-    """Write the features of a corpus that is in memory into an empty folder.
+    """What a folder holds.
 
     Parameters
     ----------
-    items
-        The corpus's examples.
-    size
-        How many examples a shard has at most.
-
-    Raises
-    ------
-    CorpusError
-        If pyarrow isn't installed.
+    hashes
+        Hashes of the corpora by their names.
+    sources
+        How many examples there are of each source.
+    scenarios
+        Those of all examples.
+    shards
+        The files.
     """
-    whole = Portion(corpus.name, 0, 0, 1)
-    made = _write_examples((corpus.hash, items), whole, out, options, size)
-    return _manifest({corpus.name: corpus.hash}, [made], options)
-
-
-def _manifest(hashes: dict[str, str], made: Sequence[_Made], options: Options) -> Manifest:
     return Manifest(
         format_version=FORMAT_VERSION,
         catalogue_version=CATALOGUE_VERSION,
@@ -167,9 +166,9 @@ def _manifest(hashes: dict[str, str], made: Sequence[_Made], options: Options) -
         negatives=options.negatives,
         seed=options.seed,
         corpora=hashes,
-        sources=dict(sorted(sum((m.sources for m in made), Counter()).items())),
-        scenarios=tuple(sorted(set().union(*(m.scenarios for m in made)))),
-        shards=tuple(sorted((s for m in made for s in m.shards), key=lambda s: s.file)),
+        sources=dict(sorted(sources.items())),
+        scenarios=tuple(sorted(scenarios)),
+        shards=tuple(sorted(shards, key=lambda s: s.file)),
     )
 
 
@@ -230,7 +229,7 @@ def to_shard(items: Sequence[Example], options: Options) -> Shard:
     place = np.array([first.setdefault(_inputs(e), len(first)) for e in items], dtype=np.intp)
     different = [items[i] for i in np.unique(place, return_index=True)[1]]
     sets = select(without=options.ablated, plus=options.added)
-    space, matrix = fit_space(to_batch(different), sets)
+    space, matrix = features_of_examples(different, sets)
     features = matrix.indices.astype(np.int32)
     number: dict[bytes, int] = {}
     row = np.array(

@@ -19,13 +19,13 @@ from scipy import sparse
 import g3.features  # noqa: F401  (fills the catalogue)
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from corpus_tools.shards.shard_files import Manifest, read_shard
+from corpus_tools.shards.shard_files import Manifest, Shard, read_shard
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
 from g3.learning import crf
 from g3.learning.grounding_model import GroundingModel
-from g3.learning.optimum import Local, Problem, minimise
+from g3.learning.optimum import MAX_ITERATIONS, Local, Problem, minimise
 from g3.storage.array_file import Field, read_arrays, write_arrays
 
 PARTS = 16
@@ -35,6 +35,8 @@ TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
 
 File = tuple[Path, str]
 """A shard and the digest that it must have."""
+Read = Callable[[Path, str], Shard]
+"""Reads the shard at a path, which must have a digest."""
 Signatures = npt.NDArray[np.uint64]
 _COLUMNS = "columns.npz"
 _COLUMN_FIELDS = {
@@ -52,6 +54,7 @@ def fit_on_shards(
     *,
     workers: Workers,
     tolerance: float | None = None,
+    read: Read = read_shard,
     on_progress: OnProgress = no_progress,
 ) -> GroundingModel:
     """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
@@ -60,16 +63,14 @@ def fit_on_shards(
     ----------
     model
         The model; its `tolerance` isn't used.
-    folder
-        Where the shards are.
-    manifest
-        What the folder holds.
     workers
         Who reads the shards. The scratch folder is made in `folder`, so that those of a
         cluster see it.
     tolerance
         Stop when no component of the gradient exceeds it. By default 1e-4 up to ten thousand
         examples, as in memory, and as much more as there are more examples.
+    read
+        Reads a shard; scratch shards have another form.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
@@ -84,13 +85,16 @@ def fit_on_shards(
 
         numbered = list(enumerate(files))
         surveys = work_in_order(
-            _survey, numbered, executor, on_done=told("finding features", len(files))
+            partial(_survey, read=read),
+            numbered,
+            executor,
+            on_done=told("finding features", len(files)),
         )
         space, signatures = _joined(surveys, manifest.sets)
         first, copy_of = _distinct(signatures, prior_scale(space))
         _write_columns(Path(scratch) / _COLUMNS, space, first)
         packed = work_in_order(
-            partial(_pack, scratch=Path(scratch)),
+            partial(_pack, scratch=Path(scratch), read=read),
             files,
             executor,
             on_done=told("packing", len(files)),
@@ -102,14 +106,13 @@ def fit_on_shards(
         def look(weights: FloatArray, least: float) -> Local:
             nonlocal evaluations
             evaluations += 1
-            on_progress("training", evaluations, crf.MAX_ITERATIONS)
+            on_progress("training", evaluations, MAX_ITERATIONS)
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, executor)), unit)
 
         found = minimise(
             Problem(look, unit, manifest.examples / 4),
             tolerance=tolerance,
-            max_iterations=crf.MAX_ITERATIONS,
             optimizer=model.optimizer,
         )
     return model.with_weights(space, (found / size)[copy_of])
@@ -123,14 +126,14 @@ class _Survey:
     signatures: Signatures
 
 
-def _survey(numbered: tuple[int, File]) -> _Survey:
+def _survey(numbered: tuple[int, File], *, read: Read) -> _Survey:
     """Give each row two random numbers; a column's signature is the sum over its rows.
 
     Sums of numbers of 64 bits wrap around. Different columns have the same two with a
     probability of 2^-128, and the sums of all shards are those of the whole columns.
     """
     number, file = numbered
-    shard = read_shard(*file)
+    shard = read(*file)
     rng = np.random.default_rng(number)
     rows = rng.integers(0, 2**64, size=(len(shard.right), 2), dtype=np.uint64)
     ones = np.ones(len(shard.features), dtype=np.uint64)
@@ -182,10 +185,10 @@ def _read_columns(
     return found["bases"].tolist(), found["words"].tolist(), found["keys"], found["column"]
 
 
-def _pack(file: File, *, scratch: Path) -> Path:
+def _pack(file: File, *, scratch: Path, read: Read) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
-    shard = read_shard(*file)
+    shard = read(*file)
     own = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
     column_of = own[shard.features]
     kept = column_of >= 0
@@ -214,6 +217,8 @@ def _look_at(number: int, path: Path, weights: FloatArray, least: float) -> Loca
 
 
 def _sum(locals_: Sequence[Local]) -> Local:
+    if len(locals_) == 1:
+        return locals_[0]
     return Local(
         sum(part.value for part in locals_),
         np.sum([part.gradient for part in locals_], axis=0),

@@ -24,7 +24,7 @@ from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
-from corpus_tools.world.scenarios.scenario_logs import scenario_log
+from corpus_tools.world.scenarios.scenario_logs import is_logged
 from corpus_tools.world.scenarios.scenario_writing import format_scenario
 from g3.errors import CorpusError, FormatError
 from g3.sdc.clauses import breadth_first
@@ -44,10 +44,6 @@ class Plan:
         How many, and that many videos.
     commands
         For each, by different workers.
-    workers
-        How many there are.
-    seed
-        Of all chance.
     """
 
     scenarios: int
@@ -111,7 +107,7 @@ def write_dataset(
 def _simulate(number: int, *, plan: Plan, out: Path, basis: Path) -> None:
     """Write a scenario with its log and commands, unless they are there."""
     scenario = generate(plan.seed, number, _layouts(basis))
-    if not _is_logged(scenario, out):
+    if not is_logged(scenario, out):
         log_scenario(scenario, out)
     typists = draw_workers(plan.workers, plan.seed)
     told = commands_for(scenario, typists, plan.commands, plan.seed + number)
@@ -179,11 +175,3 @@ def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) ->
 
 def _is_ours(file: Path, content: bytes) -> bool:
     return file.is_file() and file.read_bytes() == content
-
-
-def _is_logged(scenario: Scenario, folder: Path) -> bool:
-    try:
-        scenario_log(scenario, folder)
-    except FormatError:
-        return False
-    return True

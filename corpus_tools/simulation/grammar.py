@@ -42,8 +42,6 @@ class Told:
 
     Parameters
     ----------
-    sdcs
-        Its trees.
     wording
         Its text, and what clauses are grounded in. Those of which it knows nothing are grounded
         by the log, or by their figure.

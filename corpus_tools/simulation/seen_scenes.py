@@ -22,20 +22,14 @@ class Seen:
 
     Parameters
     ----------
-    id
-        In the scenario.
     kind
         Of a thing; empty for a place.
-    labels
-        Of the thing.
     name
         What the map calls a place.
     deck
         Id of what it stands on; empty for the ground.
     at
         Metres ahead of the robot and to its left.
-    height
-        In metres.
     colours
         What it is painted; none for what its kind looks like.
     """
@@ -57,8 +51,6 @@ class Scene:
 
     Parameters
     ----------
-    scenario
-        What happens.
     things, places
         What there is; what the robot carries is not among the things that it sees.
     """

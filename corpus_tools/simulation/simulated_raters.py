@@ -60,12 +60,8 @@ def rate(
 
     Parameters
     ----------
-    raters
-        How many there are.
     judgments
         For each pair, by different raters.
-    seed
-        Of all chance.
 
     Raises
     ------

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
-from corpus_tools.video.drawing.canvas import Image
 from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.video.encode import encode
-from corpus_tools.video.frame_renderers import Frames, open_frames
+from corpus_tools.video.frame_renderers import open_frames
 from corpus_tools.video.manifest import Settings
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
@@ -30,18 +28,8 @@ def film(
     new = path.with_name(f".{path.name}.new.mp4")
     try:
         with open_frames(world, shown, how.camera, how.size, how.quality) as frames:
-            encode(
-                _pictures(frames, len(shown.t_ns)),
-                new,
-                size=how.size,
-                fps=how.fps,
-                quality=how.quality,
-            )
+            pictures = map(frames.frame, range(len(shown.t_ns)))
+            encode(pictures, new, size=how.size, fps=how.fps, quality=how.quality)
         new.replace(path)
     finally:
         new.unlink(missing_ok=True)
-
-
-def _pictures(frames: Frames, count: int) -> Iterator[Image]:
-    for k in range(count):
-        yield frames.frame(k)

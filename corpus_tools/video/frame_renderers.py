@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import CAMERAS, Camera
-from corpus_tools.video.drawing.canvas import Image, open_canvas, sun_of
+from corpus_tools.video.drawing.canvas import Canvas, Image, open_canvas, sun_of
 from corpus_tools.video.drawing.composite import FINER, Composite
 from corpus_tools.video.drawing.drawn_moments import moving_objects
-from corpus_tools.video.drawing.full import Full
 from corpus_tools.video.drawing.pasted import Pasted
 from corpus_tools.video.drawing.shaded import Shaded
 from corpus_tools.video.drawing.shadows import LARGEST_MAP
@@ -55,14 +55,10 @@ def open_frames(
 
     Parameters
     ----------
-    world
-        Of the recording's context.
     recording
         Sampled at the video's frames.
     camera
         One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
-    size
-        Width and height of a frame.
     """
     cameras = CAMERAS[camera](recording, size)
     shaded = quality == "standard" and sun_of(world.model) is not None
@@ -79,12 +75,27 @@ def open_frames(
         if quality == "draft" and len(cameras) == 1:
             frame = Pasted(canvas, recording, cameras[0], size).frame
         elif not shaded:
-            frame = Full(canvas, recording, cameras, size, shadows=best).frame
+            frame = partial(_whole, canvas, recording, cameras, size=size, shadows=best)
         elif len(cameras) == 1:
             frame = Composite(canvas, recording, cameras[0], size).frame
         else:
             frame = Shaded(canvas, recording, cameras, size).frame
         yield Frames(cameras, frame, objects)
+
+
+def _whole(
+    canvas: Canvas,
+    recording: Recording,
+    cameras: Sequence[Camera],
+    k: int,
+    *,
+    size: tuple[int, int],
+    shadows: bool,
+) -> Image:
+    """A frame drawn wholly by MuJoCo, with its own shadows or none."""
+    canvas.show(recording, k)
+    canvas.draw(cameras[min(k, len(cameras) - 1)], size, shadows=shadows)
+    return np.ascontiguousarray(canvas.pixels()[::-1])
 
 
 def canvas_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-import msgspec
-
+from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.world.physics.execute import execute
-from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
+from corpus_tools.world.scenarios.execution import recorded
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
-from corpus_tools.world.scenarios.scenario import Scenario
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.replay import replay
-from g3.errors import CorpusError, FormatError
-from g3.groundings import Context, PhysicalObject, Place
+from g3.errors import FormatError
+from g3.groundings import Context
 from g3.short_repr import short_repr
 
-REPLAY_HZ = 50
+RATE_HZ = 50
 
 
 @short_repr
@@ -127,52 +123,16 @@ def story_of(item: Item) -> Story:
         scenario.title,
         digest,
         {FINGERPRINT: digest},
-        lambda: _executed(scenario),
+        lambda: recorded(scenario, RATE_HZ),
         scenario.layout.site,
     )
-
-
-def _executed(scenario: Scenario) -> Recording:
-    execution = execute(
-        scenario_context(scenario), scenario.script, places=scenario_places(scenario)
-    )
-    if execution.problems:
-        raise CorpusError(
-            f"the script can't be carried out: {'; '.join(execution.problems)}",
-            fix="change the scenario",
-        )
-    return execution.recording
 
 
 def _replayed(context: Context, corpus: str) -> Story:
     return Story(
         context.id,
         "",
-        _digest(context),
+        make_corpus("", contexts=[context], commands=(), annotations=()).hash,
         {"corpus": Path(corpus).name},
-        lambda: replay(context, REPLAY_HZ),
+        lambda: replay(context, RATE_HZ),
     )
-
-
-def _digest(context: Context) -> str:
-    """Digest of all that a context holds."""
-    parts = {
-        "agent": context.agent_id,
-        "objects": [
-            {
-                "id": item.id,
-                "labels": item.labels,
-                "prism": _prism(item),
-                "t": item.trajectory.t.tolist(),
-                "xyz": item.trajectory.xyz.tolist(),
-                "yaw": item.trajectory.yaw.tolist(),
-            }
-            for item in context.objects
-        ],
-        "places": [{"name": place.name, "prism": _prism(place)} for place in context.places],
-    }
-    return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
-
-
-def _prism(thing: PhysicalObject | Place) -> list[object]:
-    return [thing.prism.xy.tolist(), thing.prism.z_min, thing.prism.z_max]

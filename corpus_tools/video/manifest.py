@@ -43,8 +43,6 @@ class Settings:
         One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
     size
         Width and height, pixels, both even.
-    fps
-        Frames per second.
     quality
         How well they are drawn and encoded.
     speed

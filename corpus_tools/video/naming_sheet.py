@@ -53,8 +53,6 @@ class Crop:
 
     Parameters
     ----------
-    kind, camera
-        Their names.
     picture
         Of the size :data:`CROP`; red, green and blue.
     pixels

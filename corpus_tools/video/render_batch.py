@@ -25,8 +25,6 @@ class Outcome:
 
     Parameters
     ----------
-    name
-        The item's.
     made
         Whether its files were made; else they were there, or it failed.
     problem

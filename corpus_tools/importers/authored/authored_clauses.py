@@ -28,8 +28,6 @@ class Clauses:
 
     Parameters
     ----------
-    sdcs
-        The trees.
     names
         For each clause its name in the notation, such as OBJ_2; empty for the unnamed
         robot of an imperative.

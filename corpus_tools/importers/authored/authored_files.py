@@ -47,8 +47,6 @@ class Dataset:
 
     Parameters
     ----------
-    name, source, licence
-        Of the corpus.
     seed
         Of the random negatives.
     words

@@ -38,8 +38,6 @@ def random_groundings(
     ----------
     world
         Where the command was given.
-    worlds
-        All worlds.
     """
     others = [w for w in worlds if w is not world]
     drawn: list[Groundings] = []

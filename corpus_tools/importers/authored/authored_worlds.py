@@ -24,12 +24,8 @@ class World:
 
     Parameters
     ----------
-    scenario
-        What was written.
     context
         Agent and objects have their trajectories in the log.
-    places
-        The context's places by id.
     moved
         The object that the robot last picks up or puts down, if any.
     """
@@ -50,8 +46,6 @@ def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journa
 
     Parameters
     ----------
-    folder
-        The dataset's.
     start_s
         When the log starts on the corpus's clock. Logs of different scenarios must not
         overlap in time: whether two things moved together is seen from their clocks.

@@ -104,8 +104,6 @@ def read_things(text: str, remark: Remark) -> Things:
 
     Parameters
     ----------
-    text
-        The file's.
     remark
         Told of all that is unusual: unknown numbers, things without a position, and so on.
 

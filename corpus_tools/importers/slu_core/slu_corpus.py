@@ -24,12 +24,13 @@ from corpus_tools.importers.slu_core.slu_files import (
     SOURCE,
     Layout,
     find_layout,
+    load_records,
     read_records,
-    unpack,
 )
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
 from corpus_tools.importers.slu_core.slu_trees import read_trees
 from corpus_tools.importers.slu_core.slu_worlds import Instances
+from corpus_tools.runtime.collector_pause import collector_paused
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.errors import FormatError
@@ -38,10 +39,13 @@ from g3.groundings import Context
 NAME = "aaai11"
 
 FILES: dict[Source, str] = {"positive": POSITIVES, "random": NEGATIVES, "easy": EASY_NEGATIVES}
+READERS = 2
+"""How many files are read at a time."""
 UNSAID: dict[Source, bool | None] = {"positive": True, "random": False, "easy": None}
 """What a missing label of a grounded clause means in each file."""
 
 
+@collector_paused()
 def import_slu_core(
     path: Path,
     *,
@@ -69,16 +73,16 @@ def import_slu_core(
     desk = _Desk(journal)
     judgments: list[Judgment] = []
     annotations: list[Annotation] = []
-    with ThreadPoolExecutor(len(FILES)) as pool:
-        # Unpacking is a quarter of all work, and needs no lock of Python's.
-        unpacked = {name: pool.submit(unpack, layout.data, name) for name in FILES.values()}
+    with ThreadPoolExecutor(READERS) as pool:
+        # Unpacking, and most of parsing, need no lock of Python's.
+        ahead = {name: pool.submit(load_records, layout.data, name) for name in FILES.values()}
         for scenario in layout.scenarios:
             next(progress)
             desk.typed.update(read_assignments(layout, scenario, salt, journal))
             judgments += read_judgments(layout, scenario, salt, journal)
         for source, name in FILES.items():
             next(progress)
-            file, records = read_records(layout, name, journal, unpacked[name])
+            file, records = read_records(layout, name, journal, ahead.pop(name))
             annotations += desk.read_annotations(records, source, file)
     next(progress, None)
     journal.check()

@@ -97,41 +97,43 @@ def read_text(data: Path, name: str, journal: Journal) -> str | None:
         return content.decode("cp1252", errors="replace")
 
 
-Unpacked = tuple[bytes, bytes]
-"""What a file holds, and the same without compression."""
+Loaded = tuple[str, list[Any]]
+"""The digest of a file, and the list in it."""
 
 
-def unpack(data: Path, name: str) -> Unpacked:
-    """Read a file, compressed or not.
+def load_records(data: Path, name: str) -> Loaded:
+    """Read a file that holds a list, compressed or not. An empty file is an empty list.
 
     Raises
     ------
     FormatError
-        If it is damaged.
+        If it is damaged, or holds no list.
     OSError
         If it isn't there or can't be read.
     """
     file = _existing(data, name) or name
     content = (data / file).read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
     if not file.endswith(COMPRESSED):
-        return content, content
+        return digest, _parse(content)
     try:
-        return content, bz2.decompress(content)
+        plain = bz2.decompress(content)
     except (OSError, ValueError, EOFError) as error:
         raise FormatError(
             "the compressed file is damaged or cut off", fix="fetch the file again"
         ) from error
+    return digest, _parse(plain)
 
 
 def read_records(
-    layout: Layout, name: str, journal: Journal, ahead: Future[Unpacked] | None = None
+    layout: Layout, name: str, journal: Journal, ahead: Future[Loaded] | None = None
 ) -> tuple[str, list[Any]]:
-    """Read a file that holds a list, compressed or not.
+    """Read a file that holds a list, and note in the journal what came of it.
 
     Parameters
     ----------
     ahead
-        What :func:`unpack` makes of it, where another thread does that meanwhile.
+        What :func:`load_records` makes of it, where another thread does that meanwhile.
 
     Returns
     -------
@@ -146,8 +148,7 @@ def read_records(
         journal.missing.append(name)
         return name, []
     try:
-        content, plain = unpack(layout.data, name) if ahead is None else ahead.result()
-        records = _parse(plain)
+        digest, records = load_records(layout.data, name) if ahead is None else ahead.result()
     except FormatError as error:
         journal.skip(file, "", error)
         return file, []
@@ -155,7 +156,6 @@ def read_records(
         problem = f"the file can't be read: {error.strerror}"
         journal.skip(file, "", FormatError(problem, fix="check its permissions"))
         return file, []
-    digest = hashlib.sha256(content).hexdigest()
     journal.files.append(SourceFile(file, digest, len(records)))
     return file, records
 

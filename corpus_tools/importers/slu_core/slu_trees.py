@@ -30,8 +30,6 @@ def read_trees(value: Any, text: str) -> tuple[SDC, ...]:
     ----------
     value
         A list of SDCs as parsed.
-    text
-        The command.
 
     Raises
     ------

@@ -147,14 +147,8 @@ class Canvas:
 
         Parameters
         ----------
-        camera
-            From where.
         size
             Width and height of the whole picture.
-        groups
-            What is drawn.
-        part
-            The part of the picture that is drawn.
         rows
             How many rows are drawn for each of the picture's.
         sun
@@ -189,10 +183,6 @@ class Canvas:
             Unit vectors to the right, up and ahead, shape (3, 3).
         low, high
             Corners of the box that is seen, shape (3,), along these axes.
-        size
-            Width and height of the picture.
-        group
-            What is drawn.
         """
         self._update((group,), sun=False)
         middle = (low + high) / 2

@@ -11,13 +11,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from corpus_tools.video.drawing.camera import Camera
-from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
-from corpus_tools.video.drawing.drawn_moments import same_state
-from corpus_tools.video.drawing.moving_parts import moving_parts
+from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Image, Rectangle
+from corpus_tools.video.drawing.pasted import Pasted
 from corpus_tools.video.drawing.shadows import Shadows, ahead_of, lit, merged, places, shade
-from corpus_tools.world.physics.build import ground_of
-from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
 FINER = 2
@@ -31,54 +27,15 @@ FINEST_M, COARSEST_M = 0.008, 0.05
 """Limits of texels' edges in shadow maps."""
 
 
-class Composite:
-    """Frames of a recording, seen by a fixed camera.
+class Composite(Pasted):
+    """Frames of a recording with the sun's shadows, seen by a fixed camera.
 
-    Parameters
-    ----------
-    canvas
-        With the recording's world and its moving objects, and a sun.
-    recording
-        Sampled at the video's frames.
-    camera
-        The camera.
-    size
-        Width and height of a frame; the canvas is larger by :data:`FINER`.
+    The canvas has a sun, and is larger than frames by :data:`FINER`.
     """
-
-    def __init__(
-        self, canvas: Canvas, recording: Recording, camera: Camera, size: tuple[int, int]
-    ) -> None:
-        self._canvas, self._recording, self._camera, self._size = canvas, recording, camera, size
-        self._fine = (size[0] * FINER, size[1] * FINER)
-        self._ground = ground_of(recording.start)
-        self._geoms = canvas.geoms_of(MOVING)
-        canvas.show(recording, 0)
-        self._draw_background()
-        self._last: tuple[int, Image] | None = None
-
-    def frame(self, k: int) -> Image:
-        """The k-th frame, shape (height, width, 3), rows from the top down."""
-        if self._last is not None and same_state(self._recording, self._last[0], k):
-            return self._last[1]
-        self._canvas.show(self._recording, k)
-        frame = self._background.copy()
-        parts = moving_parts(
-            self._canvas,
-            self._geoms,
-            self._camera,
-            self._size,
-            light=self._shadows.axes[2],
-            ground_m=self._ground,
-        )
-        for part, corners in parts:
-            self._draw_part(frame, part, corners)
-        picture = np.ascontiguousarray(frame[::-1])
-        self._last = k, picture
-        return picture
 
     def _draw_background(self) -> None:
         canvas, still = self._canvas, (BACKDROP, STILL)
+        self._fine = (self._size[0] * FINER, self._size[1] * FINER)
         canvas.draw(self._camera, self._fine, groups=still, sun=False)
         self._dark = canvas.pixels()
         canvas.draw(self._camera, self._fine, groups=still, sky=False, other_light=False)
@@ -87,6 +44,7 @@ class Composite:
         self._clip = canvas.clip()
         ahead = ahead_of(self._depth, self._clip)
         self._shadows = Shadows(canvas, self._texel(float(np.median(ahead))))
+        self._light = self._shadows.axes[2]
         self._rays, self._eye = places(self._camera, self._fine, self._shadows.axes)
         self._places = self._rays * ahead + self._eye
         if self._shadows.still is not None:

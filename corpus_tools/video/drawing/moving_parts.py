@@ -32,8 +32,6 @@ def moving_parts(
         Of all that moves.
     light
         Where the sunlight goes, shape (3,).
-    ground_m
-        Height of the ground.
     """
     found: list[tuple[Rectangle, FloatArray]] = []
     of = canvas.object_of_geom[geoms]

@@ -29,8 +29,6 @@ def add_surroundings(
 
     Parameters
     ----------
-    ground_m
-        Height of the ground.
     site
         One of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """

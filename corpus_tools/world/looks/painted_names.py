@@ -21,13 +21,7 @@ _INK, _BOARD = (25, 25, 30), (245, 215, 90)
 
 
 def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
-    """Paint each named place's name before it, to be read as the robot looks at the start.
-
-    Parameters
-    ----------
-    ground_m
-        Height of the ground.
-    """
+    """Paint each named place's name before it, to be read as the robot looks at the start."""
     yaw = float(context.agent.trajectory.yaw[0])
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     aside = np.array([-ahead[1], ahead[0]])

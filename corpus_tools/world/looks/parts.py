@@ -182,8 +182,6 @@ def quads(
         Counter-clockwise from outside, beginning at the finish's lower left, shape (n, 4, 3).
     up
         How much light reaches each corner, from 0 to 1, shape (n, 4).
-    along
-        Whether the finish follows the longer edges.
     """
     n = len(corners)
     st = np.tile(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), (n, 1, 1))

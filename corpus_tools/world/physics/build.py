@@ -37,8 +37,6 @@ class World:
     ----------
     context
         The context; the objects' order is that of all indices.
-    model
-        The model.
     free, free_qpos
         Objects with a free joint, and where their seven coordinates begin.
     mocap, mocap_id

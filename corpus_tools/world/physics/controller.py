@@ -49,8 +49,6 @@ class Load:
 
     Parameters
     ----------
-    id
-        Of the object.
     xy, yaw
         Pose of its frame, shape (2,) and radians.
     """

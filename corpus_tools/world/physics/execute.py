@@ -39,8 +39,6 @@ class Outcome:
 
     Parameters
     ----------
-    step
-        The step.
     goal
         Where it wanted something to be, None if it wanted nothing to be anywhere.
     error_m, error_deg

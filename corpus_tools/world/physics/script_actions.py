@@ -28,8 +28,6 @@ class Goal:
         Id of the object.
     xyz
         Position of its frame, shape (3,).
-    yaw
-        Heading.
     """
 
     thing: str

@@ -131,8 +131,6 @@ def plan(
     outline
         Of the vehicle and its load in its own frame, as
         :func:`~corpus_tools.world.planning.clearance.outline` gives it.
-    boxes
-        What is in the way.
     penalty
         What choosing each goal costs on top in metres, shape (g,).
 

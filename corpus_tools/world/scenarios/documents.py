@@ -68,8 +68,6 @@ class Document:
     ----------
     name
         The file, as errors name it.
-    content
-        Its bytes.
     value
         Plain dictionaries, lists, text, numbers, booleans and None.
     marks

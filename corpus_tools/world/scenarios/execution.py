@@ -10,6 +10,7 @@ from corpus_tools.world.scenarios.contexts import scenario_context, scenario_pla
 from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario import Scenario
 from corpus_tools.world.scenarios.scenario_logs import log_file
+from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 
 LOG_HZ = 5.0
@@ -25,6 +26,22 @@ def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
     return execute(scenario_context(scenario), scenario.script, places=places, rate_hz=rate_hz)
 
 
+def recorded(scenario: Scenario, rate_hz: float) -> Recording:
+    """What happens in a scenario.
+
+    Raises
+    ------
+    CorpusError
+        If the robot doesn't do what the scenario says.
+    """
+    execution = execute_scenario(scenario, rate_hz)
+    if execution.problems:
+        raise CorpusError(
+            "; ".join(execution.problems), where=scenario.id, fix="correct the scenario"
+        )
+    return execution.recording
+
+
 def log_scenario(scenario: Scenario, dataset: Path) -> Path:
     """Execute a scenario and write its log into a dataset.
 
@@ -38,13 +55,9 @@ def log_scenario(scenario: Scenario, dataset: Path) -> Path:
     CorpusError
         If the robot doesn't do what the scenario says; there is no log then.
     """
-    execution = execute_scenario(scenario, LOG_HZ)
-    if execution.problems:
-        raise CorpusError(
-            "; ".join(execution.problems), where=scenario.id, fix="correct the scenario"
-        )
+    recording = recorded(scenario, LOG_HZ)
     path = log_file(scenario, dataset)
     path.parent.mkdir(exist_ok=True)
     metadata = {FINGERPRINT: fingerprint(scenario)}
-    write_log(execution.recording, path, name=scenario.id, metadata=metadata)
+    write_log(recording, path, name=scenario.id, metadata=metadata)
     return path

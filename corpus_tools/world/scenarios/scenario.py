@@ -138,14 +138,8 @@ class Scenario:
         Name of its file without the ending.
     title
         What happens, in one sentence.
-    layout
-        Where it happens.
     objects, places
         What the scenario adds to the layout's, by id.
-    robot
-        The robot at the start.
-    script
-        What the robot does.
     """
 
     id: str

@@ -33,3 +33,12 @@ def scenario_log(scenario: Scenario, dataset: Path) -> Log:
     if log.metadata.get(FINGERPRINT) != fingerprint(scenario):
         raise FormatError("the scenario was changed after its log", where=str(path), fix=fix)
     return log
+
+
+def is_logged(scenario: Scenario, dataset: Path) -> bool:
+    """Whether a scenario has a log that shows what it says now."""
+    try:
+        scenario_log(scenario, dataset)
+    except FormatError:
+        return False
+    return True

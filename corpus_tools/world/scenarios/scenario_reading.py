@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -15,21 +16,11 @@ from corpus_tools.world.scenarios.documents import (
     convert,
     read_document,
 )
-from corpus_tools.world.scenarios.scenario import (
-    Bounds,
-    Layout,
-    Point,
-    Region,
-    Robot,
-    Scenario,
-    SiteName,
-    Thing,
-)
+from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import (
     LAYOUTS,
     LayoutFile,
     ScenarioFile,
-    Steps,
     Utterance,
 )
 from corpus_tools.world.scenarios.scenario_validation import layout_problems, scenario_problems
@@ -96,34 +87,26 @@ def scenario_of(document: Document, path: Path) -> tuple[Scenario | None, list[F
     FormatError
         If its layout can't be read.
     """
-    form = _Form(document, ScenarioFile)
-    title, name = form.value("title", str), form.value("layout", str)
-    robot = form.value("robot", Robot)
-    steps = form.value("script", Steps)
-    objects, places = form.values("objects", Thing), form.values("places", Region)
-    if form.problems:
-        return None, form.errors()
-    files = layout_files(path)
+    fields, errors = _fields(document, ScenarioFile)
+    if errors:
+        return None, errors
+    name, files = fields.pop("layout"), layout_files(path)
     if name not in files:
         problem = Problem(("layout",), *unknown_name("layout", name, sorted(files)))
         return None, [document.error(problem)]
+    steps = fields.pop("script")
     script = tuple(ScriptStep(*entry) for step in steps for entry in step.items())
-    layout = read_layout(files[name])
-    scenario = Scenario(path.stem, title, layout, objects, places, robot, script)
+    scenario = Scenario(path.stem, layout=read_layout(files[name]), script=script, **fields)
     problems = scenario_problems(scenario)
     return scenario, [document.error(problem) for problem in problems]
 
 
 def layout_of(document: Document, path: Path) -> tuple[Layout | None, list[FormatError]]:
     """The layout that a document describes, and what is wrong with it."""
-    form = _Form(document, LayoutFile)
-    title, bounds = form.value("title", str), form.value("bounds", Bounds)
-    at, yaw_deg = form.value("at", Point, (0.0, 0.0)), form.value("yaw_deg", float, 0.0)
-    objects, places = form.values("objects", Thing), form.values("places", Region)
-    site = form.value("site", SiteName, "yard")
-    if form.problems:
-        return None, form.errors()
-    layout = Layout(path.stem, title, at, yaw_deg, bounds, objects, places, site)
+    fields, errors = _fields(document, LayoutFile)
+    if errors:
+        return None, errors
+    layout = Layout(path.stem, **fields)
     return layout, [document.error(problem) for problem in layout_problems(layout)]
 
 
@@ -142,46 +125,51 @@ def first_error(value: T | None, errors: list[FormatError]) -> T:
     return value
 
 
-class _Form:
-    """Takes a document apart, and collects what hasn't the form it should have."""
+def _fields(
+    document: Document, file_type: type[msgspec.Struct]
+) -> tuple[dict[str, Any], list[FormatError]]:
+    """The fields of a file in the types of its form but for commands, and what is wrong with them.
 
-    def __init__(self, document: Document, file_type: type[msgspec.Struct]) -> None:
-        self.document = document
-        self.problems: list[Problem] = []
-        self.fields: dict[str, Any] = {}
-        if not isinstance(document.value, dict):
-            self.note((), "the file holds no fields", "see docs/scenarios.md for the form")
-            return
-        self.fields = document.value
-        for field in msgspec.structs.fields(file_type):
-            if field.required and field.name not in self.fields:
-                self.note((), f"the field {field.name!r} is missing", "add it")
-        for name in self.fields:
-            if name not in file_type.__struct_fields__:
-                known = ", ".join(file_type.__struct_fields__)
-                self.note((name,), "there is no such field", f"the fields are: {known}")
+    Where something is wrong, some of the fields may be of no use.
+    """
+    given, problems = document.value, list[Problem]()
+    if not isinstance(given, dict):
+        problem = Problem((), "the file holds no fields", "see docs/scenarios.md for the form")
+        return {}, [document.error(problem)]
 
-    def note(self, field: Field, what: str, fix: str) -> None:
-        self.problems.append(Problem(field, what, fix))
-
-    def errors(self) -> list[FormatError]:
-        return [self.document.error(problem) for problem in self.problems]
-
-    def value(self, name: str, record_type: Any, default: Any = None) -> Any:
-        """A field's value; the default where there is no right one."""
-        if name not in self.fields:
-            return default
-        return self.convert(self.fields[name], record_type, (name,), default)
-
-    def values(self, name: str, record_type: type[T]) -> dict[str, T]:
-        """A field's entries by their names."""
-        given = self.value(name, dict[str, Any], {})
-        found = {key: self.convert(item, record_type, (name, key)) for key, item in given.items()}
-        return {key: item for key, item in found.items() if item is not None}
-
-    def convert(self, value: Any, record_type: Any, field: Field, default: Any = None) -> Any:
-        found = convert(value, record_type, field)
+    def converted(value: Any, kind: Any, field: Field) -> Any:
+        found = convert(value, kind, field)
         if isinstance(found, Problem):
-            self.problems.append(found)
-            return default
+            problems.append(found)
+            return None
         return found
+
+    problems += _name_problems(given, file_type)
+    found: dict[str, Any] = {}
+    for form in msgspec.structs.fields(file_type):
+        name = form.name
+        if name == "commands":
+            continue
+        if name not in given:
+            found[name] = {} if form.default is msgspec.NODEFAULT else form.default
+        elif get_origin(form.type) is dict:
+            _, kind = get_args(form.type)
+            items = converted(given[name], dict[str, Any], (name,)) or {}
+            found[name] = {key: converted(item, kind, (name, key)) for key, item in items.items()}
+        else:
+            found[name] = converted(given[name], form.type, (name,))
+    return found, [document.error(problem) for problem in problems]
+
+
+def _name_problems(given: Mapping[str, Any], file_type: type[msgspec.Struct]) -> Iterator[Problem]:
+    """Fields that are missing, and those that there are none of."""
+    known = msgspec.structs.fields(file_type)
+    for field in known:
+        if field.required and field.name not in given:
+            yield Problem((), f"the field {field.name!r} is missing", "add it")
+    names = [field.name for field in known]
+    for name in given:
+        if name in names:
+            continue
+        fix = f"the fields are: {', '.join(names)}"
+        yield Problem((name,), "there is no such field", fix)

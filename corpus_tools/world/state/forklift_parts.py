@@ -44,11 +44,6 @@ _SERVOS = (
 def add_forklift(spec: mujoco.MjSpec, name: str, ground_m: float = 0.0) -> mujoco.MjsBody:
     """Add the robot without its looks; its joints' values are its pose.
 
-    Parameters
-    ----------
-    ground_m
-        Height of the ground.
-
     Returns
     -------
     mujoco.MjsBody

@@ -28,12 +28,6 @@ class ScriptAction:
     ----------
     name
         As scripts write it.
-    kind
-        What sort of action it is.
-    argument
-        What it needs.
-    summary
-        What it does, in one sentence.
     """
 
     name: str

@@ -12,6 +12,7 @@ import pytest
 from corpus_tools import __version__
 from corpus_tools.cli.console import MOST_LINES, cli, run
 from g3.errors import FormatError, ManyError
+from tests.processes import python
 
 CT = Path(sys.executable).with_name("ct")
 PUT = "EVENT_1(r = Put, l = OBJ_2(f = the pallet), l2 = PLACE_3(r = on, l = OBJ_4(f = the truck)))"
@@ -78,9 +79,7 @@ def test_help_loads_no_heavy_module():
         "import sys; from corpus_tools.cli.console import run; run(['--help']);"
         "print({'numpy', 'scipy', 'pandas', 'matplotlib', 'rich'} & sys.modules.keys())"
     )
-    result = subprocess.run(
-        [sys.executable, "-c", code], check=False, capture_output=True, text=True
-    )
+    result = python("-c", code)
     assert result.stdout.endswith("set()\n"), result.stdout
 
 
@@ -89,13 +88,7 @@ def test_version():
 
 
 def test_python_m():
-    result = subprocess.run(
-        [sys.executable, "-m", "corpus_tools", "--version"],
-        check=False,
-        capture_output=True,
-        text=True,
-    )
-    assert result.stdout == f"ct, version {__version__}\n"
+    assert python("-m", "corpus_tools", "--version").stdout == f"ct, version {__version__}\n"
 
 
 def commands() -> list[tuple[str, click.Command]]:

@@ -16,6 +16,7 @@ import pytest
 
 from corpus_tools.cli.console import cli, run
 from corpus_tools.corpus.corpus_writing import write_corpus
+from tests.processes import ct
 from tests.tiny_corpus import tiny_corpus
 
 LOGS = Path(__file__).resolve().parents[3] / "datasets/warehouse/logs"
@@ -144,13 +145,9 @@ def test_json_and_another_format_do_not_go_together(capsys):
 
 
 def test_json_for_an_output_that_has_no_greek():
-    done = subprocess.run(
-        [sys.executable, "-m", "corpus_tools", "graph", "OBJ(f = it)", "--json"],
-        check=True,
-        capture_output=True,
-        env={**os.environ, "PYTHONIOENCODING": "latin-1"},
-    )
-    assert json.loads(done.stdout.decode("ascii"))["variables"][0]["name"] == "φ_1"
+    done = ct("graph", "OBJ(f = it)", "--json", PYTHONIOENCODING="latin-1")
+    assert done.stdout.isascii()
+    assert json.loads(done.stdout)["variables"][0]["name"] == "φ_1"
 
 
 @pytest.mark.parametrize(("settings", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.scenario_commands import scenarios
 from corpus_tools.runtime.shipped import bundled
+from tests.processes import ct
 
 GOOD = """\
 title: The forklift goes to receiving.
@@ -122,13 +121,7 @@ def test_generate_keeps_to_layouts(tmp_path):
     ],
 )
 def test_what_is_not_there_is_told_in_one_line(tmp_path, arguments, told):
-    result = subprocess.run(
-        [sys.executable, "-m", "corpus_tools", "scenarios", *arguments],
-        cwd=tmp_path,
-        check=False,
-        capture_output=True,
-        text=True,
-    )
+    result = ct("scenarios", *arguments, cwd=tmp_path)
     assert result.returncode == 2
     assert told in result.stderr
     assert len(result.stderr.splitlines()) == 1

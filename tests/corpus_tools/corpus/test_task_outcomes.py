@@ -10,7 +10,7 @@ import pytest
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.encoding import make_corpus, rehashed
 from corpus_tools.corpus.merging import merged
 from corpus_tools.corpus.sealing import seal
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
@@ -24,16 +24,7 @@ STACKED = TaskOutcome("o1", "s", "world", picked=("p1",), put="on", on=("p2",), 
 
 
 def with_outcomes(corpus, *outcomes):
-    return make_corpus(
-        corpus.name,
-        contexts=corpus.contexts.values(),
-        commands=corpus.commands.values(),
-        annotations=corpus.annotations,
-        judgments=corpus.judgments,
-        outcomes=outcomes,
-        source=corpus.source,
-        licence=corpus.licence,
-    )
+    return rehashed(replace(corpus, outcomes=outcomes))
 
 
 def test_a_corpus_without_outcomes_is_written_as_ever(small_corpus):

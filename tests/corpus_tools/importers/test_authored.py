@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -17,6 +15,7 @@ from g3.errors import FormatError
 from g3.groundings import Path
 from g3.sdc.clauses import breadth_first
 from tests.corpus_tools.importers.authored_logs import sliding, write_logs
+from tests.processes import python
 
 DATASET = """
 name: tiny
@@ -283,13 +282,7 @@ def test_importing_needs_no_simulator(tmp_path):
         "from corpus_tools.importers.authored.authored_corpus import import_authored;"
         "print(len(import_authored(Path(sys.argv[1]))[0].commands))"
     )
-    result = subprocess.run(
-        [sys.executable, "-c", program, str(tmp_path)],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    assert result.stdout == "3\n"
+    assert python("-c", program, tmp_path).stdout == "3\n"
 
 
 def test_another_folder_is_no_authored_corpus(tmp_path):

@@ -2,8 +2,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 import threading
 import time
 import zipfile
@@ -17,6 +15,7 @@ from corpus_tools.importers.authored import authored_corpus as assembly
 from corpus_tools.importers.authored import bundled
 from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
+from tests.processes import python
 
 ROOT = Path(corpus_tools.__file__).resolve().parent.parent
 
@@ -140,14 +139,7 @@ def test_a_wheel_brings_the_dataset_along(tmp_path):
         "import corpus_tools; from corpus_tools.importers.authored.bundled import open_corpus; "
         "print(corpus_tools.__file__, len(open_corpus('warehouse').commands))"
     )
-    result = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "site")},
-        check=True,
-        capture_output=True,
-        text=True,
-    )
+    result = python("-c", program, cwd=tmp_path, PYTHONPATH=str(tmp_path / "site"))
     file, commands = result.stdout.split()
     assert Path(file).is_relative_to(tmp_path / "site")
     assert int(commands) >= 80

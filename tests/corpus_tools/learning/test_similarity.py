@@ -3,9 +3,6 @@ from __future__ import annotations
 import bz2
 import gzip
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,18 +15,9 @@ from g3.features.feature_registry import catalogue, select
 from g3.language.similarity.cooccurrence import count_list, table_from_bytes
 from g3.learning.grounding_model import GroundingModel
 from tests.g3.language.installed import needs_wordnet
+from tests.processes import ct
 
 TEXT = "# three pictures\ntruck,tires\ntruck,trailer\n\ndog\n"
-
-
-def ct(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "corpus_tools", *arguments],
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 @pytest.mark.parametrize(

@@ -14,15 +14,13 @@ from corpus_tools.learning import trained
 from g3.learning.grounding_model import GroundingModel
 from tests.tiny_corpus import tiny_corpus
 
-pytest.importorskip("pyarrow")
-
 
 def test_many_examples_give_the_model_that_few_give(monkeypatch):
     corpus = tiny_corpus()
     items = labelled_examples(corpus)
     few = trained.from_corpus(corpus, 0.5, Options())
     monkeypatch.setattr(trained, "IN_MEMORY", len(items) - 1)
-    monkeypatch.setattr(trained, "BLOCK", 20)
+    monkeypatch.setattr(trained, "IN_A_FILE", 20)
     many = trained.from_corpus(corpus, 0.5, Options())
     assert (few.on_disk, many.on_disk) == (False, True)
     assert many.sources == few.sources

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 from corpus_tools.logs.channels import CHANNELS
 from corpus_tools.logs.log_writing import write_log
+from tests.processes import python
 
 PAGE = (Path(__file__).parents[3] / "docs" / "logs.md").read_text(encoding="utf-8")
 
@@ -16,10 +15,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "logs.md").read_text(encoding="utf-
 def test_the_example_reads_a_log(tmp_path, driving):
     write_log(driving, tmp_path / "log.mcap", name="pick_up_tires", metadata={})
     (script,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.splitlines() == [
+    assert python("-c", script, cwd=tmp_path).stdout.splitlines() == [
         "pick_up_tires 2 s",
         "0.5 to 2 s: pick_up {'object': 'tires'}",
         "[-1.  0.  0.]",

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +13,7 @@ from corpus_tools.logs.log_reading import read_log
 from corpus_tools.logs.log_writing import to_bytes, write_log
 from corpus_tools.world.state.recording import Recording, to_context
 from g3.errors import FormatError
+from tests.processes import python
 from tests.strategies import recordings
 
 ARRAYS = ("t_ns", "position", "orientation", "fork_height_m")
@@ -68,7 +66,7 @@ def test_a_log_replaces_the_file_and_leaves_no_other(tmp_path, driving):
 
 def test_logs_are_read_without_the_simulator():
     script = "import sys, corpus_tools.logs.log_reading; assert 'mujoco' not in sys.modules"
-    subprocess.run([sys.executable, "-c", script], check=True, cwd=Path(__file__).parents[3])
+    assert python("-c", script).returncode == 0
 
 
 def test_logs_need_no_simulator(tmp_path):
@@ -86,7 +84,5 @@ path = Path({str(tmp_path / "log.mcap")!r})
 write_log(replay(context, 25.0), path, name="again", metadata={{}})
 print(read_log(path).name)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False
-    )
+    done = python("-c", program)
     assert done.stdout == "again\n", done.stderr

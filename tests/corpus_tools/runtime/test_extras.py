@@ -1,14 +1,12 @@
 import importlib.metadata
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from corpus_tools.doctor import machine_checks
 from corpus_tools.runtime.extras import extra_of, extras, missing_of
+from tests.processes import ct
 
 PYPROJECT = (Path(__file__).parents[3] / "pyproject.toml").read_text()
 _EXTRAS = PYPROJECT.partition("[project.optional-dependencies]\n")[2].partition("\n\n")[0]
@@ -38,14 +36,7 @@ def test_the_extra_of_a_module(module, extra):
 
 def test_a_command_whose_extra_is_missing_names_it(tmp_path):
     (tmp_path / "sitecustomize.py").write_text("import sys; sys.modules['waitress'] = None\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "corpus_tools", "annotate"],
-        check=False,
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-    )
+    done = ct("annotate", cwd=tmp_path, PYTHONPATH=str(tmp_path))
     assert done.returncode == 2
     assert done.stderr == (
         "ct: error: this needs the package waitress (pip install 'corpus-tools-g3[app]')\n"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import shutil
 from dataclasses import astuple
 
-import msgspec
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
@@ -194,25 +192,6 @@ def test_damage_to_any_file_is_found(shards, tmp_path):
             assert read_manifest(copy) == manifest
         except FormatError as error:
             assert MANIFEST in str(error)  # noqa: PT017 - as above
-
-
-def test_shards_of_the_first_version_are_read(shards, tmp_path):
-    folder, manifest = shards
-    old = replace(
-        manifest,
-        format_version=1,
-        digest="",
-        shards=tuple(replace(shard, digest="") for shard in manifest.shards),
-    )
-    shutil.copytree(folder, tmp_path / "old")
-    (tmp_path / "old" / MANIFEST).write_bytes(msgspec.json.encode(old))
-    assert read_manifest(tmp_path / "old") == old
-    settings = {"workers": Workers(), "tolerance": 2.0}
-    one, other = (
-        fit_on_shards(GroundingModel(), path, read_manifest(path), **settings)
-        for path in (folder, tmp_path / "old")
-    )
-    assert one.weights_.tobytes() == other.weights_.tobytes()
 
 
 def test_a_damaged_shard_is_made_again(shards, corpora, tmp_path):

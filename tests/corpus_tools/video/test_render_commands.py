@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 
@@ -19,8 +19,10 @@ import pytest
 
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.encoding import rehashed
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.video.drawing.drawn_moments import sampled
+from corpus_tools.video.items import context_items, story_of
 from tests.tiny_corpus import tiny_corpus
 
 CT = Path(sys.executable).with_name("ct")
@@ -183,6 +185,19 @@ def test_other_settings_are_another_input(corpus, rendered):
     assert render(*args, "--camera", "follow").stdout == "rendered 1\n"
     assert render(*args, "--camera", "follow").stdout == "skipped 1\n"
     assert render(*args, "--quality", "draft").stdout == "rendered 1\n"
+
+
+def test_other_colours_are_another_input(corpus, tmp_path):
+    tiny = tiny_corpus()
+    name, context = next(iter(tiny.contexts.items()))
+    painted = tuple(replace(item, colours=("red",)) for item in context.objects)
+    contexts = {**tiny.contexts, name: replace(context, objects=painted)}
+    write_corpus(rehashed(replace(tiny, contexts=contexts)), tmp_path / "painted")
+    one, other = (
+        {item.name: story_of(item).fingerprint for item in context_items(str(folder))}
+        for folder in (corpus, tmp_path / "painted")
+    )
+    assert [key for key in one if one[key] != other[key]] == [name.replace("/", "-")]
 
 
 def test_a_killed_run_leaves_nothing_that_looks_finished(corpus, tmp_path):

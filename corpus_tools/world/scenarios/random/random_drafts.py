@@ -51,10 +51,6 @@ class Draft:
 
     Parameters
     ----------
-    layout
-        Where it happens.
-    rng
-        What chance is taken from.
     objects, places
         What was added so far, by id.
     robot

@@ -1,25 +1,15 @@
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-
 import pytest
+
+from tests.processes import python
 
 CHOOSE = "from corpus_tools.video.drawing.gl import choose_back_end; print(choose_back_end())"
 
 
 def choose(program=CHOOSE, **environment):
     """Choose in a process of its own, with some of the environment's variables changed."""
-    variables = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
-    return subprocess.run(
-        [sys.executable, "-c", program],
-        env={**variables, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    return python("-c", program, **{"MUJOCO_GL": "", "PYOPENGL_PLATFORM": "", **environment})
 
 
 def test_a_back_end_is_found():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import zlib
 from pathlib import Path
@@ -24,6 +22,7 @@ from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import KINDS, kind_of
 from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism
 from tests import worlds
+from tests.processes import python
 from tests.strategies import contexts
 
 TOLERANCE_M = 0.02
@@ -210,13 +209,7 @@ def test_looks_do_not_depend_on_the_process() -> None:
         "print(zlib.crc32(saved(scene(EVERYTHING).compile())))"
     )
     folders = [str(Path(__file__).parent), *(path for path in sys.path if path)]
-    other = subprocess.run(
-        [sys.executable, "-c", program, *folders],
-        env={**os.environ, "PYTHONHASHSEED": "1"},
-        capture_output=True,
-        check=True,
-        text=True,
-    )
+    other = python("-c", program, *folders, PYTHONHASHSEED="1")
     assert int(other.stdout) == zlib.crc32(saved(scene(EVERYTHING).compile()))
 
 
