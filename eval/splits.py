@@ -50,26 +50,12 @@ class Split:
 
 
 def leave_one_out(scenarios: Sequence[str]) -> tuple[Split, ...]:
-    """Hold out each scenario in turn, so that every example is tested exactly once.
-
-    Parameters
-    ----------
-    scenarios
-        The scenario of each example, length n.
-    """
+    """Hold out each scenario in turn, so that every example is tested exactly once."""
     return tuple(hold_out(scenarios, [name]) for name in sorted(set(scenarios)))
 
 
 def hold_out(scenarios: Sequence[str], held_out: Collection[str]) -> Split:
-    """Test on some scenarios and train on the others.
-
-    Parameters
-    ----------
-    scenarios
-        The scenario of each example, length n.
-    held_out
-        Scenarios to test on.
-    """
+    """Test on some scenarios and train on the others."""
     chosen = set(held_out)
     tested = np.array([name in chosen for name in scenarios], dtype=bool)
     return Split(", ".join(sorted(chosen)), np.flatnonzero(~tested), np.flatnonzero(tested))
@@ -90,8 +76,6 @@ def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:
     given
         Names with commas between, or a file with one name a line (empty lines and what
         follows a # are skipped).
-    known
-        The scenarios there are.
 
     Raises
     ------

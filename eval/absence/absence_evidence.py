@@ -42,8 +42,6 @@ class AbsenceEvidence:
 
     Parameters
     ----------
-    corpus
-        Whose commands these are.
     own
         Of each command in its own world.
     removed

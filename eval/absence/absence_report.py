@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Table
 
 from eval.absence.absence_evidence import AbsenceEvidence
-from eval.tables.formats import document, table_text
+from eval.tables.formats import document, figure_table, table_text
 from g3.language.similarity.learned_lexicon import likeness_identity
 from g3.language.similarity.presence import least_alike
 
@@ -23,8 +23,6 @@ def figures(evidence: AbsenceEvidence, threshold: float | None = None) -> dict[s
 
     Parameters
     ----------
-    evidence
-        Of one corpus.
     threshold
         What is less present is absent; left out, the largest that alarms wrongly for at most
         `FALSE_ALARMS` of the commands.
@@ -87,17 +85,14 @@ def render(
 
 
 def _table(rows: Sequence[Mapping[str, Any]], which: str) -> Table:
-    table = Table()
-    headings = ("", "Threshold", "False alarms", "What was removed", "Any noun")
-    for heading in headings:
-        table.add_column(heading, justify="right" if heading else "left")
-    for row in rows:
-        found = row[which]
-        table.add_row(
+    cells = (
+        (
             f"{row['corpus']} ({row['commands']})",
-            f"{found['threshold']:.3f}",
-            f"{found['false_alarms']:.3f}",
-            f"{found['seen_removed']:.3f} of {row['removals']}",
-            f"{found['seen_any_noun']:.3f}",
+            f"{row[which]['threshold']:.3f}",
+            f"{row[which]['false_alarms']:.3f}",
+            f"{row[which]['seen_removed']:.3f} of {row['removals']}",
+            f"{row[which]['seen_any_noun']:.3f}",
         )
-    return table
+        for row in rows
+    )
+    return figure_table(("", "Threshold", "False alarms", "What was removed", "Any noun"), cells)

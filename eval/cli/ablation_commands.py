@@ -13,14 +13,12 @@ from corpus_tools.options.model_options import L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import MOST, OUT, SEED, TRAIN_AND_TEST, is_terminal, write
+from eval.cli.mode_options import MOST, OUT, SEED, TRAIN, is_terminal, write
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
     from eval.on_trial.ablation_runs import Clauses
     from eval.tables.formats import Format
-
-TRAIN, _ = TRAIN_AND_TEST
 
 
 def _several(_ctx: click.Context, option: click.Parameter, value: str) -> tuple[str, ...]:

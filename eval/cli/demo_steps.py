@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,19 +27,7 @@ TESTED = {"court_put_crate_on_trailer": 2, "dock_pick_up_tires": 2, "hall_pick_u
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step.
-
-    Parameters
-    ----------
-    title
-        What it does.
-    line
-        The command line that does it.
-    made
-        What is there when it is done.
-    run
-        Does it.
-    """
+    """A step: the command line that does it, and what is there when it is done."""
 
     title: str
     line: str
@@ -56,22 +44,25 @@ def steps(out: Path) -> list[Step]:
         _command(
             "Two videos of the forklift, from physics",
             render_videos,
-            ["render-videos", *SHOWN, "--out", videos, "--quality", "draft", "--fps", "15"],
             videos / SHOWN[-1] / "manifest.json",
+            f"render-videos {' '.join(SHOWN)} --out",
+            videos,
+            *("--quality", "draft", "--fps", "15"),
         ),
         _command(
             "Training on two thirds of the scenarios; Table 1 on the others",
             evaluate,
-            _words(
-                "eval --table 1 --split scenario --corpus", CORPUS, "--out", out / "table-1.txt"
-            ),
+            out / "table-1.txt",
+            f"eval --table 1 --split scenario --corpus {CORPUS} --out",
             out / "table-1.txt",
         ),
         _command(
             "Following a command in physics; the model is trained on the first time",
             follow,
-            ["follow", text, "--scenario", scenario, "--video", out / "follow.mp4"],
             out / "follow.mcap",
+            "follow",
+            text,
+            *("--scenario", scenario, "--video", out / "follow.mp4"),
         ),
         Step(
             "A corpus of a few scenarios, to learn from",
@@ -88,20 +79,18 @@ def steps(out: Path) -> list[Step]:
         _command(
             "Plans for them, each scenario held out, and the automatic judge: Table 3",
             evaluate,
-            [
-                *_words("eval --table 3 --judge automatic --format json --train", few),
-                *("--test", tested, "--out", plans),
-            ],
             plans,
+            "eval --table 3 --judge automatic --format json --train",
+            few,
+            *("--test", tested, "--out", plans),
         ),
         _command(
             "A report of it all",
             evaluate,
-            [
-                *_words("eval --repeats 0 --corpus", CORPUS, "--report", report),
-                *("--plans", plans, "--videos", videos),
-            ],
             report / "report.html",
+            f"eval --repeats 0 --corpus {CORPUS} --report",
+            report,
+            *("--plans", plans, "--videos", videos),
         ),
     ]
 
@@ -136,13 +125,10 @@ def write_few(path: Path, most: dict[str, int] | None = None) -> None:
     write_corpus(corpus, path)
 
 
-def _words(first: str, *others: str | Path) -> list[str | Path]:
-    return [*first.split(), *others]
-
-
-def _command(title: str, command: click.Command, words: Sequence[str | Path], made: Path) -> Step:
-    arguments = [str(word) for word in words]
-    run = partial(
-        command.main, args=arguments[1:], prog_name=f"ct {words[0]}", standalone_mode=False
-    )
-    return Step(title, shlex.join(["ct", *arguments]), made, run)
+def _command(
+    title: str, command: click.Command, made: Path, first: str, *others: str | Path
+) -> Step:
+    """A step that is a command: its first words, and others that may have blanks."""
+    name, *arguments = [*first.split(), *map(str, others)]
+    run = partial(command.main, args=arguments, prog_name=f"ct {name}", standalone_mode=False)
+    return Step(title, shlex.join(["ct", name, *arguments]), made, run)

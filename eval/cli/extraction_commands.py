@@ -11,7 +11,16 @@ from corpus_tools.options.format_option import FORMAT
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import OUT, PERTURB, SEED, is_terminal, write
+from eval.cli.mode_options import (
+    BY_SCENARIO,
+    DIVIDED,
+    OUT,
+    PERTURB,
+    SEED,
+    TESTED,
+    is_terminal,
+    write,
+)
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 
@@ -34,17 +43,15 @@ from eval.cli.option_sets import OptionSet, takes_one_of
     OptionSet(("--test", "--parser")),
     OptionSet(("--test",)),
 )
-@click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
-@click.option(
-    "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
-)
+@DIVIDED
+@BY_SCENARIO
 @click.option(
     "--train",
     metavar="CORPUS",
     default="",
     help="Train on all of a corpus; with --corpus, besides its other scenarios.",
 )
-@click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
+@TESTED
 @click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train sdc` on --test."
 )

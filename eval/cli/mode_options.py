@@ -14,10 +14,15 @@ from corpus_tools.runtime.terminal import say
 
 Command = Callable[..., Any]
 
-TRAIN_AND_TEST = (
-    click.option("--train", metavar="CORPUS,...", required=True, help="Learn from these corpora."),
-    click.option("--test", metavar="CORPUS", required=True, help="Follow its commands."),
+TRAIN = click.option(
+    "--train", metavar="CORPUS,...", required=True, help="Learn from these corpora."
 )
+FOLLOWED = click.option("--test", metavar="CORPUS", required=True, help="Follow its commands.")
+DIVIDED = click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
+BY_SCENARIO = click.option(
+    "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
+)
+TESTED = click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
 SEED = click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -76,13 +81,6 @@ def draws_option(default: int = 2000) -> Callable[[Command], Command]:
         show_default=True,
         help="Resamples for the intervals.",
     )
-
-
-def train_and_test(command: Command) -> Command:
-    """Add the options that say which commands are followed, and after learning from what."""
-    for option in reversed(TRAIN_AND_TEST):
-        command = option(command)
-    return command
 
 
 def form_options(given: str, made: str, form: str) -> Callable[[Command], Command]:

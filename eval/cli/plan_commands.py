@@ -12,7 +12,7 @@ from corpus_tools.options.format_option import FORMAT
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import OUT, SEED, draws_option, is_terminal, train_and_test, write
+from eval.cli.mode_options import FOLLOWED, OUT, SEED, TRAIN, draws_option, is_terminal, write
 from eval.cli.option_sets import OptionSet, takes_one_of
 
 
@@ -43,7 +43,8 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
     required=True,
     help="Where the study is kept.",
 )
-@train_and_test
+@TRAIN
+@FOLLOWED
 @click.option(
     "--most",
     type=click.IntRange(min=0),
@@ -125,7 +126,7 @@ def end_to_end(
     # Before MuJoCo is imported, which reads what this chooses.
     choose_back_end()
     from eval.plan_study import rating_report, rating_set, whole_study
-    from eval.plan_study.study_rating import Crowd, offer
+    from eval.plan_study.study_rating import offer
     from eval.plan_study.study_settings import settings_for
 
     settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
@@ -147,6 +148,6 @@ def end_to_end(
         file, text = study.file, whole_study.render(study, form, terminal=terminal)
     if crowd:
         endpoint = os.environ.get("CT_CROWD_ENDPOINT")
-        for line in offer(file, Crowd(crowd, url, items, sandbox, endpoint)):
+        for line in offer(file, crowd, url, items, sandbox=sandbox, endpoint=endpoint):
             note(line)
     write(text, out)

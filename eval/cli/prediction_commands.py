@@ -16,8 +16,11 @@ from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
+    BY_SCENARIO,
+    DIVIDED,
     OUT,
     SEED,
+    TESTED,
     THRESHOLD,
     TOP,
     draws_option,
@@ -33,7 +36,7 @@ if TYPE_CHECKING:
     from eval.tables.formats import Format
 
 TRAINING = ("--ablate", "--with", "--l2")
-DIVIDED = (
+OF_ONE_CORPUS = (
     OptionSet(("--corpus",), ("--split", "--test-scenarios", *TRAINING)),
     OptionSet(("--corpus", "--cv"), TRAINING),
 )
@@ -41,10 +44,8 @@ APART = OptionSet(("--train", "--test"), TRAINING)
 TRAINED = OptionSet(("--model", "--test"))
 
 _SOURCES = (
-    click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide."),
-    click.option(
-        "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
-    ),
+    DIVIDED,
+    BY_SCENARIO,
     click.option(
         "--split",
         type=click.Choice(["scenario"]),
@@ -57,7 +58,7 @@ _SOURCES = (
         help="Scenarios to hold out; a third drawn with --seed if left out.",
     ),
     click.option("--train", metavar="CORPUS", default="", help="Train on all of a corpus."),
-    click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus."),
+    TESTED,
 )
 _MODEL = click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train g3` on --test."
@@ -106,7 +107,7 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
     "  ct eval --table 1 --corpus aaai11 --cv scenario --write-tasks form.jsonl\n"
     "  ct eval --table 1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
 )
-@_trained_and_tested(*DIVIDED, APART, TRAINED)
+@_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
 @form_options(
     "--predictions",
     "Show predictions of another program beside",
@@ -171,7 +172,7 @@ def table_1(
     "  ct eval --errors --corpus aaai11 --cv scenario --top 5\n"
     "  ct eval --errors --model g3.npz --test warehouse --json",
 )
-@_trained_and_tested(*DIVIDED, APART, TRAINED)
+@_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
 @TOP
 @FORMAT
 @OUT
@@ -203,7 +204,7 @@ def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path |
     "  ct eval --learning-curve --corpus aaai11 --out curve.png\n"
     "  ct eval --learning-curve --train aaai11 --test warehouse --repeats 2 --out curve.svg",
 )
-@_trained_and_tested(*DIVIDED, APART)
+@_trained_and_tested(*OF_ONE_CORPUS, APART)
 @click.option(
     "--repeats",
     type=click.IntRange(min=1),

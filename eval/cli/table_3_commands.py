@@ -19,19 +19,20 @@ from eval.cli.language_model_options import (
     used_of,
 )
 from eval.cli.mode_options import (
+    FOLLOWED,
     HELD_OUT,
     MOST,
     OUT,
     PERTURB,
     SEED,
+    TRAIN,
     draws_option,
     form_options,
-    train_and_test,
     write,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from corpus_tools.runtime.parallel import Workers
     from eval.language_model.chat_endpoint import Endpoint
@@ -55,7 +56,8 @@ if TYPE_CHECKING:
     "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --grounder llm "
     "--llm qwen2.5-7b --endpoint http://localhost:8000/v1",
 )
-@train_and_test
+@TRAIN
+@FOLLOWED
 @click.option(
     "--judge",
     metavar="NAME",
@@ -142,19 +144,16 @@ def table_3(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.judging.judge_registry import AUTOMATIC
-    from eval.judging.judge_report import in_a_line, with_validity
-    from eval.judging.judge_validity import known_validity
+    from eval.language_model.usage import in_words
     from eval.table_3.baselines import missing
     from eval.table_3.end_to_end import run, tasks_of
     from eval.table_3.given_plans import write_tasks
-    from eval.table_3.judged_commands import OUTCOMES
     from eval.table_3.kept_outcomes import kept_beside
-    from eval.table_3.plan_report import NOT_VALIDATED, render
+    from eval.table_3.plan_report import with_judge
     from g3.features.feature_registry import CATALOGUE_VERSION
 
     if tasks:
-        count = write_tasks(tasks, tasks_of(test, headings, most))
+        count = write_tasks(tasks, tasks_of(open_corpus(test), headings, most))
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
     asked_judge, others = judge_of(judge, endpoint), _others(grounders, plans, endpoint)
@@ -200,18 +199,9 @@ def table_3(
     used = used_of(endpoint, plans=NAME in grounders, judge=judge == NAME)
     if used:
         result = result.with_metadata({"language_model": used})
-    is_by_logs = judge == AUTOMATIC and result.metadata["compared_with"] != OUTCOMES
-    corpora = (open_corpus(name) for name in (test, *train.split(",")) if is_by_logs)
-    validity = known_validity(corpora, draws=draws, seed=seed)
-    text = render(result, form, draws=draws, seed=seed)
-    if form == "json":
-        text = with_validity(text, validity)
-    elif form == "text":
-        notes = _used_in_words(used)
-        if judge == AUTOMATIC:
-            notes.append(in_a_line(validity) if is_by_logs else NOT_VALIDATED)
-        text = "\n".join([text, *notes])
-    write(text, out)
+    corpora = (open_corpus(name) for name in (test, *train.split(",")))
+    notes = [in_words(purpose, told) for purpose, told in used.items()]
+    write(with_judge(result, corpora, draws=draws, seed=seed, notes=notes)(form), out)
     if kept:
         kept.path.unlink(missing_ok=True)
 
@@ -231,9 +221,3 @@ def _others(
         for name in wanted
     ]
     return [*found, *(read_plans(file) for file in plans)]
-
-
-def _used_in_words(used: Mapping[str, Mapping[str, object]]) -> list[str]:
-    from eval.language_model.usage import in_words
-
-    return [in_words(purpose, told) for purpose, told in used.items()]

@@ -20,7 +20,6 @@ from g3.inference.problem.phrases import is_area, is_there, names_robot, unstres
 from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import BESIDE, ENDS, FLOOR, SIDES
-from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 SLACK_M = 0.5
@@ -46,12 +45,8 @@ class Ending:
         Its id.
     first, last
         Its shape where it starts and where it ends.
-    state
-        The world when it ends there.
     short
         Whether it is a load that is on the forks still.
-    robot
-        Whether it is the robot.
     """
 
     thing: str
@@ -115,7 +110,8 @@ def _related(words: Worded, node: int, ending: Ending) -> bool | None:
         # "Until you reach the truck" leads to the truck.
         return _measured(_Relation(words, ("to",), (node,), ending))
     marks = words.tree.below(node, ("l", "l2"), "OBJECT", "PLACE")
-    areas = [n for n in marks if _is_place(words.tree.nodes[n])]
+    nodes = words.tree.nodes
+    areas = [n for n in marks if nodes[n].type == "PLACE" or is_area(nodes[n])]
     objects = tuple(n for n in marks if n not in areas)
     if areas:
         inside = _in_areas(words, areas, ending)
@@ -123,10 +119,6 @@ def _related(words: Worded, node: int, ending: Ending) -> bool | None:
             return inside
     spoken = unstressed(field_words(sdc.relation or sdc.words)) + unplaced(words, objects)
     return _measured(_Relation(words, spoken, objects, ending))
-
-
-def _is_place(sdc: SDC) -> bool:
-    return sdc.type == "PLACE" or is_area(sdc)
 
 
 def _in_areas(words: Worded, areas: list[int], ending: Ending) -> bool | None:
@@ -160,8 +152,10 @@ class _Relation:
 
     @cached_property
     def landmarks(self) -> Things:
-        found = frozenset(i for n in self.objects for i in _landmarks(self.words, n))
-        return found - {self.ending.thing}
+        """What they may be: what they were annotated with, too, if that hasn't moved."""
+        words = self.words
+        own = (allowed(words, n) | (words.things[n] & words.fixed) for n in self.objects)
+        return frozenset[str]().union(*own) - {self.ending.thing}
 
     @cached_property
     def peers(self) -> Things:
@@ -279,8 +273,3 @@ _RULES: tuple[tuple[Callable[[_Relation], bool], Callable[[_Relation], bool | No
     (lambda r: bool(r.concepts & {"near", "to", "last", "far"}), _near),
 )
 """What a relation may be, and whether it then holds. The first that applies counts."""
-
-
-def _landmarks(words: Worded, node: int) -> Things:
-    """Things that a landmark may be: what it was annotated with, too, if that hasn't moved."""
-    return allowed(words, node) | (words.things[node] & words.fixed)

@@ -32,10 +32,6 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
 
     Parameters
     ----------
-    words
-        The command in a world.
-    node
-        The OBJECT.
     also
         Words elsewhere that say more of it: "from the right".
     """
@@ -44,7 +40,8 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
         return own
     found, known = words.alike(node), True
     for modifier in modifiers_of(words, node, also):
-        fitting = _fitting(_Case(words, node, modifier, found))
+        case = _Case(words, node, modifier, found)
+        fitting = next((fit(case) for applies, fit in _RULES if applies(case)), None)
         known &= fitting is not None
         found = found if fitting is None else fitting
     if words.own:
@@ -94,11 +91,6 @@ class _Case:
     @property
     def says_where(self) -> bool:
         return self.modifier.negative or bool(self.modifier.concepts)
-
-
-def _fitting(case: _Case) -> Things | None:
-    """The things that a modifier fits; None if it can't be measured."""
-    return next((fit(case) for applies, fit in _RULES if applies(case)), None)
 
 
 def _ordered(case: _Case) -> Things:

@@ -52,8 +52,6 @@ class Mention:
     ----------
     relation
         What they ask for, one of :data:`RELATIONS`.
-    start, end
-        Where they are in the text.
     """
 
     relation: str
@@ -68,10 +66,6 @@ class Done:
 
     Parameters
     ----------
-    action
-        The action.
-    before, after
-        The world.
     way
         The robot's x, y, yaw, shape (n, 3).
     marks
@@ -153,12 +147,7 @@ def _waits(done: Done) -> bool:
 def _lowers(done: Done) -> bool:
     """The forks are down in the end, and what was on them is, too; the robot does nothing else."""
     puts = done.before.held is not None and done.action.kind.leaves
-    return (puts or done.stays) and forks_of(done.after) < RAISED_M
-
-
-def forks_of(state: State) -> float:
-    """How high the forks are."""
-    return state.forks_m
+    return (puts or done.stays) and done.after.forks_m < RAISED_M
 
 
 @short_repr
@@ -168,10 +157,6 @@ class Relation:
 
     Parameters
     ----------
-    words
-        How it is said.
-    holds
-        Whether it is done.
     has_landmark
         Whether there is something that it is done to.
     """
@@ -198,7 +183,7 @@ RELATIONS = {
     "past": Relation(_said(r"\bpast\b|\bpass(?:ed)?(?= (?:the|a|it|him)\b)"), _past),
     "raise forks": Relation(
         _said(rf"\b(?:raise|lift|elevate)\b{_OWN}{_FORKS}"),
-        lambda d: d.stays and forks_of(d.after) - forks_of(d.before) >= RAISED_M,
+        lambda d: d.stays and d.after.forks_m - d.before.forks_m >= RAISED_M,
         has_landmark=False,
     ),
     "lower forks": Relation(
@@ -243,7 +228,11 @@ def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: 
     tree = Tree(tuple(sdcs))
     acts = [root for root in asked(tree) if tree.nodes[root].type in ("EVENT", "PATH")]
     # What is done for a purpose lies within the clause that it is for.
-    telling = [root for root in acts if _has(tree.nodes[root], mention)]
+    telling = [
+        root
+        for root in acts
+        if any(mention.start <= word.start < mention.end for word in all_words(tree.nodes[root]))
+    ]
     own = min(telling, key=lambda root: len(all_words(tree.nodes[root])), default=None)
     state = start_state(context)
     for root, action in zip(acts, plan.actions, strict=True):
@@ -254,16 +243,11 @@ def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: 
             way = np.column_stack((motion.xyz[0, :, :2], motion.yaw[0]))
             marks = _landmark(mention, sdc, plan, state)
             relation = RELATIONS[mention.relation]
-            needs = relation.has_landmark
-            return bool(
-                (marks or not needs) and relation.holds(Done(action, state, after, way, marks))
-            )
+            if relation.has_landmark and not marks:
+                return False
+            return relation.holds(Done(action, state, after, way, marks))
         state = after
     return False
-
-
-def _has(sdc: SDC, mention: Mention) -> bool:
-    return any(mention.start <= word.start < mention.end for word in all_words(sdc))
 
 
 def _landmark(mention: Mention, sdc: SDC, plan: Plan, state: State) -> tuple[Grounding, ...]:

@@ -24,8 +24,6 @@ class Carried:
 
     Parameters
     ----------
-    id
-        Which thing it is.
     lifted
         Row of the robot's way at which it leaves its place; 0 if it is on the forks at first.
     lowered
@@ -44,8 +42,6 @@ class Deeds:
 
     Parameters
     ----------
-    start, end
-        The world before and after.
     way
         The robot's x, y, yaw over time, shape (n, 3).
     carried

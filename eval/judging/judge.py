@@ -13,7 +13,7 @@ import numpy as np
 from g3.actions.grounding_candidates import beneath, square
 from g3.actions.logged_actions import NOTHING, end_of, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
-from g3.geometry.footprints import centre
+from g3.geometry.footprints import apart, centre
 from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import Context, FloatArray, PhysicalObject
 
@@ -73,9 +73,9 @@ def _put(start: State, final: State, load: str, logged: PhysicalObject) -> Verdi
         return Verdict(False, "the load stands on something else")
     if there is not None:
         return Verdict(True)
-    apart = float(np.linalg.norm(goal - end))
-    if apart > PLACE_M:
-        return Verdict(False, f"the load ends {apart:.1f} m from where the log puts it")
+    off = float(np.linalg.norm(goal - end))
+    if off > PLACE_M:
+        return Verdict(False, f"the load ends {off:.1f} m from where the log puts it")
     return Verdict(True)
 
 
@@ -83,13 +83,13 @@ def _drive(start: State, logged: PhysicalObject, final: State) -> Verdict:
     if final.held != start.held:
         return Verdict(False, "the load on the forks isn't the same")
     goal, end = logged.trajectory.xyz[-1, :2], final.pose[:2]
-    apart = float(np.linalg.norm(goal - end))
-    if apart <= END_M:
+    off = float(np.linalg.norm(goal - end))
+    if off <= END_M:
         return Verdict(True)
     there, here = (_nearest(start, p) for p in (goal, end))
     if there is not None and there == here:
         return Verdict(True)
-    return Verdict(False, f"the robot ends {apart:.1f} m from where the log ends")
+    return Verdict(False, f"the robot ends {off:.1f} m from where the log ends")
 
 
 def _nearest(state: State, point: FloatArray) -> str | None:
@@ -109,9 +109,5 @@ def shifted(start: State, final: State) -> set[str]:
     return {
         o.id
         for o in final.context.objects
-        if o.id != start.context.agent_id and _shift(before[o.id], o) > MOVED_M
+        if o.id != start.context.agent_id and apart(before[o.id].prism, o.prism) > MOVED_M
     }
-
-
-def _shift(before: PhysicalObject, after: PhysicalObject) -> float:
-    return float(np.linalg.norm(centre(after.prism) - centre(before.prism)))

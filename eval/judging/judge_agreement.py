@@ -53,12 +53,8 @@ def agreement(
 
     Parameters
     ----------
-    people, judge
-        What they say of each pair.
     video
         Code of each pair's video, shape (n,).
-    resampled
-        Makes the resamples.
     """
     counts = confusion(people, judge)
     tables = _tables(np.array(people, dtype=np.bool_), np.array(judge, dtype=np.bool_), video)

@@ -32,8 +32,6 @@ class JudgedPlan:
 
     Parameters
     ----------
-    text
-        The command as typed.
     deeds
         What was done: the worlds before and after, the robot's way, the loads that were moved.
     actions

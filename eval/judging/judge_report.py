@@ -11,7 +11,7 @@ from rich.table import Table
 from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, JudgedPair, Validity
 from eval.statistics.estimates import Estimate
-from eval.tables.formats import cell, document, interval, table_text
+from eval.tables.formats import cell, document, figure_table, interval, table_text
 
 WANTED_KAPPA = 0.4
 """Landis and Koch (Biometrics 33, 1977) call agreement above this moderate."""
@@ -20,6 +20,7 @@ GROUPS = {
     "chosen_on": "rules chosen on them",
     "others": "other scenarios",
 }
+COUNTS = ("both yes", "people yes", "judge yes", "both no", "n")
 OWN_SAYS_LITTLE = (
     "pairs with a command's own video say little: the judge says yes to these by construction, for "
     "it compares with that video's log, or with what was annotated in it"
@@ -141,7 +142,8 @@ def _figures(found: Agreement) -> dict[str, object]:
 
 
 def _near_misses(validity: Validity) -> Table:
-    table = _table("Verdict", "Scenarios", "kappa", "95%", "precision", "recall")
+    first = ("Verdict", "Scenarios", "kappa", "95%", "precision", "recall")
+    table = figure_table((*first, *COUNTS), words=len(first))
     for verdict, groups in validity.near_misses.items():
         for name, found in groups.items():
             kappa = found.kappa
@@ -152,19 +154,8 @@ def _near_misses(validity: Validity) -> Table:
 
 
 def _own_videos(validity: Validity) -> Table:
-    table = _table("Verdict")
-    for verdict, found in validity.own_videos.items():
-        table.add_row(validity.titles[verdict], *_counts(found))
-    return table
-
-
-def _table(*first: str) -> Table:
-    table = Table()
-    for heading in first:
-        table.add_column(heading)
-    for heading in ("both yes", "people yes", "judge yes", "both no", "n"):
-        table.add_column(heading, justify="right")
-    return table
+    rows = ((validity.titles[v], *_counts(found)) for v, found in validity.own_videos.items())
+    return figure_table(("Verdict", *COUNTS), rows)
 
 
 def _counts(found: Agreement) -> list[str]:
@@ -172,20 +163,9 @@ def _counts(found: Agreement) -> list[str]:
 
 
 def _disagreements(pairs: Sequence[JudgedPair], validity: Validity) -> Table:
-    table = Table()
     others = [verdict for verdict in validity.titles if verdict not in VERDICTS]
-    for heading in (
-        "People",
-        "By log",
-        "By words",
-        *others,
-        "Ratings",
-        "Own video",
-        "Shown",
-        "Command",
-    ):
-        table.add_column(heading)
-    table.add_column("Why not")
+    last = ("Ratings", "Own video", "Shown", "Command", "Why not")
+    table = Table("People", "By log", "By words", *others, *last)
     for pair in pairs:
         table.add_row(
             _yes(pair.people),

@@ -92,12 +92,8 @@ class Validity:
 
     Parameters
     ----------
-    pairs
-        All pairs that both have judged.
     left_out
         How many pairs people judged of which a video has no log here.
-    study
-        Whose judgments they are.
     near_misses
         By verdict, the agreement on pairs with another video than the command's own: on ``all``,
         on those of the scenarios that the second verdict's rules were ``chosen_on``, and on

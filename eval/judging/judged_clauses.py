@@ -14,7 +14,6 @@ from g3.inference.problem.phrases import is_pronoun, is_there
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.word_sets import COPULAS
-from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 
@@ -25,8 +24,6 @@ class JudgedClause:
 
     Parameters
     ----------
-    root
-        The clause.
     verbs
         Classes of its verb.
     handles
@@ -105,11 +102,8 @@ def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
         return True
     # "Back up with the pallet".
     unknown = own.guessed or not own.classes
-    return bool(loads) and (unknown or _has_with(words.tree.nodes[own.node]))
-
-
-def _has_with(sdc: SDC) -> bool:
-    return "with" in {bare(word.text) for word in sdc.relation}
+    relation = words.tree.nodes[own.node].relation
+    return bool(loads) and (unknown or "with" in {bare(word.text) for word in relation})
 
 
 def _is_carrier(words: Worded, node: int) -> bool:

@@ -19,15 +19,10 @@ ASIDE_M = 3.0
 """What is between two things is no further from the line between their middles."""
 
 
-def apart(one: Prism, other: Prism) -> float:
-    """Metres between two footprints."""
-    first, second = (convex_hull(p.xy) for p in (one, other))
-    return float(gap(first[None], second[None])[0])
-
-
 def nearest(one: Prism, others: Iterable[Prism]) -> float:
-    """Metres to the nearest of several; infinite if there is none."""
-    return min((apart(one, other) for other in others), default=np.inf)
+    """Metres from a footprint to the nearest of several; infinite if there is none."""
+    own = convex_hull(one.xy)[None]
+    return min((float(gap(own, convex_hull(o.xy)[None])[0]) for o in others), default=np.inf)
 
 
 def seen(pose: FloatArray, points: FloatArray) -> FloatArray:

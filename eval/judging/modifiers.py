@@ -61,8 +61,6 @@ def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[
 
     Parameters
     ----------
-    words, node
-        The OBJECT.
     also
         Words elsewhere that say more of it.
     """
@@ -105,7 +103,8 @@ def _modifier(words: Worded, node: int) -> Modifier | None:
     sdc = tree.nodes[node]
     marks = tuple(n for f in ("l", "l2") for n in tree.children[node].get(f, ()))
     own = words.annotated[node]
-    if own and marks and all(_renames(words, n, own) for n in marks):
+    renaming = (words.annotated[n] == own and not is_reflexive(tree.nodes[n]) for n in marks)
+    if own and marks and all(renaming):
         return None
     spoken = unstressed(field_words(sdc.relation if sdc.figure else sdc.words)) + unplaced(
         words, marks
@@ -114,7 +113,3 @@ def _modifier(words: Worded, node: int) -> Modifier | None:
         # What is to go towards a side needn't stand there.
         return None
     return Modifier(spoken, marks, negated(sdc))
-
-
-def _renames(words: Worded, node: int, own: frozenset[str]) -> bool:
-    return words.annotated[node] == own and not is_reflexive(words.tree.nodes[node])

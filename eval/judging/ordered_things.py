@@ -35,8 +35,6 @@ def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) ->
 
     Parameters
     ----------
-    words, modifier
-        What is said.
     found
         Which things it may be.
     group

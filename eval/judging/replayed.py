@@ -16,11 +16,7 @@ def replayed(world: Context, shown: Context) -> State | None:
 
     The things that the log moves, and the robot, end where the log has them end; all others stay
     where they are in the world. Both must be maps of the same site.
-
-    Returns
-    -------
-    State or None
-        None if the log moves something that isn't in the world.
+    None if the log moves something that isn't in the world.
     """
     start, log = start_state(world), recorded(shown)
     same = counterparts(shown, world)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-
-import numpy as np
 
 from eval.judging.replayed import counterparts, replayed
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
-from g3.geometry.footprints import centre
+from g3.geometry.footprints import apart
 from g3.groundings import PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import is_complement
@@ -45,8 +42,6 @@ class Worded:
 
     Parameters
     ----------
-    tree
-        The clauses.
     state
         The world before anything is done.
     own
@@ -88,11 +83,12 @@ class Worded:
         box pallet", names things with all the labels of what it is grounded in.
         """
         said = self._noun(node)
+        others = [o for o in self.state.context.objects if o.id != self.robot]
         found = set()
         for labels in self.labels[node]:
             known = {normalise(label): label for label in labels}
             wanted = {known[w] for w in said} if said and said <= known.keys() else set(labels)
-            found |= {o.id for o in self._others() if wanted <= set(o.labels)}
+            found |= {o.id for o in others if wanted <= set(o.labels)}
         return frozenset(found)
 
     def _noun(self, node: int) -> set[str]:
@@ -109,9 +105,6 @@ class Worded:
         words = set(field_words(said)) - _FUNCTION
         return {word for word in words if not concepts([word])}
 
-    def _others(self) -> Iterable[PhysicalObject]:
-        return (o for o in self.state.context.objects if o.id != self.robot)
-
 
 def worded(annotation: Annotation, start: State) -> Worded:
     """A command's annotation in the start state of a world."""
@@ -119,7 +112,9 @@ def worded(annotation: Annotation, start: State) -> Worded:
     same = own.id == world.id
     now = {o.id: o.id for o in own.objects} if same else counterparts(own, world)
     then = start_state(own)
-    fixed = {n for o, n in now.items() if _apart(then.thing(o), start.thing(n)) < FIXED_M}
+    fixed = {
+        n for o, n in now.items() if apart(then.thing(o).prism, start.thing(n).prism) < FIXED_M
+    }
     now[own.agent_id] = world.agent_id
     grounded = [
         groundings if right is not False else ()
@@ -137,7 +132,3 @@ def worded(annotation: Annotation, start: State) -> Worded:
         frozenset(fixed),
         replayed(own, own) if same else None,
     )
-
-
-def _apart(one: PhysicalObject, other: PhysicalObject) -> float:
-    return float(np.linalg.norm(centre(one.prism) - centre(other.prism)))

@@ -21,7 +21,7 @@ from eval.judging.worded import Worded, worded
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import moved_to
 from g3.annotation import Annotation
-from g3.geometry.footprints import centre
+from g3.geometry.footprints import apart
 from g3.groundings import FloatArray
 from g3.inference.problem.clause_roles import is_source, ways
 from g3.inference.problem.phrases import unstressed
@@ -42,8 +42,6 @@ def judge_by_words(annotation: Annotation, deeds: Deeds) -> Verdict:
 
     Parameters
     ----------
-    annotation
-        The command with the groundings of its clauses.
     deeds
         What was done (:func:`eval.judging.deeds.logged`, :func:`eval.judging.deeds.planned`).
     """
@@ -95,8 +93,7 @@ def _mishandled(words: Worded, clauses: Sequence[JudgedClause], load: Carried, d
     held = load.lowered is None
     short = held and not deeds.whole
     ending = Ending(load.id, first.prism, last.prism, deeds.end, short)
-    shift = float(np.linalg.norm(centre(last.prism) - centre(first.prism)))
-    if held and load.id == deeds.start.held and shift < MOVED_M:
+    if held and load.id == deeds.start.held and apart(first.prism, last.prism) < MOVED_M:
         return "nothing is done with the load on the forks"
     verbs = clauses[-1].verbs & HANDLING_VERBS
     if held and verbs == {"placing"} and not (short and clauses[-1].goals):
@@ -119,11 +116,11 @@ def _unlike_log(words: Worded, ending: Ending, tolerance_m: float) -> str:
     """What differs from the own log, for words that can't be measured; empty in other worlds."""
     if words.state_after is None:
         return ""
-    goal = centre(words.state_after.thing(ending.thing).prism)
-    apart = float(np.linalg.norm(goal - centre(ending.last))) - ending.slack
-    if apart <= tolerance_m:
+    goal = words.state_after.thing(ending.thing).prism
+    off = apart(goal, ending.last) - ending.slack
+    if off <= tolerance_m:
         return ""
-    return f"the words can't be measured, and it ends {apart:.1f} m from where the log ends"
+    return f"the words can't be measured, and it ends {off:.1f} m from where the log ends"
 
 
 def _comes_from(words: Worded, node: int, load: str) -> bool:

@@ -52,16 +52,12 @@ class Endpoint:
     ----------
     url
         Where the protocol is spoken, such as ``http://localhost:8000/v1``.
-    model
-        Name of the model there.
     folder
         Where replies are kept.
     seed, temperature
         What is sent along, so that a server that can repeats itself.
     at_once
         How many requests are under way at the same time.
-    timeout_s
-        How long a reply is waited for.
     tries
         How often a request is sent that comes to nothing.
     price

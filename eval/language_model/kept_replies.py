@@ -44,16 +44,10 @@ class KeptReply(msgspec.Struct, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    endpoint
-        Who was asked.
     request
         What was sent, the prompt, the model and the seed included.
-    text
-        What came back.
     model, fingerprint
         What the endpoint says that it ran.
-    tokens
-        What the endpoint has counted.
     latency_s
         From sending the request that was answered to its answer.
     asked

@@ -42,8 +42,6 @@ def rows(
     ----------
     outcomes
         By corpus and by what is switched off; a command that isn't there came out the same.
-    candidates
-        Their names and kinds.
     """
     found: list[AblationRow] = []
     for corpus, by_candidate in outcomes.items():
@@ -81,13 +79,7 @@ def sign_test(won: int, lost: int) -> float:
 
 
 def verdict(own: Sequence[AblationRow]) -> str:
-    """What a candidate's rows say together, by counts alone.
-
-    Parameters
-    ----------
-    own
-        Its rows, one for each corpus.
-    """
+    """What a candidate's rows say together, by counts alone."""
     wins = sum(row["won"] > row["lost"] for row in own)
     loses = sum(row["won"] < row["lost"] for row in own)
     if wins and loses:

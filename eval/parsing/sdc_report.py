@@ -11,7 +11,7 @@ from rich.table import Table
 
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
 from eval.parsing.tested_commands import AS_TYPED, TestedCommand
-from eval.tables.formats import cell, document, table_text
+from eval.tables.formats import cell, document, figure_table, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
 
@@ -86,14 +86,8 @@ def render(
     ----------
     by_kind
         The tested commands as typed, and by perturbation.
-    form
-        For people or for programs.
-    metadata
-        What to record with the figures.
     top
         How many errors a table lists; JSON has all.
-    terminal
-        Whether the table goes to a terminal.
     """
     tested = by_kind[AS_TYPED]
     found = figures(tested)
@@ -116,9 +110,7 @@ def render(
 
 
 def _figures_table(found: Mapping[str, object]) -> Table:
-    table = Table()
-    for heading in ("", "Precision", "Recall", "F-score"):
-        table.add_column(heading, justify="right" if heading else "left")
+    table = figure_table(("", "Precision", "Recall", "F-score"))
     for name in ("typed", "untyped", "segmentation"):
         values = (found[f"{name}_{figure}"] for figure in ("precision", "recall", "f"))
         table.add_row(name.capitalize(), *(f"{value:.3f}" for value in values))
@@ -132,26 +124,19 @@ def _figures_table(found: Mapping[str, object]) -> Table:
 def _perturbed_table(
     found: Mapping[str, object], perturbed: Mapping[str, Mapping[str, object]]
 ) -> Table:
-    table = Table()
-    table.add_column("")
     names = ("typed_f", "untyped_f", "segmentation_f", "exact")
-    for name in names:
-        table.add_column(name.removesuffix("_f").capitalize(), justify="right")
-    for kind, own in {"as typed": found, **perturbed}.items():
-        table.add_row(kind, *(f"{own[name]:.3f}" for name in names))
-    return table
+    rows = (
+        (kind, *(f"{own[name]:.3f}" for name in names))
+        for kind, own in {"as typed": found, **perturbed}.items()
+    )
+    return figure_table(("", *(name.removesuffix("_f").capitalize() for name in names)), rows)
 
 
 def _confusion_table(tested: Sequence[TestedCommand]) -> Table:
     rows = confusion(tested)
     columns = [name for name in (*FIELDS, NOWHERE) if any(name in row for row in rows.values())]
-    table = Table()
-    table.add_column("")
-    for column in columns:
-        table.add_column(column, justify="right")
-    for name, row in rows.items():
-        table.add_row(name, *(str(row.get(column, "")) for column in columns))
-    return table
+    cells = ((name, *(str(row.get(c, "")) for c in columns)) for name, row in rows.items())
+    return figure_table(("", *columns), cells)
 
 
 def _errors_table(wrong: Sequence[Mapping[str, object]]) -> Table:

@@ -32,8 +32,6 @@ class PlanScript(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    steps
-        One after the other.
     kept_places
         By the names that the steps use.
     """

@@ -30,8 +30,6 @@ class PlanAgreement:
         Its name, or ``all``, where a plan of several configurations counts once.
     plans
         How many plans there are, rated or not.
-    rated
-        How many were rated.
     counts
         Rated plans by what people and the judge say, as ``people_yes_judge_no``.
     figures

@@ -43,10 +43,6 @@ class Planned:
         How many are rated, by the judge's verdict.
     configurations
         The same by configuration; a plan of two counts in both.
-    scenarios
-        How many scenarios they are of.
-    raters
-        How many people rate each pair.
     seconds_each
         That a pair takes, on average.
     minutes
@@ -85,8 +81,6 @@ def planned(
 
     Parameters
     ----------
-    seconds
-        How long the videos are.
     without, stopped
         How many commands have no plan, and how many plans physics stopped.
     """

@@ -15,7 +15,7 @@ from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan
 from eval.plan_study.rating_set import Rated
 from eval.plan_study.study_pairs import INSTANCE
 from eval.statistics.estimates import Estimate
-from eval.tables.formats import document, interval, table_text
+from eval.tables.formats import document, figure, figure_table, interval, table_text
 
 SHOWN = ("kappa", "precision", "recall", "precision_of_wrong", "people_right")
 HEADINGS = {
@@ -72,13 +72,14 @@ def render(rated: Rated, form: Literal["text", "json"], *, terminal: bool = Fals
         "seed": rated.of.sample.seed,
     }
     if form == "json":
+        drawn = rated.of.sample.chance
         content = {
             "study": str(rated.file),
             "pairs": planned.total,
             "planned": asdict(planned),
             "judgments": rated.judgments,
             "validity": {name: _records(rows) for name, rows in rated.agreements.items()} or None,
-            "rated": [_drawn(plan, rated) for plan in rated.of.plans if _is_drawn(plan, rated)],
+            "rated": [_drawn(plan, rated) for plan in rated.of.plans if plan.run in drawn],
         }
         return document(content, about)
     tables: dict[str, Table] = {}
@@ -104,13 +105,8 @@ def _notes(rated: Rated) -> list[str]:
 
 
 def _figures(rows: Sequence[PlanAgreement]) -> Table:
-    table = Table()
-    table.add_column("Plans")
-    for name in SHOWN:
-        table.add_column(HEADINGS[name], justify="right")
-        table.add_column("95%", justify="right")
-    table.add_column("n", justify="right")
-    table.add_column("Rated", justify="right")
+    headings = (heading for name in SHOWN for heading in (HEADINGS[name], "95%"))
+    table = figure_table(("Plans", *headings, "n", "Rated"))
     for row in rows:
         cells = [cell for name in SHOWN for cell in _shown(row.figures[name])]
         table.add_row(row.configuration, *cells, str(row.plans), str(row.rated))
@@ -118,19 +114,14 @@ def _figures(rows: Sequence[PlanAgreement]) -> Table:
 
 
 def _counts(rows: Sequence[PlanAgreement]) -> Table:
-    table = Table()
-    table.add_column("Plans")
-    for heading in ("both right", "people right", "judge right", "both wrong"):
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(row.configuration, *map(str, row.counts.values()))
-    return table
+    return figure_table(
+        ("Plans", "both right", "people right", "judge right", "both wrong"),
+        ((row.configuration, *map(str, row.counts.values())) for row in rows),
+    )
 
 
 def _shown(estimate: Estimate) -> tuple[str, str]:
-    if math.isnan(estimate.value):
-        return "-", "-"
-    return f"{estimate.value:.2f}", interval(estimate.low, estimate.high)
+    return figure(estimate.value), interval(estimate.low, estimate.high)
 
 
 def _half(width: float) -> str:
@@ -148,10 +139,6 @@ def _records(rows: Sequence[PlanAgreement]) -> list[dict[str, object]]:
         }
         for row in rows
     ]
-
-
-def _is_drawn(plan: DistinctPlan, rated: Rated) -> bool:
-    return plan.run in rated.of.sample.chance
 
 
 def _drawn(plan: DistinctPlan, rated: Rated) -> dict[str, object]:

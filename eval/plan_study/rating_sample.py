@@ -31,8 +31,6 @@ class DistinctPlan:
         Name of its run and of its video; it doesn't say who made it.
     record
         The plan as the first of its configurations has it.
-    configurations
-        All that made it.
     """
 
     run: str
@@ -50,8 +48,6 @@ class Sample(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    seed
-        It was drawn with.
     judge
         The verdict that it was drawn by.
     chance

@@ -44,8 +44,6 @@ class RunOutcome(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    seconds
-        How long it took.
     failure
         Why physics stopped it; empty if it didn't.
     """
@@ -65,8 +63,6 @@ class RatingSet:
     sample
         Those that people rate. Plans that physics stopped aren't among them, for their videos
         don't show what the judge has judged.
-    pairs
-        What people rate.
     """
 
     folder: Path

@@ -32,16 +32,12 @@ class Pair:
 
     Parameters
     ----------
-    text
-        The command.
     video
         Name of the run, or of the context of the test corpus whose log is shown.
     own_video
         Name of the context whose log the command was typed for.
     configuration
         ``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair.
-    command
-        The command's id.
     """
 
     text: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
@@ -23,31 +22,6 @@ from g3.errors import FormatError
 MINUTES_EACH = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Crowd:
-    """Where people are found.
-
-    Parameters
-    ----------
-    provider
-        One of ``ct crowd publish``.
-    url
-        Address at which they reach the app.
-    items
-        How many pairs an assignment asks for, at most.
-    sandbox
-        Whether to use the platform's test mode, in which no money is paid.
-    endpoint
-        Another address of the platform's interface, such as a stand-in's.
-    """
-
-    provider: str
-    url: str
-    items: int
-    sandbox: bool = False
-    endpoint: str | None = None
-
-
 def received(folder: Path) -> Sequence[Judgment]:
     """What people have rated so far, as the database in the study's folder has it."""
     if not (folder / INSTANCE / DATABASE_FILE).exists():
@@ -56,20 +30,33 @@ def received(folder: Path) -> Sequence[Judgment]:
         return ratings(session, find_only_study(session, None))
 
 
-def offer(file: Path, crowd: Crowd) -> list[str]:
+def offer(
+    file: Path,
+    platform: str,
+    url: str,
+    items: int,
+    *,
+    sandbox: bool = False,
+    endpoint: str | None = None,
+) -> list[str]:
     """Put a study into the app, and offer as many assignments as its judgments take.
 
-    Doing it again offers only what is missing.
+    Doing it again offers only what is missing. What there is then is told, and where.
 
     Parameters
     ----------
     file
         The study's, with what is paid for a pair unless only links are made.
-
-    Returns
-    -------
-    list of str
-        What there is now, and where.
+    platform
+        One of ``ct crowd publish``.
+    url
+        Address at which people reach the app.
+    items
+        How many pairs an assignment asks for, at most.
+    sandbox
+        Whether to use the platform's test mode, in which no money is paid.
+    endpoint
+        Another address of the platform's interface, such as a stand-in's.
 
     Raises
     ------
@@ -78,10 +65,10 @@ def offer(file: Path, crowd: Crowd) -> list[str]:
     PlatformError
         If the platform refuses.
     """
-    provider = find_provider(crowd.provider)
+    provider = find_provider(platform)
     if provider is None:
         names = ", ".join(p.name for p in providers())
-        raise FormatError("there is no such platform", where=crowd.provider, fix=f"use {names}")
+        raise FormatError("there is no such platform", where=platform, fix=f"use {names}")
     study = read_study(file)
     if provider.pays and study.payment is None:
         raise FormatError("the study doesn't say what is paid", where=str(file), fix="give --pay")
@@ -91,22 +78,22 @@ def offer(file: Path, crowd: Crowd) -> list[str]:
         with transaction(engine) as session:
             put_study(session, study, rendered_videos(file.parent / study.videos, study.only))
     # Nobody rates a pair twice.
-    items = min(crowd.items, len(study.pairs))
+    items = min(items, len(study.pairs))
     people = -(-ANSWERS * len(study.pairs) // items)
     with open_session(
         provider,
         study.name,
         instance=config.instance,
         database=None,
-        sandbox=crowd.sandbox,
-        endpoint=crowd.endpoint,
+        sandbox=sandbox,
+        endpoint=endpoint,
     ) as session:
         if not provider.pays:
             wanted = people if study.access == "invited" else 1  # an open link is for all
-            return [*publish_links(session, url=crowd.url, task="rate", items=items, people=wanted)]
+            return [*publish_links(session, url=url, task="rate", items=items, people=wanted)]
         posted = publish_posting(
             session,
-            url=crowd.url,
+            url=url,
             task="rate",
             items=items,
             people=people,

@@ -20,14 +20,8 @@ class Settings(msgspec.Struct, frozen=True):
     ----------
     train
         The corpora to learn from, with commas between, without the scenario that is tested.
-    test
-        The corpus whose commands are followed.
     most
         How many commands of each scenario; 0 for all.
-    seed
-        What is random is drawn with.
-    hashes
-        Of the corpora.
     plans
         Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in
         the order in which they count; empty for a study like the paper's.

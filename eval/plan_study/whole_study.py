@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -36,7 +35,7 @@ from eval.table_3.outcomes import JudgedRow
 from eval.table_3.plan_report import PAPER
 from eval.tables.comparison_report import NOTE, TITLE, comparison_table
 from eval.tables.comparison_report import records as comparison_records
-from eval.tables.formats import document, interval, table_text
+from eval.tables.formats import document, figure, figure_table, interval, table_text
 from g3.annotation import Judgment
 
 
@@ -201,10 +200,8 @@ def _notes(study: Study) -> list[str]:
 
 
 def _people(rows: Sequence[RatedRow]) -> Table:
-    table = Table()
-    table.add_column("Configuration")
-    for heading in ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs"):
-        table.add_column(heading, justify="right")
+    headings = ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs")
+    table = figure_table(("Configuration", *headings))
     for row in rows:
         paper = beside(PAPER.get(row.configuration), row.rated)
         table.add_row(
@@ -221,21 +218,14 @@ def _people(rows: Sequence[RatedRow]) -> Table:
 
 
 def _automatic(rows: Sequence[JudgedRow]) -> Table:
-    table = Table()
-    table.add_column("Configuration")
-    for heading in ("Ends where the log ends", "95%", "Does what the words say", "95%", "n"):
-        table.add_column(heading, justify="right")
+    headings = ("Ends where the log ends", "95%", "Does what the words say", "95%", "n")
+    table = figure_table(("Configuration", *headings))
     for row in rows:
         bounds = interval(row["low"], row["high"])
         around = interval(row["by_words_low"], row["by_words_high"])
-        shown = f"{row['precision']:.2f}" if row["n"] else "-"
-        words = "-" if math.isnan(row["by_words"]) else f"{row['by_words']:.2f}"
+        shown, words = figure(row["precision"]), figure(row["by_words"])
         table.add_row(row["configuration"], shown, bounds, words, around, str(row["n"]))
     return table
-
-
-def _two(value: float) -> str:
-    return "-" if math.isnan(value) else f"{value:.2f}"
 
 
 def _flat(row: RatedRow) -> dict[str, object]:

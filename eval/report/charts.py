@@ -30,8 +30,6 @@ class Line:
 
     Parameters
     ----------
-    label
-        What it is of.
     figures
         By what they measure; NaN bounds draw no interval, a NaN value nothing.
     paper

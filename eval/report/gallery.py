@@ -43,14 +43,10 @@ class Shown:
 
     Parameters
     ----------
-    name, title
-        Of the scenario.
     command
         What somebody has typed or written for it.
     words
         The same in pieces: those of a clause with what it is grounded in, and those between.
-    phrases
-        Its OBJECTs.
     video, poster
         As data URIs.
     size
@@ -105,8 +101,6 @@ class Failed:
 
     Parameters
     ----------
-    plan
-        With why it is wrong.
     video, poster
         As data URIs.
     """
@@ -120,7 +114,7 @@ def failures(plans: Plans, most: int) -> list[Failed]:
     """The most probable of the wrong plans, as far as their study's videos are here."""
     found: list[Failed] = []
     for plan in plans.wrong():
-        folder = Path(plans.study).parent / "videos" / plan.run
+        folder = Path(plans.file.study).parent / "videos" / plan.run
         if plan.run and (folder / "video.mp4").exists() and len(found) < most:
             video = _uri(folder / "video.mp4", "video/mp4")
             found.append(Failed(plan, video, _uri(folder / "poster.png", "image/png")))

@@ -113,55 +113,40 @@ class Plans:
     ----------
     name
         Of the file, without its folder and suffix.
-    worlds
-        How many worlds or scenarios were tested, each held out in turn.
-    test
-        The hash of the tested corpus.
-    is_new
-        Whether the tested corpus is none of those that were learned from.
-    rows
-        A row for each configuration and part of the commands, by the automatic judge.
-    people
-        The same by people, with known right and wrong pairs; empty if nobody has rated.
-    compared, people_compared
-        Each two configurations, by the judge and by people.
-    study
-        The file of the study that it is of; empty if there is none.
-    commands
-        By configuration, the verdict on each command's plan.
+    file
+        What it holds; its rows, comparisons and validity are those of the automatic judge.
     reliability
         Of the plans' probabilities; the intervals take plans to be independent.
-    validity
-        How well the automatic judge agrees with people, as the file has it; None if unknown.
-    provenance
-        What else the file says.
+    document
+        All that the file says.
     """
 
     name: str
-    worlds: int
-    test: str
-    is_new: bool
-    rows: Sequence[PlanRow]
-    people: Sequence[PlanRow]
-    compared: Sequence[Compared]
-    people_compared: Sequence[Compared]
-    study: str
-    commands: Mapping[str, Sequence[JudgedPlan]]
+    file: PlanFile
     reliability: Sequence[Bin]
-    calibration_error: float | None
-    grounded: float | None
-    validity: Mapping[str, Any] | None
-    provenance: Mapping[str, Any]
     document: Mapping[str, Any]
+
+    @property
+    def is_new(self) -> bool:
+        """Whether the tested corpus is none of those that were learned from."""
+        return bool(self.file.train) and self.file.test not in self.file.train
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What the file says that a report doesn't show."""
+        return {key: value for key, value in self.document.items() if key not in SHOWN}
 
     @property
     def has_paper(self) -> bool:
         """Whether the tested corpus is one like the paper's, with annotated clauses."""
-        return any(row.configuration.startswith("gold") for row in (*self.rows, *self.people))
+        return any(
+            row.configuration.startswith("gold")
+            for row in (*self.file.rows, *(self.file.people or ()))
+        )
 
     def part(self, subset: str) -> list[PlanRow]:
         """The judge's rows of a part of the commands."""
-        return [row for row in self.rows if row.subset == subset]
+        return [row for row in self.file.rows if row.subset == subset]
 
     def parts(self) -> dict[str, list[PlanRow]]:
         """The judge's rows by the name of their part; what is the same as all is shown once."""
@@ -174,14 +159,14 @@ class Plans:
 
     def compared_on(self, subset: str) -> list[Compared]:
         """The judge's comparisons on a part of the commands."""
-        return [c for c in self.compared if c.subset == subset]
+        return [c for c in self.file.comparisons if c.subset == subset]
 
     def wrong(self) -> list[JudgedPlan]:
         """Wrong plans, those that were thought most probable first.
 
         Of annotated clauses, or of extracted ones where nobody has annotated any.
         """
-        plans = self.commands.get("gold") or self.commands.get("auto", ())
+        plans = self.file.commands.get("gold") or self.file.commands.get("auto", [])
         found = [plan for plan in plans if not plan.correct]
         return sorted(found, key=lambda plan: (-plan.probability, plan.command))
 
@@ -199,7 +184,7 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
         twice = next(name for name in names if names.count(name) > 1)
         raise FormatError(f"two files of plans are called {twice}", fix="give one another name")
     found = [read_plans(path) for path in paths]
-    return sorted(found, key=lambda plans: (not plans.is_new, plans.test == corpus_hash))
+    return sorted(found, key=lambda plans: (not plans.is_new, plans.file.test == corpus_hash))
 
 
 def read_plans(path: Path) -> Plans:
@@ -221,12 +206,11 @@ def read_plans(path: Path) -> Plans:
         raise FormatError(f"it can't be read: {error.strerror}", where=str(path)) from error
     except (msgspec.MsgspecError, ValueError) as error:
         raise FormatError(f"this is no Table 3: {error}", where=str(path), fix=MADE_BY) from error
-    automatic = found.automatic or AutomaticRows(
-        found.rows, found.comparisons, found.judge_validity
-    )
-    if not automatic.rows:
+    if found.automatic:
+        found = msgspec.structs.replace(found, **msgspec.structs.asdict(found.automatic))
+    if not found.rows:
         raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
-    lacking = [name for name in ALONE if name not in {row.configuration for row in automatic.rows}]
+    lacking = [name for name in ALONE if name not in {row.configuration for row in found.rows}]
     if lacking:
         raise FormatError(
             f"this Table 3 has no rows of {', '.join(lacking)}, and a report shows no model "
@@ -234,31 +218,15 @@ def read_plans(path: Path) -> Plans:
             where=str(path),
             fix=f"run it again: {MADE_BY}",
         )
-    judges = {row.judge for row in automatic.rows} - {AUTOMATIC}
+    judges = {row.judge for row in found.rows} - {AUTOMATIC}
     if judges:
         raise FormatError(
             f"this Table 3 is by the judge {min(judges)}, and a report shows the automatic judge's",
             where=str(path),
             fix=f"run it again: {MADE_BY}",
         )
-    return Plans(
-        path.stem,
-        len(found.test_scenarios),
-        found.test,
-        bool(found.train) and found.test not in found.train,
-        automatic.rows,
-        found.people or (),
-        automatic.comparisons,
-        found.people_compared,
-        found.study,
-        found.commands,
-        [_with_interval(b) for b in found.reliability],
-        found.expected_calibration_error,
-        found.object_grounding_top1,
-        automatic.judge_validity,
-        {k: v for k, v in document.items() if k not in SHOWN},
-        document,
-    )
+    bins = [_with_interval(b) for b in found.reliability]
+    return Plans(path.stem, found, bins, document)
 
 
 def _with_interval(plans: outcomes.Bin) -> Bin:

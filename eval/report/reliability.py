@@ -26,8 +26,6 @@ class Bin:
         The part of them that is right.
     low, high
         Its 95% interval with whole commands resampled; NaN if unknown.
-    n
-        How many they are.
     """
 
     stated: float

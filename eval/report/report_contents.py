@@ -70,8 +70,6 @@ class Contents:
     ----------
     table_1, metadata
         Its rows, and how they were made.
-    reliability
-        Of the predicted correspondences.
     curve, repeats
         The learning curve's points, and of how many random orders.
     errors

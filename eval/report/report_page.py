@@ -155,10 +155,10 @@ def _of_plans(plans: Plans) -> dict[str, Plot]:
         if compared := plans.compared_on(part):
             title = f"Differences: {TITLES[part]}"
             found[f"{part}-compared"] = differences(_of_comparisons(compared), title)
-    if plans.people:
-        found["people"] = intervals(_of_table_3(plans.people, plans), "Table 3 by people")
-    if plans.people_compared:
-        lines = _of_comparisons(plans.people_compared)
+    if plans.file.people:
+        found["people"] = intervals(_of_table_3(plans.file.people, plans), "Table 3 by people")
+    if plans.file.people_compared:
+        lines = _of_comparisons(plans.file.people_compared)
         found["people-compared"] = differences(lines, "Differences by people")
     if plans.reliability:
         found["reliability"] = reliability(plans.reliability, "Reliability of plans")

@@ -82,8 +82,8 @@ def _files(contents: Contents, plots: Mapping[str, Plot]) -> dict[str, str]:
             {"table": plans.name, "judge": judge, **msgspec.to_builtins(c)}
             for plans in contents.plans
             for judge, several in (
-                ("automatic", plans.compared),
-                ("people", plans.people_compared),
+                ("automatic", plans.file.comparisons),
+                ("people", plans.file.people_compared),
             )
             for c in several
         ]
@@ -116,7 +116,7 @@ def _document(contents: Contents) -> str:
 def _rows(plans: Plans) -> list[dict[str, object]]:
     return [
         {"table": plans.name, **msgspec.to_builtins(row), "paper": paper_figure(row, plans)}
-        for row in (*plans.rows, *plans.people)
+        for row in (*plans.file.rows, *(plans.file.people or ()))
     ]
 
 
@@ -128,12 +128,12 @@ def _latex(plans: Plans) -> str:
         tables.append(_rows_latex(f"{title}{papers}.", rows, plans))
         if compared := plans.compared_on(part):
             tables.append(_compared_latex(f"{title}: configurations compared.", compared))
-    if plans.people:
+    if plans.file.people:
         title = f"Table 3, {plans.name}. Judged by people"
-        tables.append(_rows_latex(f"{title}.", plans.people, plans))
-        if plans.people_compared:
+        tables.append(_rows_latex(f"{title}.", plans.file.people, plans))
+        if plans.file.people_compared:
             tables.append(
-                _compared_latex(f"{title}: configurations compared.", plans.people_compared)
+                _compared_latex(f"{title}: configurations compared.", plans.file.people_compared)
             )
     return "\n\n".join(tables)
 

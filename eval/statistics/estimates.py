@@ -27,6 +27,7 @@ CELLS = ("tp", "fp", "fn", "tn")
 FIGURES = ("precision", "recall", "f", "accuracy")
 """Order of the last axis of :func:`figures`."""
 LEVEL = 0.95
+"""Probability that an interval leaves inside."""
 FEWEST_CLUSTERS = 10
 """Of fewer clusters a bootstrap's interval is far too narrow, so there is none."""
 FEWEST_BESIDE = FEWEST_CLUSTERS
@@ -131,7 +132,6 @@ def cluster_bootstrap(
     *,
     rng: np.random.Generator,
     draws: int = 2000,
-    level: float = LEVEL,
     executor: Executor | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Percentile intervals of a statistic of summed counts, resampling clusters.
@@ -153,10 +153,6 @@ def cluster_bootstrap(
         Maps counts (..., k) to figures (..., m), elementwise over the leading axes.
     rng
         Source of randomness; the same state gives the same bounds.
-    draws
-        Number of resamples.
-    level
-        Probability that the interval leaves inside.
     executor
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
@@ -169,8 +165,6 @@ def cluster_bootstrap(
     ----------
     Field and Welsh (2007), Bootstrapping clustered data, J. R. Stat. Soc. B 69.
     """
-    if not 0 < level < 1:
-        raise ValueError(f"level is {level}, expected a probability between 0 and 1")
     clusters = len(counts)
     informative = (~np.isnan(statistic(counts.astype(np.float64)))).sum(axis=0)
     if clusters == 0:
@@ -179,10 +173,10 @@ def cluster_bootstrap(
 
     values = statistic(resampled_sums(counts, rng=rng, draws=draws, executor=executor))
 
-    return percentile_bounds(np.where(informative < FEWEST_CLUSTERS, np.nan, values), level)
+    return percentile_bounds(np.where(informative < FEWEST_CLUSTERS, np.nan, values))
 
 
-def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
+def percentile_bounds(drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds that leave a part of resampled figures inside.
 
     Where both bounds would be the same there are none. Clusters that don't differ are no evidence
@@ -199,6 +193,6 @@ def percentile_bounds(drawn: FloatArray, level: float = LEVEL) -> tuple[FloatArr
         Shape (...); NaN where there are none.
     """
     known = np.where(np.isnan(drawn).all(axis=0), 0.0, drawn)
-    low, high = np.nanquantile(known, ((1 - level) / 2, (1 + level) / 2), axis=0)
+    low, high = np.nanquantile(known, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
     alike = high - low < ALIKE
     return np.where(alike, np.nan, low), np.where(alike, np.nan, high)

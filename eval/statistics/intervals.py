@@ -27,24 +27,22 @@ from eval.statistics.resampling import resampled_sums
 DRAWS = 10_000
 
 
-def wilson(agreeing: int, n: int, level: float = LEVEL) -> Estimate:
+def wilson(agreeing: int, n: int) -> Estimate:
     """Wilson's score interval (J. Am. Stat. Assoc. 22, 1927), for independent judgments."""
-    return _independent(agreeing, n, level, "wilson")
+    return _independent(agreeing, n, "wilson")
 
 
-def clopper_pearson(agreeing: int, n: int, level: float = LEVEL) -> Estimate:
+def clopper_pearson(agreeing: int, n: int) -> Estimate:
     """Clopper and Pearson's exact interval (Biometrika 26, 1934), for independent judgments."""
-    return _independent(agreeing, n, level, "exact")
+    return _independent(agreeing, n, "exact")
 
 
-def _independent(
-    agreeing: int, n: int, level: float, method: Literal["wilson", "exact"]
-) -> Estimate:
+def _independent(agreeing: int, n: int, method: Literal["wilson", "exact"]) -> Estimate:
     from scipy.stats import binomtest  # noqa: PLC0415 - heavy
 
     if n == 0:
         return Estimate(np.nan, np.nan, np.nan)
-    found = binomtest(agreeing, n).proportion_ci(level, method)
+    found = binomtest(agreeing, n).proportion_ci(LEVEL, method)
     return Estimate(agreeing / n, float(found.low), float(found.high))
 
 
@@ -54,7 +52,6 @@ def bootstrap(
     *,
     rng: np.random.Generator,
     draws: int = DRAWS,
-    level: float = LEVEL,
     executor: Executor | None = None,
 ) -> Estimate:
     """Percentile interval that resamples whole clusters, such as videos.
@@ -71,12 +68,10 @@ def bootstrap(
     _, index = np.unique(cluster, return_inverse=True)
     counted = np.stack([np.bincount(index, weights=agrees), np.bincount(index)], axis=1)
     sums, counts = resampled_sums(counted, rng=rng, draws=draws, executor=executor).T
-    return percentiles(float(agrees.mean()), sums / counts, len(counted), level)
+    return percentiles(float(agrees.mean()), sums / counts, len(counted))
 
 
-def two_way(
-    agrees: BoolArray | FloatArray, first: IntArray, second: IntArray, level: float = LEVEL
-) -> Estimate:
+def two_way(agrees: BoolArray | FloatArray, first: IntArray, second: IntArray) -> Estimate:
     """Interval for judgments in two crossed clusterings, such as of videos and of raters.
 
     A. C. Cameron, J. B. Gelbach and D. L. Miller (J. Bus. Econ. Stat. 29, 2011): the variance
@@ -98,14 +93,14 @@ def two_way(
     kinds.append(np.unique(kinds[0] * len(agrees) + kinds[1], return_inverse=True)[1])
     count = min((int(kind.max()) + 1 for kind in kinds[:2] if kind.max()), default=1)
     if share in (0.0, 1.0):
-        return wilson(round(share * count), count, level)
+        return wilson(round(share * count), count)
     if count < 2:
         return Estimate(share, np.nan, np.nan)
     deviations = agrees.astype(np.float64) - share
     one, other, both = (_between(deviations, kind) for kind in kinds)
     # The difference may be too small by chance.
     variance = max(one + other - both, one, other) / len(agrees) ** 2
-    half = special.stdtrit(count - 1, (1 + level) / 2) * np.sqrt(variance) / (share * (1 - share))
+    half = special.stdtrit(count - 1, (1 + LEVEL) / 2) * np.sqrt(variance) / (share * (1 - share))
     low, high = special.expit(special.logit(share) + half * np.array([-1, 1]))
     return Estimate(share, float(low), float(high))
 
@@ -161,21 +156,17 @@ def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> float:
     return (between - within) / total if total else np.nan
 
 
-def percentiles(value: float, drawn: FloatArray, clusters: int, level: float = LEVEL) -> Estimate:
+def percentiles(value: float, drawn: FloatArray, clusters: int) -> Estimate:
     """A figure with the bounds of a percentile interval; NaN where it has none.
 
     Parameters
     ----------
-    value
-        The figure.
     drawn
         The same of each resample.
     clusters
         How many clusters were resampled; of fewer than `FEWEST_CLUSTERS` there is no interval.
-    level
-        Probability that the interval leaves inside.
     """
     if clusters < FEWEST_CLUSTERS:
         return Estimate(value, np.nan, np.nan)
-    low, high = percentile_bounds(drawn, level)
+    low, high = percentile_bounds(drawn)
     return Estimate(value, float(low), float(high))

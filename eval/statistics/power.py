@@ -47,8 +47,6 @@ def plan_interval(half_width: float, *, share: float, judges: int, correlation: 
         Wanted distance of the bounds from the share.
     share
         The share that is expected; 0.5 is the worst case.
-    judges
-        People who judge each pair.
     correlation
         Between judgments of a pair, within it.
     """

@@ -31,7 +31,7 @@ def resampled_sums(
     draws: int,
     executor: Executor | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Sums over as many clusters as there are, drawn with replacement again and again.
+    """Sums over as many clusters as there are, drawn with replacement; shape (draws, ...).
 
     Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: how often each
     cluster is drawn is multinomial, so a block of draws is one product of matrices.
@@ -42,15 +42,8 @@ def resampled_sums(
         What is added up of each cluster, shape (clusters, ...).
     rng
         Source of randomness; the same state gives the same sums.
-    draws
-        Number of resamples.
     executor
         Who makes the blocks; this process if left out.
-
-    Returns
-    -------
-    ndarray
-        Shape (draws, ...).
 
     Raises
     ------

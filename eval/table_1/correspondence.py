@@ -162,15 +162,13 @@ def table_rows(
     cluster: Cluster = "command",
     executor: Executor | None = None,
 ) -> tuple[Row, ...]:
-    """Compute the rows of Table 1, in the paper's order.
+    """Compute the rows of Table 1, one per :data:`ROW_TYPES`.
 
     The overall row pools all examples (micro-average), as the paper's does. A type
     without examples has n = 0 and NaN figures.
 
     Parameters
     ----------
-    predictions
-        What the model said.
     threshold
         Probability from which φ counts as predicted true.
     draws, seed
@@ -181,11 +179,6 @@ def table_rows(
         need a few dozen scenarios to be trusted.
     executor
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
-
-    Returns
-    -------
-    tuple of Row
-        One per :data:`ROW_TYPES`.
     """
     counts = _counts_by_cluster(predictions, threshold, cluster)
     values = figures(counts.sum(axis=0))

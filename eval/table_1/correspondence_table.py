@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -12,7 +11,17 @@ from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, FIGURES, E
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.table_1.given_predictions import OURS, ComparedType
 from eval.tables.comparison_report import comparison_table, records
-from eval.tables.formats import FORMATS, Format, comments, delimited, document, interval, table_text
+from eval.tables.formats import (
+    FORMATS,
+    Format,
+    comments,
+    delimited,
+    document,
+    figure,
+    figure_table,
+    interval,
+    table_text,
+)
 from eval.tables.latex import RULE, estimate, tabular
 
 HEADINGS = ("Precision", "Recall", "F-score", "Accuracy")
@@ -44,8 +53,6 @@ def render(
 
     Parameters
     ----------
-    rows
-        What :func:`eval.table_1.correspondence.table_rows` gives.
     format
         ``table`` to read, ``json``, ``csv`` (metadata as columns that repeat, so that
         files of several runs can be put together) or ``latex`` (a tabular for booktabs).
@@ -113,10 +120,6 @@ def _content(
     return content
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None or math.isnan(value) else f"{value:.2f}"
-
-
 def _text(
     models: Mapping[str, Sequence[Row]],
     compared: Sequence[ComparedType],
@@ -140,18 +143,15 @@ def _text(
 
 
 def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
-    table = Table()
-    table.add_column("Type")
-    for heading in (*HEADINGS, "n", "True", "Commands"):
-        table.add_column(heading, justify="right")
+    table = figure_table(("Type", *HEADINGS, "n", "True", "Commands"))
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
         between = "{:.2f}–{:.2f}" if terminal else "{:.2f}-{:.2f}"
         name = row.type.capitalize() if row.type == "overall" else row.type
         counts = (str(row.n), str(row.positives), str(row.commands))
-        table.add_row(name, *(_number(e.value) for e in estimates), *counts, style="bold")
+        table.add_row(name, *(figure(e.value) for e in estimates), *counts, style="bold")
         table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
-        paper = map(_number, _paper(row).values())
+        paper = map(figure, _paper(row).values())
         table.add_row("  paper", *paper, style="dim", end_section=True)
     return table
 
@@ -160,7 +160,7 @@ def _latex(rows: Sequence[Row], metadata: Mapping[str, object], model: str) -> s
     cells: list[tuple[str, ...]] = []
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
-        paper = map(_number, _paper(row).values())
+        paper = map(figure, _paper(row).values())
         if row.type == "overall":
             cells.append(RULE)
         name = row.type.capitalize() if row.type == "overall" else row.type

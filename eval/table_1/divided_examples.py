@@ -47,8 +47,6 @@ class Choices:
         How to divide ``corpus`` by scenario: each held out in turn, or some.
     test_scenarios
         Which to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
-    negatives
-        Which negatives to take.
     test_negatives
         Which negatives to test on, if others than to train on.
     ablate
@@ -59,8 +57,6 @@ class Choices:
         Strength of the regularisation; None for the default.
     threshold
         Probability from which φ counts as predicted true.
-    seed
-        What everything random is drawn with.
     """
 
     corpus: str = ""
@@ -91,17 +87,7 @@ class Choices:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DividedExamples:
-    """Examples, and how they are divided.
-
-    Parameters
-    ----------
-    items
-        All examples.
-    splits
-        What is trained on and tested on.
-    metadata
-        What to record with the results.
-    """
+    """Examples, and how they are divided."""
 
     items: Sequence[Example]
     splits: Sequence[Split]

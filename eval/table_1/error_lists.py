@@ -42,8 +42,6 @@ class Example:
     ----------
     id
         Names the example: the annotation and the clause in it.
-    words
-        The words of the SDC.
     source
         Where its groundings come from (:data:`g3.annotation.Source`).
     """
@@ -85,8 +83,6 @@ class ErrorList:
 
     Parameters
     ----------
-    type
-        SDC type.
     correct
         Whether φ was predicted correctly.
     scoring
@@ -182,8 +178,6 @@ def render_lists(
 
     Parameters
     ----------
-    lists
-        What :func:`error_lists` gives.
     format
         ``table``, where empty lists are left out, or ``json``.
     metadata

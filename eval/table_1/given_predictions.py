@@ -52,25 +52,15 @@ def prediction_line(example: Example) -> PredictionLine:
 
 
 def write_form(path: Path, examples: Iterable[Example]) -> int:
-    """Write the form to fill in: a line for each example, without a probability.
+    """Write the form to fill in, a line for each example without a probability; return how many.
 
     They come in the order of their ids, which shows nothing either.
-
-    Returns
-    -------
-    int
-        How many there are.
     """
     return write_lines(path, map(prediction_line, sorted(examples, key=id_of)))
 
 
 def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
-    """Read the probabilities of examples from a file.
-
-    Returns
-    -------
-    FloatArray
-        In the order of the examples, shape (n,).
+    """Read the probabilities of examples from a file, in their order; shape (n,).
 
     Raises
     ------

@@ -41,17 +41,7 @@ SMALLEST_SIZE = 50
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
-    """What was predicted of the tested examples.
-
-    Parameters
-    ----------
-    items
-        The examples.
-    predictions
-        What the models said of them, aligned.
-    metadata
-        What to record with the results.
-    """
+    """What was predicted of the tested examples."""
 
     items: Sequence[Example]
     predictions: Predictions
@@ -149,8 +139,6 @@ def learning_curve(
     ----------
     choices
         What is trained and tested; the errors of several splits are pooled.
-    repeats
-        Number of random orders.
     on_progress
         Told how many models have been trained.
 

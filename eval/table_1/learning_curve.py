@@ -87,8 +87,6 @@ def write_csv(
     ----------
     points
         The curve, in any order.
-    path
-        File to write or replace.
     metadata
         What to record beside, in columns that repeat.
     """

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict
 from math import ceil
 
 import numpy as np
-from rich.table import Table
 
 from eval.statistics.intervals import intraclass_correlation
 from eval.statistics.power import (
     POWER,
-    Plan,
     judgments_for_difference,
     plan_interval,
     simulated_half_width,
 )
 from eval.statistics.ratings import of_study, ratings_of
-from eval.tables.formats import Format, comments, delimited, document, table_text
+from eval.tables.formats import Format, comments, delimited, document, figure_table, table_text
 from eval.tables.latex import tabular
 from g3.annotation import Judgment
-from g3.short_repr import short_repr
 
 JUDGES = (1, 3, 5, 10)
 SHARE, CORRELATION = 0.88, 0.44
@@ -31,25 +28,6 @@ COLUMNS = (
     "judges", "pairs", "judgments", "half_width", "simulated_half_width", "design_effect",
     "pairs_for_difference",
 )  # fmt: skip
-
-
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A plan, and how it does in simulated studies.
-
-    Parameters
-    ----------
-    simulated_half_width
-        What the interval has in simulated studies.
-    pairs_for_difference
-        How many pairs of each of two configurations find shares that differ by
-        :data:`DIFFERENCE` with a probability of :data:`~eval.statistics.power.POWER`.
-    """
-
-    plan: Plan
-    simulated_half_width: float
-    pairs_for_difference: int
 
 
 def assumptions(judgments: Sequence[Judgment]) -> tuple[float, float]:
@@ -63,8 +41,13 @@ def assumptions(judgments: Sequence[Judgment]) -> tuple[float, float]:
     return float(mine.agrees.mean()), max(0.0, correlation)
 
 
-def plans(half_width: float, share: float, correlation: float, seed: int) -> list[Row]:
-    """A row for each number of judges."""
+def plans(half_width: float, share: float, correlation: float, seed: int) -> list[dict[str, float]]:
+    """A record for each number of judges, by :data:`COLUMNS`.
+
+    Beside the plan it has the half width in simulated studies, and how many pairs of each of two
+    configurations find shares that differ by :data:`DIFFERENCE` with a probability of
+    :data:`~eval.statistics.power.POWER`.
+    """
     rng = np.random.default_rng(seed)
     rows = []
     lower = share - DIFFERENCE if share > DIFFERENCE else share + DIFFERENCE
@@ -72,17 +55,22 @@ def plans(half_width: float, share: float, correlation: float, seed: int) -> lis
         plan = plan_interval(half_width, share=share, judges=judges, correlation=correlation)
         simulated = simulated_half_width(plan, share=share, correlation=correlation, rng=rng)
         needed = judgments_for_difference(share, lower) * plan.design_effect / judges
-        rows.append(Row(plan, simulated, ceil(needed)))
+        about = {"simulated_half_width": simulated, "pairs_for_difference": ceil(needed)}
+        rows.append(asdict(plan) | about)
     return rows
 
 
 def render(
-    rows: Sequence[Row], form: Format, metadata: Mapping[str, object], *, terminal: bool = False
+    records: Sequence[Mapping[str, float]],
+    form: Format,
+    metadata: Mapping[str, object],
+    *,
+    terminal: bool = False,
 ) -> str:
     """The plans in one of the formats."""
-    records = [_record(row) for row in rows]
     if form == "json":
-        return document({"rows": records}, metadata)
+        rows = [{name: record[name] for name in COLUMNS} for record in records]
+        return document({"rows": rows}, metadata)
     if form == "csv":
         return delimited(records, metadata, columns=COLUMNS)
     headings = (
@@ -100,26 +88,10 @@ def render(
     ]
     if form == "latex":
         return tabular(headings, cells, comments=comments(metadata))
-    table = Table()
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    for row in cells:
-        table.add_row(*row)
+    table = figure_table(headings, cells, words=0)
     notes = (
         "half width: of a 95% interval of the share, for the videos at hand",
         f"the last column: pairs of each of two configurations, with a power of {POWER:.0%}",
         "design effect: how much more a share varies because judgments of a pair are alike",
     )
     return table_text({"How large a study must be": table}, notes, metadata, terminal=terminal)
-
-
-def _record(row: Row) -> dict[str, float]:
-    return {
-        "judges": row.plan.judges,
-        "pairs": row.plan.pairs,
-        "judgments": row.plan.judgments,
-        "half_width": row.plan.half_width,
-        "simulated_half_width": row.simulated_half_width,
-        "design_effect": row.plan.design_effect,
-        "pairs_for_difference": row.pairs_for_difference,
-    }

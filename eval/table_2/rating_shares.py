@@ -77,8 +77,6 @@ class Results:
 
     Parameters
     ----------
-    study
-        The study whose judgments are counted.
     left_out
         For each other study, how many judgments it has and what part agrees by configuration.
     repeats

@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from rich.table import Table
 
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.estimates import FEWEST_BESIDE, Estimate, beside
 from eval.table_2.rating_shares import Configuration, Results, Row
-from eval.tables.formats import Format, comments, delimited, document, interval, table_text
+from eval.tables.formats import (
+    Format,
+    comments,
+    delimited,
+    document,
+    figure_table,
+    interval,
+    table_text,
+)
 from eval.tables.latex import estimate, tabular
 
 PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
@@ -155,22 +162,12 @@ def _flat(row: Row) -> dict[str, object]:
 
 
 def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) -> str:
-    table = Table()
-    table.add_column("Video")
-    headings = (
-        "Agree",
-        "95%",
-        "Videos, raters",
-        "Independent",
-        "Majority",
-        "Weighed",
-        "Paper",
-        "n",
-        "Pairs",
-    )
     has_models = any(row.model is not None for row in results.rows)
-    for heading in (*headings, *(MODELS if has_models else ())):
-        table.add_column(heading, justify="right")
+    headings = (
+        "Video", "Agree", "95%", "Videos, raters", "Independent", "Majority", "Weighed", "Paper",
+        "n", "Pairs", *(MODELS if has_models else ()),
+    )  # fmt: skip
+    table = figure_table(headings)
     for row in results.rows:
         table.add_row(
             row.configuration,

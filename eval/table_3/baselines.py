@@ -151,8 +151,6 @@ def _done_with(
     ----------
     place
         Where in the command the words that name the load end.
-    find
-        How things are named.
     """
     start, verbs = task.start, {normalise(word) for word in task.words}
     if verbs & GO and not verbs & HANDLE:

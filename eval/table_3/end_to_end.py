@@ -48,8 +48,6 @@ class EndToEnd:
     outcomes
         Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
         and the baselines, of other grounders, and of the model with the clauses of other parsers.
-    facts
-        What is known of each command.
     missing
         Grounders that couldn't be run, and why.
     perturbed
@@ -154,7 +152,7 @@ def run(
     chosen = [name for name in order if name in asked.names]
     found = dict(done)
     left = [name for name in names if name not in found]
-    tasks = _tasks(tested, headings, most)
+    tasks = tasks_of(tested, headings, most)
     for own in there:
         own.prepare(tasks, on_progress or no_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
@@ -220,12 +218,8 @@ def _grounders(
     return [*(grounder_named(name) for name in configurations if name in BASELINES), *others]
 
 
-def tasks_of(test: str, headings: Sequence[str] = (), most: int = 0) -> list[PlanTask]:
+def tasks_of(corpus: Corpus, headings: Sequence[str] = (), most: int = 0) -> list[PlanTask]:
     """What grounders are asked; the parameters are those of :func:`run`."""
-    return _tasks(open_corpus(test), headings, most)
-
-
-def _tasks(corpus: Corpus, headings: Sequence[str], most: int) -> list[PlanTask]:
     return [
         task_of(tested, heading)
         for heading, turned in in_headings(corpus, headings).items()

@@ -35,8 +35,6 @@ class FollowedPlan:
 
     Parameters
     ----------
-    proposal
-        The plan.
     final
         What it leads to; None where there is no plan.
     evidence
@@ -120,8 +118,6 @@ def judged(
 
     Parameters
     ----------
-    heading
-        What to note as the heading.
     judge
         Who gives the first verdict; the automatic judge if left out.
     """

@@ -27,8 +27,6 @@ class GivenPlans:
 
     Parameters
     ----------
-    path
-        The file.
     lines
         Its plans, with the numbers of their lines.
     """
@@ -129,13 +127,7 @@ def read_plans(path: Path) -> GivenPlans:
 
 
 def write_tasks(path: Path, tasks: Iterable[PlanTask]) -> int:
-    """Write the form to fill in: a line for each command with its world, and no plan.
-
-    Returns
-    -------
-    int
-        How many there are.
-    """
+    """Write the form to fill in, a line for each command with its world; return how many."""
     return write_lines(path, map(task_line, tasks))
 
 

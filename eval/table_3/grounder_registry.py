@@ -30,8 +30,6 @@ class PlanTask:
 
     Parameters
     ----------
-    text
-        The command as typed.
     start
         Where everything is when it is given. It holds no log, so nothing of what was done.
     loads

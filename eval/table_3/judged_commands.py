@@ -32,8 +32,6 @@ class JudgedCommand:
 
     Parameters
     ----------
-    context
-        The world that it was given in.
     annotation
         Its clauses and groundings by people; None if nobody has annotated it.
     done

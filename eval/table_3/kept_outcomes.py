@@ -41,10 +41,6 @@ class Kept:
 
     Parameters
     ----------
-    path
-        Where they are kept.
-    settings
-        What they were made with.
     scenarios
         By scenario and configuration.
     """
@@ -68,8 +64,6 @@ def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
 
     Parameters
     ----------
-    out
-        Where the table is to be written.
     settings
         What decides of the outcomes, as JSON has it.
     """

@@ -25,12 +25,8 @@ class Outcome:
 
     Parameters
     ----------
-    command, scenario, text
-        The command.
     probability
         Of its plan; 0 where there is none.
-    correct
-        The judge's verdict.
     reason
         Why it is wrong; empty if it isn't.
     objects, objects_right
@@ -104,14 +100,10 @@ def judged_row(
 
     Parameters
     ----------
-    name
-        Of the configuration.
     correct, by_words
         The judge's verdicts on its plans; of the second one those that are known count.
     scenarios
         Of the plans' commands.
-    draws, seed
-        Of the resampling.
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from eval.judging.judge_registry import AUTOMATIC
+from eval.judging.judge_report import in_a_line, with_validity
+from eval.judging.judge_validity import known_validity
 from eval.statistics.estimates import beside
 from eval.table_3.end_to_end import EndToEnd
-from eval.table_3.judged_commands import SUBSETS, Facts, Subset
+from eval.table_3.judged_commands import OUTCOMES, SUBSETS, Facts, Subset
 from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk_coverage
 from eval.table_3.plan_rows import (
     ALONE,
@@ -29,7 +32,7 @@ from eval.table_3.plan_rows import (
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
-from eval.tables.formats import Format, comments, delimited, document, interval
+from eval.tables.formats import Format, comments, delimited, document, figure, interval
 from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
@@ -105,6 +108,38 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
         return _document(result, found, compared)
     shown = [line for c in compared for line in (*_compared_lines(c), "")]
     return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARED, "", *_more(result)])
+
+
+def with_judge(
+    result: EndToEnd,
+    corpora: Iterable[Corpus],
+    *,
+    draws: int,
+    seed: int,
+    notes: Sequence[str] = (),
+) -> Callable[[Format], str]:
+    """What renders Table 3 and says how valid its verdicts are, where logs and people show it.
+
+    Parameters
+    ----------
+    corpora
+        The first that has people's judgments of videos with logs shows the automatic judge's
+        validity.
+    notes
+        What is said under the table besides.
+    """
+    is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
+    is_by_logs = is_automatic and result.metadata.get("compared_with") != OUTCOMES
+    validity = known_validity(corpora if is_by_logs else (), draws=draws, seed=seed)
+    said = [in_a_line(validity) if is_by_logs else NOT_VALIDATED] if is_automatic else []
+
+    def shown(form: Format) -> str:
+        text = render(result, form, draws=draws, seed=seed)
+        if form == "json":
+            return with_validity(text, validity)
+        return "\n".join([text, *notes, *said]) if form == "text" else text
+
+    return shown
 
 
 def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
@@ -190,10 +225,6 @@ def _number(row: Row, name: str) -> float:
     return float(value) if isinstance(value, (int, float)) else float("nan")
 
 
-def _two(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.2f}"
-
-
 def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
     shown_verdicts = [v for v in VERDICTS if any(not np.isnan(_number(r, v)) for r in found)]
     for subset, own in _parts(found):
@@ -212,7 +243,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             )
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
-                f"{_two(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
+                f"{figure(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
                 f"{'' if paper is None else f'{paper:.2f}':>8}"
             )
             note = f"  {row['note']}" if row["note"] else ""
@@ -224,7 +255,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
         shown = [r for r in _by_heading(result) if r["configuration"] in MODELS]
         for record in shown:
-            figures = ", ".join(f"{HEADINGS[v]} {_two(_number(record, v))}" for v in VERDICTS)
+            figures = ", ".join(f"{HEADINGS[v]} {figure(_number(record, v))}" for v in VERDICTS)
             yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
         yield ""
 
@@ -245,7 +276,7 @@ def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
         for verdict in COMPARED_VERDICTS:
             shares = [_number(by_kind[name, kind], verdict) for kind in ("", *kinds)]
             if not all(np.isnan(shares)):
-                cells = "".join(f"{_two(share):>10}" for share in shares)
+                cells = "".join(f"{figure(share):>10}" for share in shares)
                 yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
 
 
@@ -255,7 +286,7 @@ def _verdict_cells(row: Row, verdict: str) -> str:
     )
     form = "[{:.2f}, {:.2f}]"
     return (
-        f"{_two(value):>11}{interval(low, high, form):>15}"
+        f"{figure(value):>11}{interval(low, high, form):>15}"
         f"{interval(two_way_low, two_way_high, form):>15}"
     )
 

@@ -142,8 +142,6 @@ def rows(
     ----------
     outcomes
         By configuration.
-    facts
-        Of the commands.
     missing
         Configurations that can't be run, which have a row without figures, and why.
     judge

@@ -175,14 +175,10 @@ def _models(
     model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else guesser
     for name in asked.models:
         grounder = model if name in MODELS else guesser
-        found[name] = functools.partial(_by_model, name, grounder)
+        found[name] = functools.partial(plan_by_model, name, grounder=grounder)
     for name in asked.parsers:
         found[name] = functools.partial(_by_parser, name, model)
     return found
-
-
-def _by_model(name: str, grounder: Grounder, tested: JudgedCommand, trees: Parse) -> FollowedPlan:
-    return plan_by_model(name, tested, trees, grounder)
 
 
 def _by_parser(name: str, grounder: Grounder, tested: JudgedCommand, _: Parse) -> FollowedPlan:

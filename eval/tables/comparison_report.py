@@ -10,7 +10,7 @@ from rich.table import Table
 from eval.statistics.comparison import Comparison, compare_all
 from eval.statistics.estimates import FloatArray, IntArray
 from eval.statistics.ratings import codes
-from eval.tables.formats import interval, table_text
+from eval.tables.formats import figure_table, interval, table_text
 
 TITLE = "configurations compared on the commands that both have"
 NOTE = (
@@ -69,12 +69,8 @@ def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
 
 def comparison_table(found: Sequence[Comparison]) -> Table:
     """A table to read."""
-    table = Table()
-    table.add_column("Configurations")
-    for heading in ("Difference", "95%", "p, corrected", "h", "n"):
-        table.add_column(heading, justify="right")
-    for c in found:
-        table.add_row(
+    rows = (
+        (
             f"{c.one} - {c.other}",
             f"{c.difference.value:+.2f}",
             interval(c.difference.low, c.difference.high, "{:+.2f} to {:+.2f}"),
@@ -82,7 +78,10 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
             f"{c.effect:+.2f}",
             str(c.n),
         )
-    return table
+        for c in found
+    )
+    headings = ("Configurations", "Difference", "95%", "p, corrected", "h", "n")
+    return figure_table(headings, rows)
 
 
 def lines(found: Sequence[Comparison], title: str = TITLE) -> list[str]:

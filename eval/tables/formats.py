@@ -133,9 +133,26 @@ def table_text(
     return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
 
 
+def figure_table(
+    headings: Sequence[str], rows: Iterable[Sequence[str | Text]] = (), *, words: int = 1
+) -> Table:
+    """A table whose first columns are words, so many, and whose others are figures."""
+    table = Table()
+    for place, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if place < words else "right")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
 def cell(text: object, style: str = "") -> Text:
     """Text for a cell of a table: no markup is read in it and nothing in it is unprintable."""
     return Text(_one_line(text), style=style)
+
+
+def figure(value: float | None) -> str:
+    """A figure with two digits, or a dash where there is none."""
+    return "-" if value is None or math.isnan(value) else f"{value:.2f}"
 
 
 def interval(low: float | None, high: float | None, form: str = "{:.2f} to {:.2f}") -> str:

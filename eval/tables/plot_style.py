@@ -26,8 +26,6 @@ class Plot:
 
     Parameters
     ----------
-    title
-        What it shows.
     draw
         From a width in inches to the plot.
     """

@@ -22,13 +22,6 @@ class ResultTable:
 
     It prints as ``ct eval`` does. Its length is the number of its rows; iterating gives them.
 
-    Parameters
-    ----------
-    title
-        What it is, in a few words.
-    render
-        Writes it in a format.
-
     Attributes
     ----------
     document

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
@@ -30,6 +31,7 @@ TASKS = {
     "ground": (TO_CHECKPOINT.format("12", "3"), ("Pick up the washer and put it down.",)),
     "drive": (DRIVE.format("21"), ("Turn around and go.",)),
 }
+FEW = ("court_put_crate_on_trailer-01", "hall_pick_up_boxes-01")
 
 
 def commands_of(texts: tuple[str, ...]) -> str:
@@ -59,13 +61,12 @@ def yards(folder: Path) -> Corpus:
     return import_parts(folder, salt="s", part="automatic")[0]
 
 
-def few_annotated() -> Corpus:
-    """Two annotated commands to learn from."""
+def few_annotated(wanted: Collection[str] = FEW, name: str = "few") -> Corpus:
+    """Annotated commands of the bundled corpus, two of them if none are named."""
     whole = open_corpus("warehouse")
-    wanted = {"court_put_crate_on_trailer-01", "hall_pick_up_boxes-01"}
     annotations = [a for a in whole.annotations if a.command.id in wanted]
     return make_corpus(
-        "few",
+        name,
         contexts=list({a.context.id: a.context for a in annotations}.values()),
         commands=list({a.command.id: a.command for a in annotations}.values()),
         annotations=annotations,

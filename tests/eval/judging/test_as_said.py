@@ -113,7 +113,7 @@ COMMANDS = {
 }
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.sampled_from(sorted(COMMANDS)),
     st.tuples(st.floats(-12, 12), st.floats(-12, 12)).filter(lambda p: np.hypot(*p) > 5),

@@ -5,27 +5,17 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.cli.eval_commands import evaluate
 from eval.language_model.chat_endpoint import missing
 from g3.errors import CorpusError
 from tests.eval.language_model.chat_server import chat_server
-from tests.eval.yard import few_annotated, yards
 
 if missing():
     pytest.skip(missing(), allow_module_level=True)
 
 
-@pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(yards(folder / "source"), folder / "yards")
-    write_corpus(few_annotated(), folder / "few")
-    return folder
-
-
 def asked(folders, judge="automatic"):
-    train, test = str(folders / "few"), str(folders / "yards")
+    train, test = folders
     return ["--table", "3", "--judge", judge, "--train", train, "--test", test, "--draws", "20"]
 
 

@@ -5,22 +5,16 @@ import pytest
 pytest.importorskip("spacy")
 
 from corpus_tools.corpus.annotated_trees import annotated_trees
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.parsing.tested_commands import seen_scenarios
 from eval.table_3.held_out import extractor_without
 from g3.language.parsing.parser import parse
+from tests.eval.yard import few_annotated
 
 
 def part(*names):
-    whole = open_corpus("warehouse")
-    annotations = [a for a in whole.annotations if a.command.scenario in names]
-    return make_corpus(
-        "part",
-        contexts=[whole.contexts[name] for name in names],
-        commands=list({a.command.id: a.command for a in annotations}.values()),
-        annotations=annotations,
-    )
+    commands = open_corpus("warehouse").commands.values()
+    return few_annotated({c.id for c in commands if c.scenario in names}, "part")
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ from eval.plan_study.whole_study import Study, render
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
 from g3.groundings import Trajectory
+from tests.eval.yard import few_annotated
 from tests.tiny_corpus import tiny_corpus
 
 COMMANDS = [a for a in open_corpus("warehouse").annotations if a.source == "positive"][:40]
@@ -214,17 +215,9 @@ def test_what_does_not_go_with_it_is_refused(wrong, tmp_path):
 
 @pytest.mark.slow
 def test_plans_are_kept_and_not_made_again(tmp_path):
-    whole = open_corpus("warehouse")
     names = ("dock_pick_up_tires", "hall_pick_up_boxes")
     for folder, chosen in ((tmp_path / "two", names), (tmp_path / "one", names[1:])):
-        ids = {f"{name}-01" for name in chosen}
-        corpus = make_corpus(
-            folder.name,
-            contexts=[whole.contexts[name] for name in chosen],
-            commands=[whole.commands[key] for key in sorted(ids)],
-            annotations=[a for a in whole.annotations if a.command.id in ids],
-        )
-        write_corpus(corpus, folder)
+        write_corpus(few_annotated([f"{name}-01" for name in chosen], folder.name), folder)
     train, test = str(tmp_path / "two"), str(tmp_path / "one")
     settings = settings_for(train, test, most=1, l2=1.0, seed=0)
     folder = tmp_path / "study"

@@ -215,9 +215,9 @@ def test_people_and_the_judge_are_read_apart(videos, tmp_path):
     shutil.copytree(videos / "first", tmp_path / "videos" / "run-2")
     (tmp_path / "study.json").write_text(json.dumps(study))
     found = read_plans(tmp_path / "study.json")
-    assert [(r.judge, r.n) for r in found.rows] == [("automatic", 9)] * (1 + len(ALONE))
-    assert [(r.judge, r.n) for r in found.people] == [("people", 45)]
-    assert [c.n for c in (*found.people_compared, *found.compared)] == [9, 8]
+    assert [(r.judge, r.n) for r in found.file.rows] == [("automatic", 9)] * (1 + len(ALONE))
+    assert [(r.judge, r.n) for r in found.file.people] == [("people", 45)]
+    assert [c.n for c in (*found.file.people_compared, *found.file.comparisons)] == [9, 8]
     assert found.provenance == {"table": 3}
     # Of the two that are wrong one has a video.
     assert [f.plan.run for f in failures(found, 4)] == ["run-2"]
@@ -294,7 +294,7 @@ def test_new_worlds_come_first_and_names_are_told_apart(plans, tmp_path):
         (tmp_path / f"{name}.json").write_text(json.dumps(made))
     files = [tmp_path / f"{name}.json" for name in ("own", "other", "new")]
     found = read_all_plans(files, "a")
-    assert [(p.name, p.is_new, p.worlds) for p in found] == [
+    assert [(p.name, p.is_new, len(p.file.test_scenarios)) for p in found] == [
         ("new", True, 2),
         ("other", False, 2),
         ("own", False, 2),

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from sklearn import metrics
@@ -40,7 +40,6 @@ def test_undefined_figures_are_nan(counts, expected):
     np.testing.assert_array_equal(figures(counts), expected)
 
 
-@settings(deadline=None)
 @given(tables)
 def test_f_is_the_harmonic_mean_where_both_are_positive(counts):
     precision, recall, f, _ = figures(counts).T
@@ -49,7 +48,6 @@ def test_f_is_the_harmonic_mean_where_both_are_positive(counts):
     np.testing.assert_allclose(f[ok], harmonic)
 
 
-@settings(deadline=None)
 @given(tables)
 def test_figures_agree_with_scikit_learn(counts):
     for row in counts[counts.sum(axis=1) > 0]:
@@ -84,7 +82,6 @@ def test_confusion_of_nothing_is_all_zero():
     assert counts.shape == (0, 3, 4)
 
 
-@settings(deadline=None)
 @given(per_cluster, st.integers(0, 5))
 def test_intervals_are_ordered_proportions_or_missing(counts, seed):
     low, high = bootstrap(counts, seed, draws=50)
@@ -117,9 +114,6 @@ def test_ten_clusters_worked_by_hand():
     counts = np.array([[4, 0, 0, 0], [0, 0, 4, 0]] * 5)
     low, high = bootstrap(counts)
     assert (low[3], high[3]) == (0.2, 0.8)
-    # P(at most 5) = .62 and P(at most 4) = .38: the 10% interval would have no width.
-    low, high = bootstrap(counts, level=0.1)
-    assert np.isnan([low[3], high[3]]).all()
 
 
 @pytest.mark.parametrize("clusters", [0, 1, 9])
@@ -143,10 +137,9 @@ def test_the_seed_decides():
     assert not np.array_equal(bootstrap(counts, 1), bootstrap(counts, 2))
 
 
-@pytest.mark.parametrize("options", [{"draws": 0}, {"level": 0.0}, {"level": 95}])
-def test_senseless_options_are_refused(options):
-    with pytest.raises(ValueError, match="expected"):
-        bootstrap(np.ones((3, 4), dtype=np.int64), **options)
+def test_senseless_options_are_refused():
+    with pytest.raises(ValueError, match="expected at least 1"):
+        bootstrap(np.ones((2, 4), dtype=np.int64), draws=0)
 
 
 def simulated_accuracies(rng, clusters, per_cluster):

@@ -62,11 +62,11 @@ def test_whole_clusters_are_resampled():
 
 def test_two_ways_by_hand():
     """Sums of squares of deviations 1/4, 1/4, 1/4 and -3/4: twice 1/2 between the two clusters of
-    each kind, and 4/3 times 3/4 between the four of both. Student's quartile with one degree of
-    freedom is 1."""
+    each kind, and 4/3 times 3/4 between the four of both. Student's quantile with one degree of
+    freedom is 12.706."""
     agrees = np.array([True, True, True, False])
-    found = two_way(agrees, np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]), level=0.5)
-    half = np.sqrt((1 + 1 - 1) / 16) / (0.75 * 0.25)
+    found = two_way(agrees, np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]))
+    half = 12.7062047 * np.sqrt((1 + 1 - 1) / 16) / (0.75 * 0.25)
     bounds = [1 / (1 + np.exp(-(np.log(3) + sign * half))) for sign in (-1, 1)]
     assert found == pytest.approx((0.75, *bounds))
 

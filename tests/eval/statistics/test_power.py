@@ -43,8 +43,8 @@ def test_simulated_studies_are_as_planned(correlation):
 
 def test_plans_grow_with_judges():
     rows = plans(0.03, 0.9, 0.4, seed=0)
-    pairs = [row.plan.pairs for row in rows]
-    judgments = [row.plan.judgments for row in rows]
+    pairs = [row["pairs"] for row in rows]
+    judgments = [row["judgments"] for row in rows]
     assert pairs == sorted(pairs, reverse=True)
     assert judgments == sorted(judgments)
 

@@ -43,7 +43,7 @@ def test_items_are_drawn_as_often_as_their_chance_says():
     np.testing.assert_allclose(often / draws, chance, atol=5 * 0.5 / np.sqrt(draws))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.integers(1, 9), min_size=1, max_size=12), st.integers(0, 60), st.integers(0, 9))
 def test_cells_give_alike_and_weights_add_up_in_the_mean(sizes, size, seed):
     cell = np.repeat(np.arange(len(sizes)), sizes)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from eval.statistics.estimates import FIGURES
@@ -99,7 +99,6 @@ def test_rows_depend_on_the_seed_only_in_their_bounds():
     np.testing.assert_array_equal([values(r) for r in one], [values(r) for r in other])
 
 
-@settings(deadline=None)
 @given(st.lists(example, max_size=25), st.randoms(use_true_random=False))
 def test_the_order_of_examples_does_not_matter(examples, random):
     shuffled = list(examples)
@@ -107,7 +106,6 @@ def test_the_order_of_examples_does_not_matter(examples, random):
     assert repr(table_rows(of(examples), draws=20)) == repr(table_rows(of(shuffled), draws=20))
 
 
-@settings(deadline=None)
 @given(st.lists(example, max_size=25))
 def test_counts_add_up_to_overall(examples):
     *by_type, overall = table_rows(of(examples), draws=5)

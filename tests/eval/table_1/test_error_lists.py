@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from eval.table_1.correspondence import TYPES, Predictions
@@ -81,7 +81,6 @@ rows = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(rows, st.randoms(use_true_random=False))
 def test_the_order_of_examples_does_not_matter(examples, random):
     shuffled = list(examples)
@@ -89,7 +88,6 @@ def test_the_order_of_examples_does_not_matter(examples, random):
     assert error_lists(*split(examples), k=2) == error_lists(*split(shuffled), k=2)
 
 
-@settings(deadline=None)
 @given(rows)
 def test_every_example_is_in_one_list_and_phrases_are_in_order(examples):
     lists = error_lists(*split(examples), k=100)

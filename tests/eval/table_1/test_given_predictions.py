@@ -9,7 +9,6 @@ import pytest
 from click.testing import CliRunner
 
 from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_1.correspondence import Predictions
@@ -22,22 +21,16 @@ from eval.table_1.given_predictions import (
 )
 from eval.table_1.held_out_predictions import tested_examples as examples_of
 from g3.errors import FormatError
+from tests.eval.yard import few_annotated
 
 SCENARIOS = ("court_put_crate_on_trailer", "dock_pick_up_tires", "hall_pick_up_boxes")
 
 
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
-    whole = open_corpus("warehouse")
-    chosen = [a for a in whole.annotations if a.command.scenario in SCENARIOS]
-    few = make_corpus(
-        "few",
-        contexts=list({a.context.id: a.context for a in chosen}.values()),
-        commands=list({a.command.id: a.command for a in chosen}.values()),
-        annotations=chosen,
-    )
+    commands = open_corpus("warehouse").commands.values()
     folder = tmp_path_factory.mktemp("corpus") / "few"
-    write_corpus(few, folder)
+    write_corpus(few_annotated({c.id for c in commands if c.scenario in SCENARIOS}), folder)
     return str(folder)
 
 

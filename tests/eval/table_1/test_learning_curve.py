@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from eval.table_1.correspondence import ROW_TYPES
@@ -108,7 +108,6 @@ def test_crowded_names_share_the_room_about_their_mean():
     assert spread([], 0.1) == []
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(0, 1), max_size=8).map(sorted), st.floats(0.001, 0.2))
 def test_spread_keeps_a_gap_and_the_mean(heights, gap):
     apart = spread(heights, gap)

@@ -5,13 +5,12 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_3.end_to_end import run, tasks_of
 from eval.table_3.given_plans import read_plans, write_tasks
 from eval.table_3.plan_rows import comparisons
 from g3.errors import CorpusError, FormatError
-from tests.eval.yard import few_annotated, yards
 
 FRIDGE, WASHER, TRAILER = "11", "12", "13"
 PLANS = {
@@ -32,19 +31,11 @@ PLANS = {
 }
 
 
-@pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(yards(folder / "source"), folder / "yards")
-    write_corpus(few_annotated(), folder / "few")
-    return str(folder / "few"), str(folder / "yards")
-
-
 @pytest.fixture
 def form(folders, tmp_path):
     """The form as it is written, line by line."""
     file = tmp_path / "form.jsonl"
-    assert write_tasks(file, tasks_of(folders[1])) == len(PLANS)
+    assert write_tasks(file, tasks_of(open_corpus(folders[1]))) == len(PLANS)
     return [json.loads(line) for line in file.read_text().splitlines()]
 
 
@@ -99,7 +90,7 @@ def test_plans_are_judged_as_worked_by_hand(form, folders, tmp_path):
 
 def test_every_heading_wants_a_plan(folders, tmp_path):
     file = tmp_path / "form.jsonl"
-    assert write_tasks(file, tasks_of(folders[1], ["loads", "loads+180"], 1)) == 10
+    assert write_tasks(file, tasks_of(open_corpus(folders[1]), ["loads", "loads+180"], 1)) == 10
     lines = [json.loads(line) for line in file.read_text().splitlines()]
     assert {line["heading"] for line in lines} == {"loads", "loads+180"}
     half = [line for line in filled(lines) if line["heading"] == "loads"]

@@ -6,7 +6,6 @@ import pickle
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.cli.eval_commands import evaluate
 from eval.judging.judge_registry import judge_named, plan_judge
 from eval.parsing.parser_registry import PARSERS, parser
@@ -17,17 +16,9 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import PICK_UP
 from g3.errors import CorpusError
 from g3.sdc.sdc_notation import parse_brackets
-from tests.eval.yard import few_annotated, yards
+from tests.eval.yard import few_annotated
 
 FRIDGE, WASHER = "11", "12"
-
-
-@pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(yards(folder / "source"), folder / "yards")
-    write_corpus(few_annotated(), folder / "few")
-    return str(folder / "few"), str(folder / "yards")
 
 
 @pytest.fixture

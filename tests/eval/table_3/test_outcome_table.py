@@ -7,7 +7,6 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
@@ -15,7 +14,7 @@ from eval.table_3.end_to_end import run
 from eval.table_3.judged_commands import facts, in_headings, judged_commands
 from g3.errors import CorpusError
 from g3.language.similarity import static_embeddings
-from tests.eval.yard import few_annotated, yards
+from tests.eval.yard import yards
 
 KEYS = (
     *("configuration", "subset", "n", "precision", "low", "high"),
@@ -27,15 +26,6 @@ BASELINES = ("random", "nearest", "keywords", "embeddings")
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
     return yards(tmp_path_factory.mktemp("yards"))
-
-
-@pytest.fixture(scope="module")
-def folders(corpus, tmp_path_factory):
-    """Paths of the yards and of two annotated commands to learn from."""
-    folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(corpus, folder / "yards")
-    write_corpus(few_annotated(), folder / "few")
-    return str(folder / "few"), str(folder / "yards")
 
 
 def test_what_is_known_of_the_commands(corpus):

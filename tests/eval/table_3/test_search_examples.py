@@ -6,29 +6,19 @@ import time
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Executor, Workers
 from eval.table_3.held_out import costs_without
 from eval.table_3.search_examples import data_of, read, written
 from g3.errors import CorpusError
 from g3.storage.cache_folder import cache_folder
+from tests.eval.yard import few_annotated
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 
 
 @pytest.fixture(scope="module")
 def few():
-    whole = open_corpus("warehouse")
-    ids = {f"{name}-0{number}" for name in SCENARIOS for number in (1, 2)}
-    annotations = [a for a in whole.annotations if a.command.id in ids]
-    return make_corpus(
-        name="few",
-        contexts=list({a.context.id: a.context for a in annotations}.values()),
-        commands=list({a.command.id: a.command for a in annotations}.values()),
-        annotations=annotations,
-        source=whole.source,
-    )
+    return few_annotated({f"{name}-0{number}" for name in SCENARIOS for number in (1, 2)})
 
 
 @pytest.fixture(scope="module")
