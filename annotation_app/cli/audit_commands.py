@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place
+from annotation_app.cli.command_options import INSTALLATION, Place, no_installation
 from annotation_app.cli.study_commands import existing
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -36,15 +36,10 @@ def audit(*, person: str, action: str, most: int, place: Place, form: str) -> No
       ct annotate audit --person maria --action "signed in" --json
     """
     from annotation_app.store.audit import trail
-    from g3.errors import FormatError
 
     with existing(place) as session:
         if session is None:
-            raise FormatError(
-                "there is no installation here",
-                where=str(place.instance),
-                fix="name it with --instance, or serve it once with `ct annotate`",
-            )
+            raise no_installation(place)
         entries = trail(session, person=person, action=action, most=most)
     records = [
         {name: getattr(entry, name) for name in ("id", "at", "actor", "action", "about", "details")}

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from annotation_app.cli.command_options import Place
+from annotation_app.cli.command_options import Place, no_installation
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -20,14 +20,9 @@ def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iter
     from annotation_app.serving import server as serving
     from annotation_app.serving.factory import create_app
     from annotation_app.store.database import opened, transaction
-    from g3.errors import FormatError
 
     if not (is_new_fine or place.database or place.instance.is_dir()):
-        raise FormatError(
-            "there is no installation here",
-            where=str(place.instance),
-            fix="name it with --instance, or start one with `ct annotate`",
-        )
+        raise no_installation(place)
     config = open_instance(*place)
     serving.prepare(config)
     with opened(config.database) as engine:
@@ -36,10 +31,7 @@ def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iter
             with app.app_context(), transaction(engine) as session:
                 yield session
         except Refusal as refusal:
-            what, _, fix = refusal.message.rstrip(".").partition(". ")
-            raise FormatError(
-                what[:1].lower() + what[1:], where=login, fix=fix[:1].lower() + fix[1:]
-            ) from None
+            raise refusal.as_error(login) from None
 
 
 def moment(at: Any) -> str:

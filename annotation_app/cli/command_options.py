@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import click
 
+from g3.errors import FormatError
+
 DATABASE_VARIABLE = "CT_ANNOTATE_DATABASE"
 
 
@@ -17,6 +19,12 @@ class Place(NamedTuple):
 
     instance: Path
     database: str | None
+
+
+def no_installation(place: Place) -> FormatError:
+    """What to say where an installation is needed and there is none."""
+    fix = "name it with --instance, or start one with `ct annotate`"
+    return FormatError("there is no installation here", where=str(place.instance), fix=fix)
 
 
 def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N802 - as options are

@@ -129,22 +129,11 @@ def _erase_expired(config: Config, study_name: str | None, *, dry_run: bool, for
     with opened(config.database) as engine:
         check_current(engine)
         done = expire(engine, now=time.time(), study=study_name, dry_run=dry_run)
-    records = [
-        {
-            "study": one.study,
-            "people": one.people,
-            "profiles": one.profiles,
-            "drafts": one.drafts,
-            "assignments": one.assignments,
-            "payments_unlinked": one.payments,
-        }
-        for one in done
-    ]
     lines = [
         f"study {one.study}: {'would unlink' if dry_run else 'unlinked'} its answers from "
         f"{one.people} people; {one.profiles} profiles, {one.drafts} drafts, "
-        f"{one.assignments} assignments erased; {one.payments} payments unlinked"
+        f"{one.assignments} assignments erased; {one.payments_unlinked} payments unlinked"
         for one in done
     ]
-    record = {"studies": records, "erased": not dry_run and bool(done)}
+    record = {"studies": done, "erased": not dry_run and bool(done)}
     tell(form, record, *(lines or ["nothing is due to be erased"]))

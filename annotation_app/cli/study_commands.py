@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place
+from annotation_app.cli.command_options import INSTALLATION, Place, no_installation
 from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
@@ -92,16 +92,11 @@ def check(
     )
     from annotation_app.study_setup.study_reading import read_study
     from annotation_app.study_setup.study_starting import find_parts
-    from g3.errors import FormatError
 
     found: list[Obstacle] = []
     with existing(place) as session:
         if session is None and not study_files:
-            raise FormatError(
-                "there is no installation here",
-                where=str(place.instance),
-                fix="name it, or STUDY.yaml",
-            )
+            raise no_installation(place)
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from annotation_app.core.languages import N_
+from g3.errors import FormatError
 
 TO_SIGN_IN = N_(
     "You are not signed in, or were signed out. Sign in; nothing that you typed is lost."
@@ -43,3 +44,8 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
         self.message = message
         self.problems = tuple(problems)
         super().__init__(message)
+
+    def as_error(self, where: str) -> FormatError:
+        """The same as an error of the command line: what is wrong, and what to do about it."""
+        what, _, fix = self.message.rstrip(".").partition(". ")
+        return FormatError(what[:1].lower() + what[1:], where=where, fix=fix[:1].lower() + fix[1:])

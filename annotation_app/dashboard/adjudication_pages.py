@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from uuid import uuid4
 
 import flask
@@ -14,31 +13,29 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard.answer_browsing import remarks
-from annotation_app.dashboard.answer_pages import opened_study
-from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Study
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_record import Adjudication
 from annotation_app.tasks.task_registry import task_of
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import UUID
 from annotation_app.web.needs_login import refused
+from annotation_app.web.task_page import WHO_CHARACTERS, render_task
+from annotation_app.web.who_asks import changed_by, refused_on, seen_by
 from annotation_app.work import adjudicating
+from annotation_app.work.handing_out import find_study
 from annotation_app.work.page_data import page_data
 from annotation_app.work.reviewing import LONGEST_REMARK
 
 blueprint = Blueprint("adjudication", __name__, url_prefix="/dashboard")
 blueprint.register_error_handler(Refusal, refused)
 
-WHO_CHARACTERS = 8
-
 
 @blueprint.get("/<study_name>/queue")
 def disputes(study_name: str) -> str:
     """What people disagree about."""
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
         return flask.render_template(
             "dashboard/queue.html",
             person=person,
@@ -51,97 +48,16 @@ def disputes(study_name: str) -> str:
 @blueprint.get("/<study_name>/queue/next")
 def following(study_name: str) -> ResponseReturnValue:
     """The first item that is to be decided, or the list if there is none."""
-    with reading(installation().engine) as session:
-        _, study = opened_study(session, study_name)
+    with seen_by("adjudicator") as (session, _):
+        study = find_study(session, study_name)
         return _following(session, study)
-
-
-@blueprint.get("/<study_name>/queue/<item_id>")
-def dispute(study_name: str, item_id: str) -> str:
-    """The answers to an item, side by side."""
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
-        return _comparison(session, person, study, *_item(session, study, item_id))
-
-
-@blueprint.post("/<study_name>/queue/<item_id>")
-def decide(study_name: str, item_id: str) -> ResponseReturnValue:
-    """Adopt one of the answers, or ask one more person."""
-    form = flask.request.form
-    with transaction(installation().engine) as session:
-        person, study = opened_study(session, study_name)
-        item, adjudication = _item(session, study, item_id)
-        uuid, comment = _uuid(form.get("uuid", "")), form.get("comment", "")
-        choice = form.get("choice", "")
-        try:
-            with session.begin_nested():
-                if choice == "ask":
-                    adjudicating.ask_one_more(
-                        session, study, item, person, comment=comment, uuid=uuid, now=now()
-                    )
-                else:
-                    number = int(choice[:18]) if choice.isascii() and choice.isdigit() else 0
-                    adjudicating.choose(
-                        session, study, item, person, number, comment=comment, uuid=uuid, now=now()
-                    )
-        except Refusal as refusal:
-            page = _comparison(
-                session, person, study, item, adjudication, refusal=refusal, form=form
-            )
-            return page, refusal.status
-        return _following(session, study)
-
-
-@blueprint.get("/<study_name>/queue/<item_id>/edit")
-def edit(study_name: str, item_id: str) -> str:
-    """The worker's editor, which begins with one of the answers; the page sends a third one."""
-    number = flask.request.args.get("answer", "")
-    salt = installation().salt
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
-        item, adjudication = _item(session, study, item_id)
-        answer = session.get(Answer, int(number)) if _is_id(number) else None
-        if answer is None or answer.item_id != item.id:
-            raise Refusal(404, "There is no such answer.")
-        task = task_of(item.task)
-        sent = task.sent_form(session, item, answer.body, salt)
-        data = adjudication.opened(page_data(session, item.id, person.id, salt), sent)
-        config = restored(study.config)
-        texts = page_texts(config, task)
-        data |= {
-            "who": person.id[:WHO_CHARACTERS],
-            "draft": None,
-            "from": answer.id,
-            "to": "adjudicate",
-            "next": flask.url_for("adjudication.following", study_name=study.name),
-            "labels": labels_of(texts),
-        }
-        return flask.render_template(
-            task.template,
-            study=study,
-            title=config.title,
-            task=task.name,
-            words=task_words(config, task),
-            texts=texts,
-            person=person,
-            data=data,
-            is_practice=False,
-            adjudicating=flask.url_for(
-                "adjudication.dispute", study_name=study.name, item_id=item.id
-            ),
-        )
 
 
 def _comparison(
-    session: Session,
-    person: Person,
-    study: Study,
-    item: Item,
-    adjudication: Adjudication,
-    *,
-    refusal: Refusal | None = None,
-    form: Mapping[str, str] | None = None,
+    session: Session, person: Person, study_name: str, item_id: str, problem: str = ""
 ) -> str:
+    study = find_study(session, study_name)
+    item, adjudication = _item(session, study, item_id)
     found = queue.compare(session, item, adjudication, installation().salt)
     return flask.render_template(
         adjudication.template,
@@ -150,11 +66,68 @@ def _comparison(
         found=found,
         said=[one for side in found.sides for one in remarks(session, side.answer)],
         asked=adjudicating.asked(session, item),
-        refusal=refusal,
-        typed=form or {},
+        problem=problem,
+        typed=flask.request.form,
         longest=LONGEST_REMARK,
         uuid=str(uuid4()),
     )
+
+
+@blueprint.get("/<study_name>/queue/<item_id>")
+def dispute(study_name: str, item_id: str) -> str:
+    """The answers to an item, side by side."""
+    with seen_by("adjudicator") as (session, person):
+        return _comparison(session, person, study_name, item_id)
+
+
+@blueprint.post("/<study_name>/queue/<item_id>")
+@refused_on(_comparison, "adjudicator")
+def decide(study_name: str, item_id: str) -> ResponseReturnValue:
+    """Adopt one of the answers, or ask one more person."""
+    form = flask.request.form
+    with changed_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        item, _ = _item(session, study, item_id)
+        uuid, comment = _uuid(form.get("uuid", "")), form.get("comment", "")
+        choice = form.get("choice", "")
+        if choice == "ask":
+            adjudicating.ask_one_more(
+                session, study, item, person, comment=comment, uuid=uuid, now=now()
+            )
+        else:
+            number = int(choice[:18]) if choice.isascii() and choice.isdigit() else 0
+            adjudicating.choose(
+                session, study, item, person, number, comment=comment, uuid=uuid, now=now()
+            )
+        return _following(session, study)
+
+
+@blueprint.get("/<study_name>/queue/<item_id>/edit")
+def edit(study_name: str, item_id: str) -> str:
+    """The worker's editor, which begins with one of the answers; the page sends a third one."""
+    number = flask.request.args.get("answer", 0, type=int)
+    salt = installation().salt
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        item, adjudication = _item(session, study, item_id)
+        answer = session.get(Answer, number) if 0 < number < 2**31 else None
+        if answer is None or answer.item_id != item.id:
+            raise Refusal(404, "There is no such answer.")
+        task = task_of(item.task)
+        sent = task.sent_form(session, item, answer.body, salt)
+        data = adjudication.opened(page_data(session, item.id, person.id, salt), sent)
+        config = restored(study.config)
+        data |= {
+            "who": person.id[:WHO_CHARACTERS],
+            "draft": None,
+            "from": answer.id,
+            "to": "adjudicate",
+            "next": flask.url_for("adjudication.following", study_name=study.name),
+        }
+        back = flask.url_for("adjudication.dispute", study_name=study.name, item_id=item.id)
+        return render_task(
+            task, config, data, study=study, title=config.title, person=person, adjudicating=back
+        )
 
 
 def _following(session: Session, study: Study) -> ResponseReturnValue:
@@ -173,10 +146,6 @@ def _item(session: Session, study: Study, item_id: str) -> tuple[Item, Adjudicat
     if item is None or item.study_id != study.id or adjudication is None:
         raise Refusal(404, "There is no such item.")
     return item, adjudication
-
-
-def _is_id(text: str) -> bool:
-    return text.isascii() and text.isdigit() and len(text) < 10
 
 
 def _uuid(value: str) -> str:

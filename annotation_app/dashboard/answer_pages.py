@@ -11,13 +11,12 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import answer_browsing as browsing
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Record, Study
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.task_registry import find_task, task_names
 from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import changed_by, refused_on, seen_by
 from annotation_app.work import reviewing
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import format_brackets, from_json
@@ -30,8 +29,8 @@ blueprint.register_error_handler(Refusal, refused)
 def answers(study_name: str) -> str:
     """What people have answered, newest first."""
     wanted = browsing.read_wanted(flask.request.args)
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
         found, older = browsing.find_answers(session, study.id, wanted)
         return flask.render_template(
             "dashboard/answers.html",
@@ -47,36 +46,49 @@ def answers(study_name: str) -> str:
         )
 
 
+def _answer_page(
+    session: Session, person: Person, study_name: str, answer_id: int, problem: str = ""
+) -> str:
+    study = find_study(session, study_name)
+    found = answer_of(session, study, answer_id)
+    item = session.get_one(Item, found.item_id)
+    (one,) = browsing.shown(session, study.id, [found.id])
+    task = find_task(item.task)
+    adjudication = None if task is None else task.adjudication
+    return flask.render_template(
+        "dashboard/answer.html",
+        person=person,
+        study=study,
+        one=one,
+        compared=adjudication
+        and adjudication.compare(session, item, [found.body], installation().salt),
+        facts=_facts(item, found.body),
+        files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
+        remarks=browsing.remarks(session, found.id),
+        reports=browsing.find_reports(session, study.id, item=item.id, most=None)[0],
+        problem=problem,
+        typed=flask.request.form.get("text", ""),
+        longest=reviewing.LONGEST_REMARK,
+    )
+
+
 @blueprint.get("/<study_name>/answers/<int:answer_id>")
 def answer(study_name: str, answer_id: int) -> str:
     """An answer, with all that was said about it."""
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
-        return _answer_page(session, person, study, answer_of(session, study, answer_id))
+    with seen_by("adjudicator") as (session, person):
+        return _answer_page(session, person, study_name, answer_id)
 
 
 @blueprint.post("/<study_name>/answers/<int:answer_id>")
+@refused_on(_answer_page, "adjudicator")
 def review(study_name: str, answer_id: int) -> ResponseReturnValue:
     """Leave an answer out, send it back, take that back, or comment on it."""
     form = flask.request.form
-    with transaction(installation().engine) as session:
-        person, study = opened_study(session, study_name)
+    with changed_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
         found = answer_of(session, study, answer_id)
-        try:
-            with session.begin_nested():
-                act(
-                    session,
-                    study,
-                    found,
-                    person,
-                    action=form.get("action", ""),
-                    text=form.get("text", ""),
-                )
-        except Refusal as refusal:
-            page = _answer_page(
-                session, person, study, found, refusal=refusal, typed=form.get("text", "")
-            )
-            return page, refusal.status
+        action, text = form.get("action", ""), form.get("text", "")
+        act(session, study, found, person, action=action, text=text)
     address = flask.url_for("answer_pages.answer", study_name=study_name, answer_id=answer_id)
     return flask.redirect(address, 303)
 
@@ -85,8 +97,8 @@ def review(study_name: str, answer_id: int) -> ResponseReturnValue:
 def reports(study_name: str) -> str:
     """Problems that people reported, and why they skipped items."""
     before = browsing.read_before(flask.request.args)
-    with reading(installation().engine) as session:
-        person, study = opened_study(session, study_name)
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
         found, older = browsing.find_reports(session, study.id, before=before)
         return flask.render_template(
             "dashboard/reports.html", person=person, study=study, found=found, older=older
@@ -137,36 +149,6 @@ def summary(body: Record) -> str:
     return ", ".join(f"{key}: {value}" for key, value in {**plain, **counted}.items())
 
 
-def _answer_page(
-    session: Session,
-    person: Person,
-    study: Study,
-    found: Answer,
-    *,
-    refusal: Refusal | None = None,
-    typed: str = "",
-) -> str:
-    item = session.get_one(Item, found.item_id)
-    (one,) = browsing.shown(session, study.id, [found.id])
-    task = find_task(item.task)
-    adjudication = None if task is None else task.adjudication
-    return flask.render_template(
-        "dashboard/answer.html",
-        person=person,
-        study=study,
-        one=one,
-        compared=adjudication
-        and adjudication.compare(session, item, [found.body], installation().salt),
-        facts=_facts(item, found.body),
-        files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
-        remarks=browsing.remarks(session, found.id),
-        reports=browsing.find_reports(session, study.id, item=item.id, most=None)[0],
-        refusal=refusal,
-        typed=typed,
-        longest=reviewing.LONGEST_REMARK,
-    )
-
-
 def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
     """What an answer says, as a list; numbers of clauses become their words."""
     sdcs = item.payload.get("sdcs")
@@ -178,8 +160,3 @@ def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
         elif key != "sdcs":
             found.append((key, value))
     return found
-
-
-def opened_study(session: Session, study_name: str) -> tuple[Person, Study]:
-    """Who adjudicates, and the study."""
-    return required_person(session, "adjudicator"), find_study(session, study_name)

@@ -12,12 +12,12 @@ from flask import Blueprint, Response
 from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.dashboard.answer_pages import act, answer_of
 from annotation_app.dashboard.exports import export_response
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, reads, submissions
 from annotation_app.web.readers import required_reader
+from annotation_app.web.who_asks import changed_by
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/studies")
@@ -68,8 +68,7 @@ def read_answer(study_name: str, answer_id: str) -> Response:
 def review_answer(study_name: str, answer_id: str) -> Response:
     """Leave an answer out, send it back, take that back, or comment on it."""
     request = read_request(ReviewRequest)
-    with transaction(installation().engine) as session:
-        person = required_person(session, "adjudicator")
+    with changed_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
         found = answer_of(session, study, _number(answer_id))
         act(session, study, found, person, action=request.action, text=request.text)

@@ -8,11 +8,10 @@ import flask
 from flask import Blueprint
 
 from annotation_app.core.problems import Refusal
-from annotation_app.people.browser_sessions import required_person
+from annotation_app.dashboard.answer_browsing import read_before
 from annotation_app.store.audit import actions, trail
-from annotation_app.store.database import reading
-from annotation_app.store.installation import installation
 from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import seen_by
 
 PAGE = 50
 
@@ -25,14 +24,12 @@ def audit() -> str:
     """Who did what and when, newest first."""
     asked = flask.request.args
     person, action = asked.get("person", "").strip(), asked.get("action", "")
-    before = asked.get("before", "")
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         found = trail(
             session,
             person=person,
             action=action,
-            before=int(before[:15]) if before.isascii() and before.isdigit() else None,
+            before=read_before(asked),
             most=PAGE + 1,
         )
         return flask.render_template(

@@ -98,6 +98,7 @@ def _answering(view: _View) -> Callable[..., Response]:
             data = view.compute(session, study.id)
             return json_reply({"study": study.name, "at": now(), "data": data})
 
+    answer.__doc__ = view.summary
     return answer
 
 
@@ -105,31 +106,16 @@ for _name, _view in _VIEWS.items():
     blueprint.add_url_rule(f"/studies/<study_name>/{_name}", _name, _answering(_view))
 
 
-def paths() -> dict[str, Any]:
-    """The part of this interface in the OpenAPI description."""
-    parameter = {
-        "name": "study",
-        "in": "path",
-        "required": True,
-        "schema": {"type": "string", "minLength": 1},
-    }
-    names = {"type": "array", "items": {"type": "string"}}
-    found: dict[str, Any] = {
-        "/api/dashboard/studies": {
-            "get": _operation("studies", "The names of all studies", _object(studies=names), ())
-        }
-    }
-    for (name, view), data in zip(_VIEWS.items(), _described()[0], strict=True):
-        reply = _object(study={"type": "string"}, at={"type": "number"}, data=data)
-        found[f"/api/dashboard/studies/{{study}}/{name}"] = {
-            "parameters": [parameter],
-            "get": _operation(name, view.summary, reply, (404,)),
-        }
+def replies() -> dict[str, Any]:
+    """What each view gives, by its name, for the OpenAPI description."""
+    found = {"studies": _object(studies={"type": "array", "items": {"type": "string"}})}
+    for name, data in zip(_VIEWS, _described()[0], strict=True):
+        found[name] = _object(study={"type": "string"}, at={"type": "number"}, data=data)
     return found
 
 
 def schemas() -> dict[str, Any]:
-    """What :func:`paths` refers to. The types of records don't list the tasks."""
+    """What :func:`replies` refers to. The types of records don't list the tasks."""
     found = _described()[1]
     names = sorted(task_names())
     for schema in found.values():
@@ -146,21 +132,3 @@ def _described() -> tuple[Any, dict[str, Any]]:
 
 def _object(**properties: Any) -> dict[str, Any]:
     return {"type": "object", "required": [*properties], "properties": properties}
-
-
-def _operation(
-    name: str, summary: str, schema: dict[str, Any], refusals: tuple[int, ...]
-) -> dict[str, Any]:
-    json = "application/json"
-    reply = {"description": "Done", "content": {json: {"schema": schema}}}
-    error = {"$ref": "#/components/schemas/Error"}
-    refused = {"description": "Refused, and why", "content": {json: {"schema": error}}}
-    return {
-        "operationId": f"dashboard_{name}",
-        "security": READERS,
-        "summary": summary,
-        "responses": {
-            "200": reply,
-            **{str(status): refused for status in (401, 403, 429, *refusals)},
-        },
-    }

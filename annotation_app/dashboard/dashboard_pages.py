@@ -24,14 +24,13 @@ from annotation_app.dashboard.study_statistics import (
 from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
 from annotation_app.people import accounts
-from annotation_app.people.browser_sessions import required_person
 from annotation_app.people.participants import RANKS, subject_of
 from annotation_app.store.audit import name_of
-from annotation_app.store.database import reading, transaction
-from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Person, Role, Study
+from annotation_app.store.installation import now
+from annotation_app.store.models import Person, Study
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import changed_by, seen_by
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint(
@@ -47,8 +46,7 @@ blueprint.register_error_handler(Refusal, refused)
 @blueprint.get("/")
 def studies() -> str:
     """All studies."""
-    with reading(installation().engine) as session:
-        person = required_person(session, "annotator")
+    with seen_by("annotator") as (session, person):
         found = session.scalars(select(Study).order_by(Study.name)).all()
         return _page("studies.html", person, studies=found)
 
@@ -56,8 +54,8 @@ def studies() -> str:
 @blueprint.get("/<study_name>")
 def overview(study_name: str) -> str:
     """How a study is going. Names of videos and people's work are for adjudicators."""
-    with reading(installation().engine, one_state=True) as session:
-        person, study = _opened(session, study_name, "annotator")
+    with seen_by("annotator", one_state=True) as (session, person):
+        study = find_study(session, study_name)
         by_video = progress_by_video(session, study.id, now=now())
         sees_all = RANKS[person.role] >= RANKS["adjudicator"]
         people = workers(session, study.id) if sees_all else []
@@ -91,16 +89,16 @@ def overview(study_name: str) -> str:
 @blueprint.get("/<study_name>/people")
 def people(study_name: str) -> str:
     """Everybody who has answered."""
-    with reading(installation().engine, one_state=True) as session:
-        person, study = _opened(session, study_name, "adjudicator")
+    with seen_by("adjudicator", one_state=True) as (session, person):
+        study = find_study(session, study_name)
         return _page("people.html", person, study=study, workers=workers(session, study.id))
 
 
 @blueprint.get("/<study_name>/people/<person_id>")
 def confirm_block(study_name: str, person_id: str) -> str:
     """Whether somebody is really to get no more items."""
-    with reading(installation().engine) as session:
-        admin, study = _opened(session, study_name, "admin")
+    with seen_by("admin") as (session, admin):
+        study = find_study(session, study_name)
         found = _person(session, person_id)
         return _page(
             "block.html",
@@ -109,7 +107,6 @@ def confirm_block(study_name: str, person_id: str) -> str:
             name=subject_of(found),
             about="They get no more items, in any study. What they have answered stays, and what "
             "they have begun they can still send. You can unblock them.",
-            action=flask.url_for("dashboard.block", study_name=study.name, person_id=found.id),
             back=flask.url_for("dashboard.people", study_name=study.name),
         )
 
@@ -117,8 +114,8 @@ def confirm_block(study_name: str, person_id: str) -> str:
 @blueprint.post("/<study_name>/people/<person_id>")
 def block(study_name: str, person_id: str) -> ResponseReturnValue:
     """Give somebody no more items, or items again."""
-    with transaction(installation().engine) as session:
-        admin, _ = _opened(session, study_name, "admin")
+    with changed_by("admin") as (session, admin):
+        find_study(session, study_name)
         person = _person(session, person_id)
         wanted = flask.request.form.get("block") == "yes"
         change = accounts.block if wanted else accounts.unblock
@@ -130,11 +127,6 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
     return export_response(study_name, form)
-
-
-def _opened(session: Session, study_name: str, role: Role) -> tuple[Person, Study]:
-    person = required_person(session, role)
-    return person, find_study(session, study_name)
 
 
 def _person(session: Session, person_id: str) -> Person:

@@ -9,12 +9,10 @@ from flask import Blueprint
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.disagreements import Disagreement, disagreements
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading
-from annotation_app.store.installation import installation
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import seen_by
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("disagreement_pages", __name__, url_prefix="/dashboard")
@@ -24,8 +22,7 @@ blueprint.register_error_handler(Refusal, refused)
 @blueprint.get("/<study_name>/disagreements", endpoint="disagreements")
 def disagreements_page(study_name: str) -> str:
     """On what people disagree most, and where it can be looked at."""
-    with reading(installation().engine) as session:
-        person = required_person(session, "adjudicator")
+    with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
         found = disagreements(session, study.id)
         return flask.render_template(

@@ -10,80 +10,72 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.people import api_tokens
 from annotation_app.people.api_tokens import MOST_DAYS
-from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.audit import name_of
-from annotation_app.store.database import reading, transaction
-from annotation_app.store.installation import installation, now
+from annotation_app.store.installation import now
 from annotation_app.store.models import Person
 from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import changed_by, refused_on, seen_by
 
 blueprint = Blueprint("token_pages", __name__, url_prefix="/admin")
 blueprint.register_error_handler(Refusal, refused)
 
 
-@blueprint.get("/tokens")
-def tokens() -> str:
-    """All tokens, without what programs send."""
-    with reading(installation().engine) as session:
-        return _page(session, required_person(session, "admin"))
-
-
-@blueprint.post("/tokens")
-def make() -> ResponseReturnValue:
-    """Make a token, and show it once."""
-    form = flask.request.form
-    days = form.get("days", "")
-    engine = installation().engine
-    try:
-        with transaction(engine) as session:
-            admin = required_person(session, "admin")
-            if not days.isascii() or not days.isdigit() or not 1 <= int(days[:9]) <= MOST_DAYS:
-                raise Refusal(422, f"Use 1 to {MOST_DAYS} days.")
-            name = form.get("name", "").strip()
-            token = api_tokens.make_token(session, name, int(days), actor=name_of(admin))
-            return flask.render_template(
-                "dashboard/token.html",
-                person=admin,
-                name=name,
-                token=token,
-                address=flask.url_for("dashboard_interface.studies", _external=True),
-            )
-    except Refusal as refusal:
-        if refusal.status != 422:
-            raise
-        with reading(engine) as session:
-            admin = required_person(session, "admin")
-            return _page(session, admin, problem=refusal.message), refusal.status
-
-
-@blueprint.get("/tokens/revoke")
-def confirm() -> str:
-    """Whether a token is really to be revoked."""
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
-        name = flask.request.args.get("name", "")
-        if name not in [token.name for token in api_tokens.tokens(session)]:
-            raise Refusal(404, "There is no such token.")
-        return flask.render_template("dashboard/token_revoke.html", person=admin, name=name)
-
-
-@blueprint.post("/tokens/revoke")
-def revoke() -> ResponseReturnValue:
-    """Let a token read nothing any more."""
-    with transaction(installation().engine) as session:
-        admin = required_person(session, "admin")
-        api_tokens.revoke_token(session, flask.request.form.get("name", ""), actor=name_of(admin))
-    return flask.redirect(flask.url_for("token_pages.tokens"), 303)
-
-
-def _page(session: Session, admin: Person, problem: str | None = None) -> str:
+def _page(session: Session, admin: Person, problem: str = "") -> str:
     return flask.render_template(
         "dashboard/tokens.html",
         person=admin,
         tokens=api_tokens.tokens(session),
         at=now(),
         days=api_tokens.DAYS,
-        most=MOST_DAYS,
         problem=problem,
         form=flask.request.form,
     )
+
+
+@blueprint.get("/tokens")
+def tokens() -> str:
+    """All tokens, without what programs send."""
+    with seen_by("admin") as (session, admin):
+        return _page(session, admin)
+
+
+@blueprint.post("/tokens")
+@refused_on(_page)
+def make() -> ResponseReturnValue:
+    """Make a token, and show it once."""
+    form = flask.request.form
+    days, name = form.get("days", ""), form.get("name", "").strip()
+    with changed_by("admin") as (session, admin):
+        if not days.isascii() or not days.isdigit() or not 1 <= int(days[:9]) <= MOST_DAYS:
+            raise Refusal(422, f"Use 1 to {MOST_DAYS} days.")
+        token = api_tokens.make_token(session, name, int(days), actor=name_of(admin))
+        return flask.render_template(
+            "dashboard/token.html",
+            person=admin,
+            name=name,
+            shown=token,
+            address=flask.url_for("dashboard_interface.studies", _external=True),
+        )
+
+
+@blueprint.get("/tokens/revoke")
+def confirm() -> str:
+    """Whether a token is really to be revoked."""
+    with seen_by("admin") as (session, admin):
+        name = flask.request.args.get("name", "")
+        if name not in [token.name for token in api_tokens.tokens(session)]:
+            raise Refusal(404, "There is no such token.")
+        return flask.render_template(
+            "dashboard/token_revoke.html",
+            person=admin,
+            name=name,
+            back=flask.url_for("token_pages.tokens"),
+        )
+
+
+@blueprint.post("/tokens/revoke")
+def revoke() -> ResponseReturnValue:
+    """Let a token read nothing any more."""
+    with changed_by("admin") as (session, admin):
+        api_tokens.revoke_token(session, flask.request.form.get("name", ""), actor=name_of(admin))
+    return flask.redirect(flask.url_for("token_pages.tokens"), 303)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from functools import partial
 from itertools import islice
-from typing import IO, Any
+from typing import IO
 
 import msgspec
 from sqlalchemy import select
@@ -17,10 +14,10 @@ from sqlalchemy.orm import Session
 from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
+from annotation_app.tasks.csv_rows import write_csv
 from annotation_app.tasks.task_record import AnswerTable
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
-from corpus_tools.exporters.csv_tables import safe_cell
 from corpus_tools.runtime.parquet import import_pyarrow
 
 FIELDS = (
@@ -45,10 +42,7 @@ def to_jsonl(session: Session, study: Study, file: IO[bytes], *, excluded: bool 
 
 def to_csv(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
     """A row for each answer, its body as JSON; no cell is taken for a formula."""
-    with _csv_writer(file) as writer:
-        writer.writerow(FIELDS)
-        for row in rows(session, study, excluded=excluded):
-            writer.writerow(map(safe_cell, _flat(row).values()))
+    write_csv(file, FIELDS, (_flat(r).values() for r in rows(session, study, excluded=excluded)))
 
 
 def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
@@ -80,11 +74,13 @@ def reports_to_csv(session: Session, study: Study, file: IO[bytes]) -> None:
         .order_by(Event.id)
         .execution_options(yield_per=BATCH)
     )
-    with _csv_writer(file) as writer:
-        writer.writerow(("kind", "task", "item", "video", "command", "subject", "at", "reason"))
-        for event, item, person in found:
-            about = (event.name, item.task, item.id, item.video, item.command, subject_of(person))
-            writer.writerow(map(safe_cell, (*about, event.at, event.body.get("reason", ""))))
+    columns = ("kind", "task", "item", "video", "command", "subject", "at", "reason")
+    about = ((event, item, subject_of(person)) for event, item, person in found)
+    listed = (
+        (e.name, i.task, i.id, i.video, i.command, subject, e.at, e.body.get("reason", ""))
+        for e, i, subject in about
+    )
+    write_csv(file, columns, listed)
 
 
 TABLES: Mapping[str, AnswerTable] = {
@@ -101,16 +97,6 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """The same with the answers that were left out, and why."""
-
-
-@contextmanager
-def _csv_writer(file: IO[bytes]) -> Iterator[Any]:
-    """Write rows as UTF-8 to a file, which stays open."""
-    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-    try:
-        yield csv.writer(text)
-    finally:
-        text.detach()
 
 
 def _flat(row: Record) -> Record:

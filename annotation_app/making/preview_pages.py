@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
 
 import flask
-import msgspec
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 
@@ -16,8 +14,6 @@ from annotation_app.items.media import TYPES, WEBM
 from annotation_app.making.step_pages import config_of, opened_draft
 from annotation_app.making.steps import parts_of
 from annotation_app.pages.study_progress import TaskProgress
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Record
 from annotation_app.studies.study_file import PracticeItem, StudyConfig, in_its_language
@@ -26,8 +22,10 @@ from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.needs_login import refused
+from annotation_app.web.task_page import render_practice
+from annotation_app.web.who_asks import seen_by
 
 WELCOME, OVERVIEW = "welcome", "tasks"
 
@@ -38,8 +36,7 @@ blueprint.register_error_handler(Refusal, refused)
 @blueprint.get("/<name>/preview/<page>")
 def preview(name: str, page: str) -> ResponseReturnValue:
     """A page of the study as it would be."""
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
     config = config_of(draft)
     if config is None:
@@ -62,8 +59,7 @@ def preview(name: str, page: str) -> ResponseReturnValue:
 @blueprint.get("/<name>/video/<int:number>")
 def video(name: str, number: int) -> Response:
     """One of a draft's videos."""
-    with reading(installation().engine) as session:
-        required_person(session, "admin")
+    with seen_by("admin") as (session, _):
         draft = opened_draft(session, name)
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
     if parts is None or number >= len(parts.videos):
@@ -101,32 +97,15 @@ def _task_page(
     item = own[number] if 0 <= number < len(own) else None
     assert task.example is not None  # noqa: S101 - the page was asked for such a task
     payload = _payload(draft, item) if item is not None else task.example(practice_example())
-    texts = page_texts(config, task, with_boat=item is None)
     onwards = flask.url_for(".preview", name=draft.name, page=task.name)
-    data: dict[str, Any] = {
+    data = {
         "item": f"preview-{draft.name}-{task.name}-{number}",
-        "task": task.name,
-        "draft": None,
-        "payload": payload,
-        "own": msgspec.to_builtins(item) if item is not None else None,
-        "labels": labels_of(texts),
-        "practice": True,
         "signed_in": False,
         "next": f"{onwards}?item={number + 1}" if number + 1 < len(own) else onwards,
         "who": "preview",
     }
-    return flask.render_template(
-        task.template,
-        **shown,
-        study=None,
-        title=None if task.hides_title else config.title,
-        task=task.name,
-        words=task_words(config, task),
-        texts=texts,
-        progress=None,
-        data=data,
-        is_practice=True,
-    )
+    title = None if task.hides_title else config.title
+    return render_practice(task, config, payload, item, data, study=None, title=title, **shown)
 
 
 def _payload(draft: StudyDraft, item: PracticeItem) -> Record:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import flask
@@ -14,13 +15,16 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_pages import opened_draft, page_values
 from annotation_app.making.steps import StepProblem, parts_of, problems_of
-from annotation_app.people.browser_sessions import required_person
 from annotation_app.store.audit import name_of, note
-from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.study_setup.readiness import obstacles, people_by_role, study_obstacles
+from annotation_app.study_setup.readiness import (
+    Obstacle,
+    obstacles,
+    people_by_role,
+    study_obstacles,
+)
 from annotation_app.study_setup.study_changes import Change, asked_so_far, changes
 from annotation_app.study_setup.study_drafts import StudyDraft, drop_draft, sha256_of
 from annotation_app.study_setup.study_reading import read_study
@@ -28,6 +32,7 @@ from annotation_app.study_setup.study_starting import StudyParts, prepare_parts,
 from annotation_app.study_setup.study_writing import comments, in_order, write_study
 from annotation_app.tasks.task_registry import find_task
 from annotation_app.web.needs_login import cannot_be_done, refused
+from annotation_app.web.who_asks import changed_by, seen_by
 from annotation_app.work.handing_out import find_study
 from g3.errors import CorpusError
 
@@ -71,8 +76,7 @@ class Review:
 @blueprint.get("/<name>/review")
 def review(name: str) -> str:
     """What is wrong, what changes, and what would stop people."""
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         return _page(admin, draft, _review(session, draft))
 
@@ -80,17 +84,15 @@ def review(name: str) -> str:
 @blueprint.post("/<name>/review")
 def start(name: str) -> ResponseReturnValue:
     """Write the study's file, and start the study or bring it up to date."""
-    engine, setup = installation().engine, installation().config
-    with reading(engine) as session:
-        admin = required_person(session, "admin")
+    setup = installation().config
+    with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         found = _review(session, draft)
         refusal = _refusal(found)
         if refusal or found.parts is None:
             return _page(admin, draft, found, refusal), 422
     ready = prepare_parts(found.parts, setup)  # people go on with their work meanwhile
-    with transaction(engine) as session:
-        admin = required_person(session, "admin")
+    with changed_by("admin") as (session, admin):
         if _clashes(draft, session.scalars(select(Study).where(Study.name == name)).first()):
             raise Refusal(409, "Somebody else has changed this study just now. Open it again.")
         put_parts(session, found.parts, ready, installation().salt)
@@ -117,8 +119,7 @@ def start(name: str) -> ResponseReturnValue:
 @blueprint.get("/<name>/started")
 def started(name: str) -> str:
     """The address to send to people, and what would stop them."""
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         study = find_study(session, name)
         config = msgspec.convert(study.config, StudyConfig)
         return flask.render_template(
@@ -128,11 +129,9 @@ def started(name: str) -> str:
             link=flask.url_for("entrance.study_page", study_name=name, _external=True),
             access=config.access,
             roles={task.role for task in config.tasks.values()},
-            obstacles=[
-                f"{one.what[:1].upper()}{one.what[1:]}."
-                for one in obstacles(session, of_installation=False)
-                if one.study == name
-            ],
+            obstacles=_sentences(
+                one for one in obstacles(session, of_installation=False) if one.study == name
+            ),
         )
 
 
@@ -149,8 +148,9 @@ def _review(session: Session, draft: StudyDraft) -> Review:
     if study is not None and not draft.is_new:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))
         lost = comments(draft.file.read_bytes())
-    stopping = _obstacles(session, config, has_scenes=parts.has_scenes)
-    return Review(parts, [], changed, lost, stopping)
+    logins = people_by_role(session)
+    stopping = study_obstacles(config, logins, {}, has_scenes=parts.has_scenes)
+    return Review(parts, [], changed, lost, _sentences(stopping))
 
 
 def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
@@ -168,9 +168,7 @@ def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
     return []
 
 
-def _obstacles(session: Session, config: StudyConfig, *, has_scenes: bool) -> list[str]:
-    logins = people_by_role(session)
-    found = study_obstacles(config, logins, {}, has_scenes=has_scenes)
+def _sentences(found: Iterable[Obstacle]) -> list[str]:
     return [f"{one.what[:1].upper()}{one.what[1:]}." for one in found]
 
 

@@ -29,8 +29,6 @@ from annotation_app.making.steps import (
     target,
     task_defaults,
 )
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
 from annotation_app.studies.study_file import StudyConfig, slug
@@ -49,6 +47,7 @@ from annotation_app.study_setup.study_drafts import (
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.needs_login import cannot_be_done, refused
+from annotation_app.web.who_asks import seen_by
 from g3.errors import CorpusError
 
 blueprint = Blueprint(
@@ -65,8 +64,8 @@ blueprint.register_error_handler(CorpusError, cannot_be_done)
 @blueprint.get("/new")
 def new() -> str:
     """What a new study is called."""
-    with reading(installation().engine) as session:
-        return _new_page(required_person(session, "admin"))
+    with seen_by("admin") as (_, admin):
+        return _new_page(admin)
 
 
 @blueprint.post("/new")
@@ -74,8 +73,7 @@ def begin() -> ResponseReturnValue:
     """Begin a draft of a new study."""
     folder, form = installation().config.studies_folder, flask.request.form
     title, robot = text_of(form, "title")[:1000], text_of(form, "robot")[:1000]
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         name = text_of(form, "name") or slug(title)
         problem = _name_problem(session, title, name)
     if problem:
@@ -93,8 +91,7 @@ def begin() -> ResponseReturnValue:
 @blueprint.get("/<name>/<step_name>")
 def step(name: str, step_name: str) -> str:
     """A step's form."""
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         return _step_page(session, admin, draft, _step(step_name).name)
 
@@ -103,8 +100,7 @@ def step(name: str, step_name: str) -> str:
 def save(name: str, step_name: str) -> ResponseReturnValue:
     """Keep what was typed; go on to the next step if all is well in this one."""
     config, form = installation().config, flask.request.form
-    with reading(installation().engine) as session:
-        admin = required_person(session, "admin")
+    with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         value = read_form(_step(step_name).name, draft, form, config.studies_folder)
         draft = keep_draft(config.studies_folder, draft, value)
@@ -127,8 +123,7 @@ def save(name: str, step_name: str) -> ResponseReturnValue:
 @blueprint.post("/<name>/discard")
 def discard(name: str) -> ResponseReturnValue:
     """Forget a draft: a running study stays as it is."""
-    with reading(installation().engine) as session:
-        required_person(session, "admin")
+    with seen_by("admin") as (session, _):
         draft = opened_draft(session, name)
     drop_draft(installation().config.studies_folder, draft.name)
     return flask.redirect(flask.url_for("dashboard.studies"), 303)

@@ -233,8 +233,6 @@ _PLAIN = (
     ("of length >= 1$", "This is empty."),
     ("text of length <= ", "Use at most {n} characters."),
     ("expected a whole number(,|$)", "Type a whole number."),
-    ("whole number >= ", "Type a number of {n} or more."),
-    ("whole number <= ", "Type a number of {n} or less."),
     ("number >= ", "Type a number of {n} or more."),
     ("number > ", "Type a number above {n}."),
     ("number <= ", "Type a number of {n} or less."),

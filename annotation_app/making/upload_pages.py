@@ -10,12 +10,11 @@ from flask import Blueprint, Response
 
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_pages import opened_draft
-from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.study_setup.own_videos import SUFFIXES, OwnVideo, check_readable
 from annotation_app.study_setup.server_folders import add_part
 from annotation_app.study_setup.study_drafts import keep_draft
+from annotation_app.web.who_asks import seen_by
 from g3.errors import CorpusError
 
 blueprint = Blueprint("making_uploads", __name__, url_prefix="/admin/studies")
@@ -32,8 +31,7 @@ def _refused(refusal: Refusal) -> Response:
 def upload(name: str) -> Response:
     """Keep the next part of a file; look at a video once it is whole."""
     config, asked = installation().config, flask.request.args
-    with reading(installation().engine) as session:
-        required_person(session, "admin")
+    with seen_by("admin") as (session, _):
         draft = opened_draft(session, name)
     folder = config.studies_folder / f"{draft.name}-videos"
     offset, size = (asked.get(key, -1, type=int) for key in ("offset", "size"))

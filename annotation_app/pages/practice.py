@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import flask
-import msgspec
 from flask import Blueprint
 from sqlalchemy import select
 
@@ -17,8 +16,8 @@ from annotation_app.store.models import Study
 from annotation_app.studies.study_file import in_its_language, language_of, restored
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_registry import task_of
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
 from annotation_app.web.api import read_task
+from annotation_app.web.task_page import render_practice
 
 blueprint = Blueprint("practice", __name__)
 
@@ -48,32 +47,16 @@ def practice_page(task_name: str) -> str:
                 "command": own[number].command,
                 **watched_video(session, study.id, own[number].video),
             }
-    texts = page_texts(config, of_task, with_boat=not own)
     onwards = f"/s/{study.name}/{task}" if study is not None else "/"
     if number + 1 < len(own):
         onwards = f"/practice/{task}?study={name}&item={number + 1}"
     data = {
         "item": f"practice-{task}-{number}",
-        "task": task,
-        "draft": None,
-        "payload": payload,
-        "own": msgspec.to_builtins(own[number]) if own else None,
-        "labels": labels_of(texts),
-        "practice": True,
         # Who has done the last one has practised.
         "signed_in": person is not None and number + 1 >= len(own),
         "next": onwards,
         "who": "practice",
     }
-    return flask.render_template(
-        of_task.template,
-        study=study,
-        title=None,
-        task=task,
-        words=task_words(config, of_task),
-        texts=texts,
-        progress=None,
-        person=person,
-        data=data,
-        is_practice=True,
-    )
+    item = own[number] if own else None
+    shown = {"study": study, "title": None, "person": person}
+    return render_practice(of_task, config, payload, item, data, **shown)

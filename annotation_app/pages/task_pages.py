@@ -16,15 +16,14 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study, TaskName
 from annotation_app.studies.study_file import in_its_language, restored
 from annotation_app.tasks.task_registry import task_of
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.api import read_task
 from annotation_app.web.needs_login import sign_in_page
+from annotation_app.web.task_page import WHO_CHARACTERS, render_task
 from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
 from annotation_app.work.page_data import opened_page
 
 blueprint = Blueprint("tasks", __name__)
-
-WHO_CHARACTERS = 8
 
 
 @blueprint.get("/s/<study_name>/<task_name>")
@@ -51,20 +50,15 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     data["next"] = f"/s/{study.name}/{task}"
     mine = next((entry for entry in tasks if entry.task == task), None)
     config = in_its_language(restored(study.config))
-    texts = page_texts(config, of_task)
-    data["labels"] = labels_of(texts)
-    return flask.render_template(
-        of_task.template,
+    return render_task(
+        of_task,
+        config,
+        data,
         study=study,
         title=None if of_task.hides_title else config.title,
-        task=task,
-        words=task_words(config, of_task),
-        texts=texts,
         has_practice=of_task.example is not None,
         progress=mine,
         person=person,
-        data=data,
-        is_practice=False,
     )
 
 

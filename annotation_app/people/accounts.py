@@ -21,7 +21,6 @@ from annotation_app.store.audit import COMMAND_LINE, name_of, note
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import AccountLink, AuditEntry, Person, Role
-from g3.errors import FormatError
 
 State: TypeAlias = Literal["active", "blocked", "no password yet"]
 
@@ -242,9 +241,7 @@ def admin_from_environment(session: Session, environment: Mapping[str, str]) -> 
     try:
         return add_login(session, login, "admin", password, actor=COMMAND_LINE)
     except Refusal as refusal:
-        what, _, fix = refusal.message.rstrip(".").partition(". ")
-        where = f"{ADMIN_PASSWORD} and {ADMIN_LOGIN}"
-        raise FormatError(what[:1].lower() + what[1:], where=where, fix=fix.lower()) from None
+        raise refusal.as_error(f"{ADMIN_PASSWORD} and {ADMIN_LOGIN}") from None
 
 
 def accounts(session: Session) -> list[Account]:

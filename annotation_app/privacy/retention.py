@@ -38,7 +38,7 @@ class Expired:
         Whose answers about themselves were erased.
     drafts, assignments
         How many were erased.
-    payments
+    payments_unlinked
         From how many the way to the answers was taken.
     """
 
@@ -47,10 +47,7 @@ class Expired:
     profiles: int = 0
     drafts: int = 0
     assignments: int = 0
-    payments: int = 0
-
-    def __bool__(self) -> bool:
-        return any((self.people, self.profiles, self.drafts, self.assignments, self.payments))
+    payments_unlinked: int = 0
 
 
 def expire(
@@ -68,13 +65,14 @@ def expire(
         studies = session.scalars(select(Study).order_by(Study.name)).all()
         over = {one.id for one in studies if _is_over(one, now)}
         due = [one for one in studies if one.id in over and study in (None, one.name)]
-        done = [found for one in due if (found := _expire(session, one, over))]
+        found = [_expire(session, one, over) for one in due]
+        done = [one for one in found if one != Expired(one.study)]
         if dry_run:
             session.rollback()
             return done
-        for found in done:
-            counts = {"people": found.people, "drafts": found.drafts}
-            note(session, COMMAND_LINE, "unlinked from people", found.study, **counts)
+        for of_study in done:
+            counts = {"people": of_study.people, "drafts": of_study.drafts}
+            note(session, COMMAND_LINE, "unlinked from people", of_study.study, **counts)
         if done:
             ask(session)
     compact_if_asked(engine)
@@ -128,7 +126,7 @@ def _unlink_payments(session: Session, study: Study, found: Expired) -> None:
         session.add(nobody)
         session.flush()
         participation.person_id = nobody.id
-        found.payments += 1
+        found.payments_unlinked += 1
     session.flush()
 
 

@@ -51,22 +51,27 @@ def description() -> dict[str, Any]:
             },
         },
         "security": [{"session": [], "csrf": []}],
-        "paths": {**_paths(bodies), **interface.paths()},
+        "paths": _paths(bodies),
     }
 
 
 def _paths(bodies: Mapping[str, Any]) -> dict[str, Any]:
     app = Flask(__name__)
-    for one in (api, answers_api, try_pages):
+    for one in (api, answers_api, try_pages, interface):
         app.register_blueprint(one.blueprint)
     found: dict[str, dict[str, Any]] = {}
+    replies = interface.replies()
     for rule in app.url_map.iter_rules():
         if rule.rule.startswith("/api/"):
             path = re.sub(r"<(\w+?)(?:_name|_id)?>", r"{\1}", rule.rule)
-            name = rule.endpoint.partition(".")[2].rstrip("_")
+            of, _, name = rule.endpoint.rstrip("_").partition(".")
+            of_dashboard = of == interface.blueprint.name
             (method,) = (rule.methods or set()) - {"HEAD", "OPTIONS"}
             summary = str(app.view_functions[rule.endpoint].__doc__).partition(".")[0]
             operation = _operation(name, summary, method, bodies.get(name))
+            if of_dashboard:
+                operation["operationId"] = f"dashboard_{name}"
+                operation["responses"]["200"]["content"] = {_JSON: {"schema": replies[name]}}
             found[path] = {method.lower(): operation}
             if names := re.findall(r"{(\w+)}", path):
                 found[path]["parameters"] = [_parameter(one) for one in names]

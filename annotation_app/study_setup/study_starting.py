@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sqlalchemy.orm import Session
@@ -11,18 +11,28 @@ from sqlalchemy.orm import Session
 from annotation_app.core.config import Config
 from annotation_app.store.models import Study
 from annotation_app.studies.study_file import StudyConfig
+from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.every_problem import gathering, together
 from annotation_app.study_setup.given_commands import put_commands
-from annotation_app.study_setup.own_videos import GivenCommand, OwnVideo, check_readable
+from annotation_app.study_setup.own_videos import (
+    GivenCommand,
+    OwnVideo,
+    check_readable,
+    given_commands,
+    is_own,
+    own_videos,
+    played_file,
+    prepare,
+)
 from annotation_app.study_setup.rendered_study import (
     Rendered,
     check_videos,
     knows_things,
     put_study,
+    rendered_videos,
 )
 from annotation_app.study_setup.study_reading import read_study
-from annotation_app.study_setup.study_videos import prepared, study_commands, study_videos
-from g3.errors import CorpusError
+from g3.errors import CorpusError, FormatError
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +98,58 @@ def find_parts(
         with gathering(errors):
             check_videos(config, found)
         with gathering(errors):
-            commands = study_commands(config, file.parent, found)
+            if config.commands is not None:
+                known = [item if isinstance(item, OwnVideo) else item.video for item in found]
+                commands = given_commands(file.parent / config.commands, known)
         if are_played:
             with gathering(errors):
                 check_readable([item for item in found if isinstance(item, OwnVideo)])
     return StudyParts(config, found, commands, file), errors
 
 
+def study_videos(
+    path: Path, only: tuple[str, ...] = (), things: Path | None = None
+) -> Sequence[Rendered | OwnVideo]:
+    """The videos of a folder or a table.
+
+    Parameters
+    ----------
+    things
+        COCO file of what is where in their pictures, if they come from elsewhere.
+
+    Raises
+    ------
+    CorpusError
+        If there are none, or one that is wanted is missing.
+    """
+    if not is_own(path):
+        if things is not None:
+            raise FormatError(
+                "what is where in videos of `ct render-videos` is known already",
+                where=str(things),
+                fix="leave out things",
+            )
+        return rendered_videos(path, only)
+    found = own_videos(path)
+    missing = set(only) - {item.video for item in found}
+    if missing:
+        raise FormatError(
+            f"there is no video of {min(missing)}",
+            where=str(path),
+            fix=f"the videos are: {', '.join(item.video for item in found[:20])}",
+        )
+    known = {} if things is None else read_things(things, {v.video: v.file for v in found})
+    return [
+        replace(item, things=known.get(item.video))
+        for item in found
+        if not only or item.video in only
+    ]
+
+
 def prepare_parts(parts: StudyParts, setup: Config) -> list[Rendered]:
     """A study's videos, with pictures of them in the installation's folder."""
-    return prepared(parts.videos, setup.instance / "own-videos" / parts.config.name)
+    base = setup.instance / "own-videos" / parts.config.name
+    return [_prepared(item, base) if isinstance(item, OwnVideo) else item for item in parts.videos]
 
 
 def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: bytes) -> Study:
@@ -111,3 +163,8 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
     return study
+
+
+def _prepared(item: OwnVideo, base: Path) -> Rendered:
+    folder = prepare(item, base)
+    return Rendered(item.video, folder, played_file(item, folder))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
@@ -14,15 +14,11 @@ Speed: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=4)]
 Coordinate: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 
 
-def with_watching(body: Record, watched_s: float | None, speed: float | None) -> Record:
+def with_watching(body: Record, answer: Any) -> Record:
     """A kept answer with what the page has reported of watching.
 
-    Parameters
-    ----------
-    watched_s
-        Seconds of videos that were played, at any speed.
-    speed
-        The fastest that they were played at.
+    That is ``watched_s``, seconds of videos that were played, at any speed, and ``speed``, the
+    fastest that they were played at.
     """
-    told = {"watched_s": watched_s, "speed": speed}
+    told = {"watched_s": answer.watched_s, "speed": answer.speed}
     return body | {name: value for name, value in told.items() if value is not None}

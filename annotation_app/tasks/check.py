@@ -31,9 +31,10 @@ from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.csv_rows import write_csv
 from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
 from annotation_app.tasks.exported_groundings import checked_negative
-from annotation_app.tasks.other_videos import verdict_table, with_another_video
+from annotation_app.tasks.other_videos import COLUMNS, verdict_rows, with_another_video
 from annotation_app.tasks.practice_example import PracticeExample
 from annotation_app.tasks.task_record import (
     CLAUSES,
@@ -105,9 +106,7 @@ def _check(
     problems += [
         FieldProblem(node, gettext("There is no such clause to check.")) for node in unknown
     ]
-    return with_watching(
-        {"verdicts": dict(answer.verdicts)}, answer.watched_s, answer.speed
-    ), problems
+    return with_watching({"verdicts": dict(answer.verdicts)}, answer), problems
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
@@ -184,10 +183,7 @@ def _without_scenes(
 
 
 def _table(session: Session, study: Study, file: IO[bytes]) -> None:
-    verdicts: dict[str, tuple[Item, list[Record]]] = {}
-    for answer, item in answers_of(session, study, "check", adopted=True):
-        verdicts.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])
-    file.write(verdict_table(list(verdicts.values())))
+    write_csv(file, COLUMNS, verdict_rows(session, study))
 
 
 def _example(practice: PracticeExample) -> Record:

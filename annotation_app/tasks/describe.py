@@ -81,7 +81,7 @@ def _check(
     problems = [*text_problems(text)]
     if not answer.played_to_end:
         problems.insert(0, not_watched())
-    return with_watching({"text": text}, answer.watched_s, answer.speed), problems
+    return with_watching({"text": text}, answer), problems
 
 
 def _export(parts: CorpusParts) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import IO, Annotated, Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -24,7 +24,7 @@ from annotation_app.items.item_scenes import aliases_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
 from annotation_app.items.scenes import Aliases, Scene, scene_payload
-from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.answer_types import Coordinate, Seconds, Speed, with_watching
@@ -38,7 +38,7 @@ from annotation_app.tasks.grounding_comparison import (
     grounding_key,
     shared_part,
 )
-from annotation_app.tasks.grounding_table import grounding_table
+from annotation_app.tasks.grounding_table import write_groundings
 from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
@@ -160,7 +160,7 @@ def _check(
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
     parts, more = read_parts(sdcs, answer.trims, answer.whole, scene.duration_s)
     body = {"groundings": kept, **parts}
-    return with_watching(body, answer.watched_s, answer.speed), problems + more
+    return with_watching(body, answer), problems + more
 
 
 def _clause_grounding(
@@ -230,10 +230,6 @@ def _export(parts: CorpusParts) -> None:
         command = parts.commands[item.payload["command"]]
         parts.annotations.append(unchanged or positive(answer, item, command, parts.worlds))
     parts.annotations += [a for a in known.values() if a.source != "positive"]
-
-
-def _table(session: Session, study: Study, file: IO[bytes]) -> None:
-    file.write(grounding_table(session, study, "ground"))
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -330,5 +326,5 @@ GROUND = Task(
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
     agreement=_measured,
     disputed=disputed_parts,
-    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},
+    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", write_groundings)},
 )

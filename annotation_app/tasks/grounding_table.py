@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Iterator
+from typing import IO
 
 import msgspec
 from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import scene_of
 from annotation_app.items.scenes import Scene
-from annotation_app.store.models import Record, Study, TaskName
+from annotation_app.store.models import Record, Study
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.corpus_parts import answers_of
-from corpus_tools.exporters.csv_tables import safe_cell
+from annotation_app.tasks.csv_rows import write_csv
 from g3.sdc.sdc_notation import from_json
 
 COLUMNS = (
@@ -22,16 +22,17 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def grounding_table(session: Session, study: Study, task: TaskName) -> bytes:
+def write_groundings(session: Session, study: Study, file: IO[bytes]) -> None:
     """A row for each clause that an adopted answer grounds.
 
     ``things`` are ids: of annotations, if the things come from a COCO file. ``boxes`` are x, y,
     width and height in pixels of the picture.
     """
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(COLUMNS)
-    for answer, item in answers_of(session, study, task, adopted=True):
+    write_csv(file, COLUMNS, _rows(session, study))
+
+
+def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
+    for answer, item in answers_of(session, study, "ground", adopted=True):
         scene = scene_of(session, study.id, item.payload["video"])
         for clause in clauses_of(from_json(item.payload["sdcs"])):
             node = str(clause["node"])
@@ -40,9 +41,7 @@ def grounding_table(session: Session, study: Study, task: TaskName) -> bytes:
             if grounding is not None or part is not None:
                 about = (answer.id, item.payload["text"], item.payload["video"], node)
                 of = (clause["type"], clause["phrase"])
-                row = (*about, *of, *_shown(grounding, scene), *(part or ("", "")))
-                writer.writerow(map(safe_cell, row))
-    return text.getvalue().encode()
+                yield (*about, *of, *_shown(grounding, scene), *(part or ("", "")))
 
 
 def _shown(grounding: Record | None, scene: Scene) -> tuple[object, ...]:

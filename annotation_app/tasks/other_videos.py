@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import has_things
 from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
-from annotation_app.store.models import Answer, Item, Record, TaskName
+from annotation_app.store.models import Answer, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.clause_words import clauses_of
-from corpus_tools.exporters.csv_tables import safe_cell
+from annotation_app.tasks.corpus_parts import answers_of
 from g3.sdc.sdc_notation import from_json
 
 HAPPENS = ("EVENT", "PATH")
@@ -51,18 +49,12 @@ def with_another_video(
         yield NewItem(task, subject, {**about, "shown": shown})
 
 
-def verdict_table(rows: Sequence[tuple[Item, Sequence[Record]]]) -> bytes:
-    """A row for each clause that was checked: what was shown with it, and how often it matched.
-
-    Parameters
-    ----------
-    rows
-        Items with the verdicts that people gave.
-    """
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(COLUMNS)
-    for item, verdicts in rows:
+def verdict_rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
+    """For each clause that was checked: what was shown with it, and how often it matched."""
+    found: dict[str, tuple[Item, list[Record]]] = {}
+    for answer, item in answers_of(session, study, "check", adopted=True):
+        found.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])
+    for item, verdicts in found.values():
         for clause in clauses_of(from_json(item.payload["sdcs"])):
             shown = item.payload["shown"].get(str(clause["node"]))
             given = Counter(v[str(clause["node"])] for v in verdicts if str(clause["node"]) in v)
@@ -73,6 +65,4 @@ def verdict_table(rows: Sequence[tuple[Item, Sequence[Record]]]) -> bytes:
                 about = (item.id, item.payload["text"], item.payload["video"], shown["video"])
                 of = (clause["node"], clause["type"], clause["phrase"])
                 counts = (yes, no, given["cant_tell"], label)
-                things = " ".join(shown["objects"])
-                writer.writerow(map(safe_cell, (*about, *of, things, places, *counts)))
-    return text.getvalue().encode()
+                yield (*about, *of, " ".join(shown["objects"]), places, *counts)

@@ -87,7 +87,7 @@ def _payload(session: Session, item: Item, _salt: bytes) -> Record:
 def _check(
     _session: Session, _item: AnyItem, answer: Rated, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    return with_watching({"rating": answer.rating}, answer.watched_s, answer.speed), []
+    return with_watching({"rating": answer.rating}, answer), []
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:

@@ -97,7 +97,7 @@ def _check(
     problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
     if not answer.played_to_end:
         problems.insert(0, not_watched())
-    return with_watching({"subtasks": subtasks}, answer.watched_s, answer.speed), problems
+    return with_watching({"subtasks": subtasks}, answer), problems
 
 
 def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldProblem]:

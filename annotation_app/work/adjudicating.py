@@ -10,14 +10,13 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
-from annotation_app.core.sent_text import clean_text
 from annotation_app.items.new_items import REPLACED, new_slots
 from annotation_app.items.submissions import add_event, was_received
 from annotation_app.store.audit import name_of, note
-from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Slot, Study
+from annotation_app.store.models import Answer, Event, Item, Person, Record, Slot, Study
 from annotation_app.work import adoption
 from annotation_app.work.finished_items import finished
-from annotation_app.work.reviewing import LONGEST_REMARK
+from annotation_app.work.reviewing import read_comment, remark
 
 
 def choose(
@@ -138,34 +137,10 @@ def asked(session: Session, item: Item) -> list[tuple[str, str, float]]:
     ]
 
 
-def read_comment(text: str) -> str:
-    """A comment as it is kept.
-
-    Raises
-    ------
-    Refusal
-        If it is too long.
-    """
-    words = clean_text(text)
-    if len(words) > LONGEST_REMARK:
-        raise Refusal(422, f"Use at most {LONGEST_REMARK} characters.")
-    return words
-
-
 def _decided(
     session: Session, study: Study, answer: Answer, person: Person, words: str, *, now: float
 ) -> None:
-    session.add(
-        Remark(
-            answer_id=answer.id,
-            person_id=person.id,
-            kind="adopted",
-            text=words,
-            before={},
-            at=now,
-        )
-    )
-    note(session, name_of(person), "adopted an answer", study.name, answer=answer.id)
+    remark(session, study, answer, person, kind="adopted", text=words, now=now)
     finished(session, study.id, answer.item_id, "adopted", answer.id, now=now)
     # Nobody need be asked any more of those that adjudicators have asked for.
     wanted = select(func.count()).where(Event.item_id == answer.item_id, Event.name == "ask")

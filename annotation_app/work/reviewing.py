@@ -47,7 +47,7 @@ def exclude(
     Refusal
         If there is no reason, the answer is left out already, or nobody else can be asked.
     """
-    words = _words(reason, "Say why.")
+    words = read_comment(reason, "Say why.")
     item = _locked(session, answer)
     if answer.excluded:
         raise Refusal(409, "This answer is left out already.")
@@ -59,7 +59,7 @@ def exclude(
         _free_slot(session, answer)
     session.flush()
     kind = "sent back" if again else "excluded"
-    _remark(session, study, answer, person, kind=kind, text=words, before=before, now=now)
+    remark(session, study, answer, person, kind=kind, text=words, before=before, now=now)
     if not again:
         _go_on_without(session, answer, item, now=now)
 
@@ -89,7 +89,7 @@ def take_back(
     if last is not None and last.kind == "sent back" and not _take_slot(session, answer):
         answer.surplus = True
     session.flush()
-    _remark(session, study, answer, person, kind="taken back", text="", before={}, now=now)
+    remark(session, study, answer, person, kind="taken back", now=now)
     rival = select(Answer.id).where(Answer.item_id == item.id, Answer.adopted.is_(True))
     decides = task_of(item.task).adjudication is not None
     if before["adopted"] and not (decides and session.scalar(rival.limit(1)) is not None):
@@ -108,13 +108,25 @@ def comment(
     Refusal
         If it is empty or too long.
     """
-    words = _words(text, "Type a comment.")
-    _remark(session, study, answer, person, kind="commented", text=words, before={}, now=now)
+    words = read_comment(text, "Type a comment.")
+    remark(session, study, answer, person, kind="commented", text=words, now=now)
 
 
-def _words(text: str, if_empty: str) -> str:
+def read_comment(text: str, if_empty: str = "") -> str:
+    """A comment as it is kept.
+
+    Parameters
+    ----------
+    if_empty
+        What to tell whose comment is empty; empty if it may be.
+
+    Raises
+    ------
+    Refusal
+        If it is too long, or empty where it may not be.
+    """
     words = clean_text(text)
-    if not words:
+    if if_empty and not words:
         raise Refusal(422, if_empty)
     if len(words) > LONGEST_REMARK:
         raise Refusal(422, f"Use at most {LONGEST_REMARK} characters.")
@@ -209,20 +221,26 @@ def _take_slot(session: Session, answer: Answer) -> bool:
     return True
 
 
-def _remark(
+def remark(
     session: Session,
     study: Study,
     answer: Answer,
     person: Person,
     *,
     kind: str,
-    text: str,
-    before: Record,
+    text: str = "",
+    before: Record | None = None,
     now: float,
 ) -> None:
+    """Keep what was done with an answer and said about it, here and in the audit trail."""
     session.add(
         Remark(
-            answer_id=answer.id, person_id=person.id, kind=kind, text=text, before=before, at=now
+            answer_id=answer.id,
+            person_id=person.id,
+            kind=kind,
+            text=text,
+            before=before or {},
+            at=now,
         )
     )
     note(session, name_of(person), f"{kind} an answer", study.name, answer=answer.id)

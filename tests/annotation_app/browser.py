@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import io
 import uuid
-from typing import Any
+from typing import Any, TypeVar
 
 from flask import Flask
-from sqlalchemy import Engine
+from sqlalchemy import Engine, Executable, Select
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.export.answer_tables import TABLES
@@ -16,6 +16,8 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import Installation
 from annotation_app.store.models import Person, Role
 from annotation_app.work.handing_out import find_study
+
+T = TypeVar("T")
 
 COMMAND = "Pick up the tires by the truck."
 
@@ -31,8 +33,12 @@ class Browser:
             if study is not None:
                 keep_consent(person, find_study(session, study).id, {})
         self.person: Person = person
+        self.sign_in()
+
+    def sign_in(self) -> None:
+        """Make the browser's cookie."""
         with self.client.session_transaction() as cookie:
-            cookie["person"] = person.id
+            cookie["person"] = self.person.id
         self.csrf = self.client.get("/api/session").json["csrf"]
 
     def send(self, method: str, path: str, value: Any) -> Any:
@@ -57,6 +63,17 @@ class Browser:
     def draft(self, item: str, revision: int, body: Any) -> Any:
         return self.send("PUT", f"/api/items/{item}/draft", {"revision": revision, "body": body})
 
+    def note(self, item: str, what: str, reason: str) -> None:
+        """Flag an item, or skip it."""
+        sent = {"uuid": str(uuid.uuid4()), "reason": reason}
+        response = self.send("POST", f"/api/items/{item}/{what}", sent)
+        assert response.status_code == 200, response.text
+
+    def adjudicate(self, item: str, body: Any, comment: str = "") -> Any:
+        """Send an answer of one's own in the place of others'."""
+        sent = {"uuid": str(uuid.uuid4()), "body": body, "comment": comment}
+        return self.send("POST", f"/api/items/{item}/adjudicate", sent)
+
     def do(self, task: str, body: Any) -> Any:
         response = self.answer(self.take(task)["item"], body)
         assert response.status_code == 200, response.text
@@ -71,6 +88,31 @@ def installation_of(app: Flask) -> Installation:
 
 def engine_of(app: Flask) -> Engine:
     return installation_of(app).engine
+
+
+def session_of(person: Any) -> str:
+    """The cookie by which somebody's browser is known."""
+    cookie = person.client.get_cookie("session")
+    assert cookie is not None
+    return str(cookie.value)
+
+
+def rows_in(where: Flask | Engine, statement: Select[tuple[T]]) -> list[T]:
+    """What a SELECT finds in the database, the first column of each row."""
+    with reading(engine_of(where) if isinstance(where, Flask) else where) as session:
+        return list(session.scalars(statement))
+
+
+def row_in(where: Flask | Engine, statement: Select[tuple[T]]) -> T:
+    """What a SELECT finds that finds one row."""
+    (found,) = rows_in(where, statement)
+    return found
+
+
+def execute(where: Flask | Engine, statement: Executable) -> None:
+    """Change the database as nobody can by the app."""
+    with transaction(engine_of(where) if isinstance(where, Flask) else where) as session:
+        session.execute(statement)
 
 
 def exported(app: Flask, form: str, study: str = "tests") -> bytes:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import itertools
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from flask import Flask
-from sqlalchemy import create_engine, text
+from sqlalchemy import Engine, create_engine, text
 from sqlalchemy.engine import make_url
 
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
@@ -20,6 +21,7 @@ from annotation_app.studies.study_file import KnownCommand, StudyConfig, TaskCon
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.postgres import cluster
 from tests.annotation_app.rendered import VIDEOS, render
+from tests.annotation_app.serving.receiver import Receiver, receiving
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext
@@ -29,6 +31,13 @@ PATIENCE_MS = 30_000
 _numbers = itertools.count()
 
 NO_PRACTICE = TaskConfig(practice=False)
+
+
+def study_of(**tasks: TaskConfig) -> StudyConfig:
+    """A study with these tasks and nothing else of its own."""
+    return StudyConfig(name="tests", title="A study", tasks=tasks)
+
+
 STUDY = StudyConfig(
     name="tests",
     title="A study",
@@ -59,6 +68,12 @@ def postgres() -> Iterator[str]:
 def kind() -> str:
     """Which database; tests that are about databases are run with others too."""
     return "sqlite"
+
+
+@pytest.fixture
+def other_database(kind: str, request: pytest.FixtureRequest) -> str | None:
+    """An empty database beside the app's, of its kind; None means a file in the instance."""
+    return new_database(request.getfixturevalue("postgres")) if kind == "postgresql" else None
 
 
 @pytest.fixture
@@ -105,10 +120,36 @@ def config(
 
 
 @pytest.fixture
+def empty(config: Config) -> Iterator[Engine]:
+    """A new database without a study."""
+    with opened(config.database) as engine:
+        migrate(engine)
+        yield engine
+
+
+@pytest.fixture
 def app(config: Config) -> Iterator[Flask]:
     """An app with a study."""
     with opened(config.database) as engine:
         yield create_app(config, engine)
+
+
+@pytest.fixture
+def receiver() -> Iterator[Receiver]:
+    """Somebody's server that gets messages."""
+    with receiving() as found:
+        yield found
+
+
+@pytest.fixture
+def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Sets the machine's clock forward or back from now, as far as Python is concerned."""
+    real = time.time
+
+    def jump(by_s: float) -> None:
+        monkeypatch.setattr(time, "time", lambda: real() + by_s)
+
+    return jump
 
 
 @pytest.fixture(scope="module")  # while Playwright runs, asyncio can't be used by other tests

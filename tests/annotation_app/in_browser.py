@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
-from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
 from werkzeug.serving import make_server
 
+from tests.annotation_app.browser import session_of
 from tests.annotation_app.conftest import PATIENCE_MS
 from tests.chromium import CHROMIUM
 
 SMALLEST_PX = 8
+SERIOUS = ("serious", "critical")
+ANY = ("minor", "moderate", *SERIOUS)
+"""What axe finds, however little it matters."""
+PICTURES = os.environ.get("CT_PICTURES")
+"""A folder for pictures of the pages, if somebody wants to look at them."""
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 
 
@@ -31,9 +40,24 @@ def launched() -> Iterator[Browser]:
         browser.close()
 
 
-def violations(
-    page: Page, impacts: tuple[str, ...] = ("serious", "critical"), **options: object
-) -> list[str]:
+def sign_in(context: BrowserContext, person: Any, url: str) -> None:
+    """Make a context's pages those of somebody who has signed in."""
+    context.add_cookies([{"name": "session", "value": session_of(person), "url": url}])
+
+
+def look(page: Page, name: str, impacts: tuple[str, ...] = ANY) -> list[str]:
+    """What axe finds on a telephone and on a screen; nothing may be wider than the window."""
+    found: list[str] = []
+    for width, height in ((390, 844), (1280, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        found += violations(page, impacts)
+        assert width_of(page) <= width, name
+        if PICTURES:
+            page.screenshot(path=Path(PICTURES) / f"{name}-{width}.png", full_page=True)
+    return found
+
+
+def violations(page: Page, impacts: tuple[str, ...] = SERIOUS, **options: object) -> list[str]:
     """What axe-core finds wrong with a page, once it has come."""
     page.wait_for_load_state()
     if not page.evaluate("'axe' in window"):

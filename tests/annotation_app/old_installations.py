@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import MetaData, insert, select
+from sqlalchemy import Engine, MetaData, insert, select
 
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
 from annotation_app.core.key_file import Keys, write_keys
@@ -25,6 +25,33 @@ SALT = bytes(range(100, 132))
 KEY = "5a" * 32
 
 Row = tuple[str, dict[str, Any]]
+
+
+USUAL: dict[str, dict[str, Any]] = {
+    "study": {"id": "s", "name": "s", "config": {}, "created_at": 0.0},
+    "person": {
+        "id": "p", "role": "worker", "provider": "mturk", "external_hash": "h", "profile": {},
+        "created_at": 0.0,
+    },
+    "item": {"study_id": "s", "task": "describe", "payload": {}, "rank": 0.0},
+    "slot": {},
+    "event": {"person_id": "p", "name": "submit", "body": {}, "at": 0.0},
+    "answer": {"person_id": "p", "task": "describe", "body": {}, "surplus": False, "at": 0.0},
+    "participation": {
+        "study_id": "s", "person_id": "p", "provider": "mturk", "task": "describe", "items": 2,
+        "begun_at": 100.0,
+    },
+}  # fmt: skip
+"""Rows of an older database, but for what tells them apart."""
+
+
+def put_rows(engine: Engine, *rows: Row) -> None:
+    """Put rows into a database of an older program."""
+    there = MetaData()
+    with engine.begin() as connection:
+        there.reflect(connection)
+        for table, row in rows:
+            connection.execute(insert(there.tables[table]), USUAL[table] | row)
 
 
 def old_rows(config: Config) -> Iterator[Row]:

@@ -11,13 +11,13 @@ import sys
 import threading
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from annotation_app.core.config import Config
-from tests.annotation_app.browser import Browser
+from tests.annotation_app.browser import Browser, session_of
 
 PATIENCE_S = 60.0
 
@@ -47,56 +47,65 @@ class Server:
         return self.process.wait(PATIENCE_S)
 
 
-@contextmanager
 def running(
     config: Config, folder: Path, *options: str, in_background: bool = False
-) -> Iterator[Server]:
-    """A server that people can connect to.
+) -> AbstractContextManager[Server]:
+    """A server of an installation that people can connect to; see :func:`started`."""
+    where = ("--instance", str(config.instance), "--database", str(config.database))
+    call = ("annotate", "serve", "--port", "0", *where, *options)
+    return started(folder / "log", *call, in_background=in_background)
+
+
+@contextmanager
+def started(log: Path, *call: str, in_background: bool = False, **process: Any) -> Iterator[Server]:
+    """A server that people can connect to, by a call of ``ct``.
 
     Parameters
     ----------
+    log
+        The file for what it says on standard error.
     in_background
         Whether it is started as shells do it with "&": Ctrl-C is ignored.
+    process
+        Other options of the process.
     """
-    command = [sys.executable, "-m", "corpus_tools", "annotate", "serve", "--port", "0"]
-    command += ["--instance", str(config.instance), "--database", str(config.database), *options]
-    log = folder / "log"
+    command = [sys.executable, "-m", "corpus_tools", *call]
     usual = signal.signal(signal.SIGINT, signal.SIG_IGN) if in_background else None
     with (
         log.open("w") as errors,
-        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process,
+        subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=errors, text=True, **process
+        ) as server,
     ):
         if usual is not None:
             signal.signal(signal.SIGINT, usual)
         clients: list[Client] = []
-        given_up = threading.Timer(2 * PATIENCE_S, process.kill)
+        given_up = threading.Timer(2 * PATIENCE_S, server.kill)
         given_up.start()
         try:
-            assert process.stdout is not None
+            assert server.stdout is not None
             told = ""
-            for line in iter(process.stdout.readline, ""):
+            for line in iter(server.stdout.readline, ""):
                 told += line
                 if "Ctrl-C" in line:
                     break
             found = re.search(r"localhost:(\d+)/", told)
             assert found, (told, log.read_text())
-            yield Server(process, int(found[1]), told, log, clients)
+            yield Server(server, int(found[1]), told, log, clients)
         finally:
             for client in clients:
                 client.connection.close()
             given_up.cancel()
-            process.kill()
+            server.kill()
 
 
 class Client:
     """Somebody's browser, which keeps one connection."""
 
     def __init__(self, port: int, person: Browser) -> None:
-        cookie = person.client.get_cookie("session")
-        assert cookie is not None
         self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         self.headers = {
-            "Cookie": f"session={cookie.value}",
+            "Cookie": f"session={session_of(person)}",
             "X-CSRFToken": person.csrf,
             "Content-Type": "application/json",
         }

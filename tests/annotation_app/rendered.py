@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, upright
 from g3.groundings import Context, PhysicalObject, Place, Prism
@@ -84,4 +85,14 @@ def render(folder: Path, videos: tuple[str, ...] = VIDEOS, world: World = contex
         (target / "manifest.json").write_text(json.dumps(manifest))
         for file in ("video.mp4", "poster.png", "segmentation.png"):
             (target / file).write_bytes(f"{name} {file} ".encode() * 100)
+    return folder
+
+
+def render_contexts(folder: Path, corpus: Corpus) -> Path:
+    """A video for each context of a corpus, whose name it has."""
+    names = tuple(f"video{i:03}" for i in range(len(corpus.contexts)))
+    render(folder, names)
+    for name, context in zip(names, corpus.contexts, strict=True):
+        file = folder / name / "manifest.json"
+        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
     return folder

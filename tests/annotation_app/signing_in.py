@@ -11,13 +11,13 @@ from flask.testing import FlaskClient
 from annotation_app.people.accounts import add_login
 from annotation_app.store.database import transaction
 from annotation_app.store.models import Person, Role
-from tests.annotation_app.browser import engine_of
+from tests.annotation_app.browser import Browser, engine_of
 
 PASSWORD = "correct horse battery"
 LINK = re.compile(r"https?://[^/\s]+(/setup/[\w-]+)")
 
 
-class Member:
+class Member(Browser):
     """A browser of somebody with a login."""
 
     def __init__(self, app: Flask, login: str, role: Role | None = None) -> None:
@@ -28,9 +28,13 @@ class Member:
             with transaction(engine_of(app)) as session:
                 self.person: Person = add_login(session, login, role, PASSWORD, actor="tests")
 
+    @property
+    def csrf(self) -> str:  # type: ignore[override]
+        """The token of the session, which may be another one by now."""
+        return str(self.client.get("/api/session").json["csrf"])
+
     def post(self, path: str, **form: str) -> Any:
-        token = self.client.get("/api/session").json["csrf"]
-        return self.client.post(path, data={"csrf_token": token, **form})
+        return self.client.post(path, data={"csrf_token": self.csrf, **form})
 
     def sign_in(self, password: str = PASSWORD, **form: str) -> Any:
         return self.post("/login", login=self.login, password=password, **form)

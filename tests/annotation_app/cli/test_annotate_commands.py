@@ -5,12 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-import socket
-import subprocess
-import sys
-import time
 import urllib.request
-import uuid
 from collections import Counter
 from pathlib import Path
 
@@ -33,8 +28,9 @@ from corpus_tools.exporters.csv_tables import safe_cell
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import Browser, described, installation_of
-from tests.annotation_app.rendered import VIDEOS, render
+from tests.annotation_app.browser import Browser, described, installation_of, rows_in
+from tests.annotation_app.real_server import started
+from tests.annotation_app.rendered import VIDEOS, render_contexts
 from tests.tiny_corpus import tiny_corpus
 
 GO = "Drive to the {0}"
@@ -131,26 +127,6 @@ def test_tables(app: Flask, tmp_path: Path) -> None:
     assert [row | more for row, more in zip(columns, told, strict=True)] == lines
 
 
-def test_a_backup_is_restored(app: Flask, tmp_path: Path) -> None:
-    Browser(app).do("describe", described("Go there 😀"))
-    instance = str(installation_of(app).config.instance)
-    archive, other = str(tmp_path / "backup.jsonl.gz"), str(tmp_path / "other")
-    (tmp_path / "passphrase").write_text("correct horse battery\n")
-    keys = ["--passphrase-file", str(tmp_path / "passphrase")]
-    assert run(["annotate", "backup", archive, "--instance", instance]) == 2  # without a choice
-    assert run(["annotate", "backup", archive, "--instance", instance, *keys]) == 0
-    assert run(["annotate", "verify", archive]) == 0
-    assert run(["annotate", "restore", archive, "--instance", other]) == 2
-    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 0
-    assert run(["annotate", "restore", archive, "--instance", other, *keys]) == 2
-    files = [tmp_path / "before.jsonl", tmp_path / "after.jsonl"]
-    for folder, file in zip((instance, other), files, strict=True):
-        command = ["annotate", "export", str(file), "--format", "jsonl", "--instance", folder]
-        assert run(command) == 0
-    assert files[0].read_bytes() == files[1].read_bytes()
-    assert "😀" in files[1].read_text()
-
-
 def test_words_with_their_clauses(app: Flask, tmp_path: Path) -> None:
     pytest.importorskip("spacy", reason="the extra `language` is not installed")
     annotate_all(app)
@@ -179,9 +155,7 @@ def test_a_corpus_can_be_imported_edited_and_exported(tmp_path: Path) -> None:
     corpus = tiny_corpus()
     folder = tmp_path / "tiny"
     write_corpus(corpus, folder)
-    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(3)))
-    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
-        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    videos = render_contexts(tmp_path / "videos", corpus)
     instance = tmp_path / "instance"
     command = ["annotate", "import", str(folder), "--videos", str(videos)]
     assert run([*command, "--instance", str(instance)]) == 0
@@ -198,27 +172,23 @@ def test_a_corpus_can_be_imported_edited_and_exported(tmp_path: Path) -> None:
 def test_the_bundled_corpus_can_be_edited(tmp_path: Path) -> None:
     """What an adjudicator changes is exported as they left it, all else as it was."""
     corpus = open_corpus("warehouse")
-    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(len(corpus.contexts))))
-    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
-        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    videos = render_contexts(tmp_path / "videos", corpus)
     instance = tmp_path / "instance"
     command = ["annotate", "import", "warehouse", "--videos", str(videos)]
     assert run([*command, "--instance", str(instance)]) == 0
     config = open_instance(instance)
     engine = open_database(config.database)
     changed = next(a for a in corpus.annotations if a.source == "positive" and len(a.sdcs) == 1)
-    with reading(engine) as session:
-        (study,) = session.scalars(select(Study)).all()
-        item = next(
-            answer.item_id
-            for answer in session.scalars(select(Answer).where(Answer.task == "segment"))
-            if answer.subject.endswith(f" {changed.id}")
-        )
+    (study,) = rows_in(engine, select(Study))
+    item = next(
+        answer.item_id
+        for answer in rows_in(engine, select(Answer).where(Answer.task == "segment"))
+        if answer.subject.endswith(f" {changed.id}")
+    )
     editor = Browser(create_app(config, engine), "adjudicator", study.name)
     word = all_words(changed.sdcs[0])[0]
     tree = [{"type": "OBJECT", "f": [[word.text, word.start]]}]
-    sent = {"uuid": str(uuid.uuid4()), "body": {"sdcs": tree}}
-    assert editor.send("POST", f"/api/items/{item}/adjudicate", sent).status_code == 200
+    assert editor.adjudicate(item, {"sdcs": tree}).status_code == 200
     page = editor.lease("ground", study.name)
     assert page.json["payload"]["command"] == changed.command.text
     editor.answer(page.json["item"], {"groundings": {"0": {"cant_tell": True}}})
@@ -237,38 +207,18 @@ def test_the_server(tmp_path: Path, videos: Path) -> None:
     study = tmp_path / "my-study.yaml"
     assert run(["annotate", "init", str(study)]) == 0
     assert run(["annotate", "init", str(study)]) == 2
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    options = ["--videos", str(videos), "--instance", str(tmp_path / "i"), "--port", str(port)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "corpus_tools", "annotate", str(study), *options],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as server:
-        try:
-            reply = _get(f"http://127.0.0.1:{port}/api/openapi.json")
-            assert json.loads(reply)["openapi"] == "3.1.0"
-        finally:
-            server.terminate()
-        told, _ = server.communicate()
-    assert f"http://localhost:{port}/s/my-study" in told
-    assert f"http://localhost:{port}/setup/" in told
+    options = ["--videos", str(videos), "--instance", str(tmp_path / "i"), "--port", "0"]
+    with started(tmp_path / "log", "annotate", str(study), *options) as server:
+        address = f"http://localhost:{server.port}"
+        with urllib.request.urlopen(f"{address}/api/openapi.json") as reply:
+            assert json.load(reply)["openapi"] == "3.1.0"
+        assert server.end() == 0
+    assert f"{address}/s/my-study" in server.told
+    assert f"{address}/setup/" in server.told
     engine = open_database(tmp_path / "i" / "annotation.sqlite")
     with reading(engine) as session:
         assert export_corpus(session, find_study(session, "my-study")).commands == {}
     engine.dispose()
-
-
-def _get(address: str) -> bytes:
-    for _ in range(600):
-        try:
-            with urllib.request.urlopen(address) as reply:
-                return bytes(reply.read())
-        except OSError:
-            time.sleep(0.1)
-    raise TimeoutError(address)
 
 
 @pytest.mark.parametrize(

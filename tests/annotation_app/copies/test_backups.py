@@ -11,7 +11,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from flask import Flask
-from sqlalchemy import select
+from sqlalchemy import Engine, select
 from sqlalchemy.exc import IntegrityError
 
 from annotation_app.copies.backups import back_up
@@ -21,7 +21,7 @@ from annotation_app.people.participants import add_anonymous
 from annotation_app.serving import server as serving
 from annotation_app.serving.factory import create_app
 from annotation_app.store import migrating
-from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Base, Person
 from annotation_app.store.schema import NEWEST, migrate
 from g3.errors import FormatError
@@ -34,14 +34,11 @@ PASSPHRASE = "correct horse battery"
 
 
 def rows(config: Config) -> dict[str, list[object]]:
-    engine = open_database(config.database)
-    with reading(engine) as session:
-        found = {
+    with opened(config.database) as engine, reading(engine) as session:
+        return {
             table.name: sorted(map(repr, session.execute(select(table)).all()))
             for table in Base.metadata.sorted_tables
         }
-    engine.dispose()
-    return found
 
 
 @pytest.mark.parametrize("other", ["sqlite", "postgresql"])
@@ -64,13 +61,12 @@ def test_a_backup_can_be_restored_into_any_database(
     assert rows(restored) == rows(config)
     assert (restored.secret_key, restored.salt) == (config.secret_key, config.salt)
 
-    engine = open_database(restored.database)
-    again = create_app(restored, engine)
-    assert person.client.get(f"/api/items/{item}").status_code == 200
-    with again.app_context(), transaction(engine) as session:
-        add_anonymous(session)
-    Browser(again).do("describe", described("Go on"))
-    engine.dispose()
+    with opened(restored.database) as engine:
+        again = create_app(restored, engine)
+        assert person.client.get(f"/api/items/{item}").status_code == 200
+        with again.app_context(), transaction(engine) as session:
+            add_anonymous(session)
+        Browser(again).do("describe", described("Go on"))
 
 
 def test_a_backup_goes_into_nothing_but_an_empty_database(app: Flask, tmp_path: Path) -> None:
@@ -86,22 +82,11 @@ def test_a_backup_goes_into_nothing_but_an_empty_database(app: Flask, tmp_path: 
     assert not (tmp_path / "other").exists()
 
 
-def test_migrations_make_what_the_models_say(config: Config) -> None:
-    engine = open_database(config.database)
-    migrate(engine)
-    with engine.connect() as connection:
+def test_migrations_make_what_the_models_say(empty: Engine) -> None:
+    with empty.connect() as connection:
         context = MigrationContext.configure(connection)
         assert context.get_current_revision() == NEWEST
         assert compare_metadata(context, Base.metadata) == []
-    engine.dispose()
-
-
-def test_migrating_a_filled_database_keeps_everything(app: Flask) -> None:
-    Browser(app).do("describe", described())
-    config = installation_of(app).config
-    before = rows(config)
-    migrate(engine_of(app))
-    assert rows(config) == before
 
 
 @pytest.mark.slow

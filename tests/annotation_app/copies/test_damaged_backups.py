@@ -27,7 +27,6 @@ from annotation_app.store.models import Draft, Person, Slot
 from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
-from tests.annotation_app.conftest import new_database
 from tests.annotation_app.copies.test_backups import rows
 from tests.annotation_app.old_installations import KEY, SALT, old_archive, write_lines
 
@@ -244,10 +243,9 @@ def test_a_backup_wants_a_choice_about_the_keys(
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_an_old_backup_is_restored_and_brought_up_to_date(
-    filled: Config, tmp_path: Path, request: pytest.FixtureRequest, kind: str, capsys: Any
+    filled: Config, tmp_path: Path, other_database: str | None, capsys: Any
 ) -> None:
-    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
-    database = ["--database", new_database(server)] if server else []
+    database = ["--database", other_database] if other_database else []
     archive = tmp_path / "old.gz"
     count = old_archive(filled, archive)
     assert run(["annotate", "verify", str(archive)]) == 0
@@ -257,7 +255,7 @@ def test_an_old_backup_is_restored_and_brought_up_to_date(
     said = capsys.readouterr().out
     assert f"restored {count} rows" in said
     assert "only readable, not verified" in said
-    made = open_instance(tmp_path / "new", database[1] if database else None)
+    made = open_instance(tmp_path / "new", other_database)
     assert (made.secret_key, made.salt) == (KEY.encode(), SALT)
     for config in (filled, made):  # lots are drawn anew
         with opened(config.database) as engine, transaction(engine) as session:
@@ -293,23 +291,21 @@ def test_damaged_old_backups(filled: Config, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_rows_that_the_database_refuses_leave_nothing_behind(
-    filled: Config, tmp_path: Path, request: pytest.FixtureRequest, kind: str
+    filled: Config, tmp_path: Path, other_database: str | None
 ) -> None:
     """Of an older backup nobody can tell before that rows are missing, which others refer to."""
-    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
-    database = new_database(server) if server else None
     archive = tmp_path / "old.gz"
     old_archive(filled, archive)
     lines = lines_of(archive)
     write_lines(archive, [line for line in lines if isinstance(line, dict) or line[0] != "event"])
     with pytest.raises(FormatError):
-        restore(archive, tmp_path / "new", database)
+        restore(archive, tmp_path / "new", other_database)
     assert not (tmp_path / "new").exists()
-    if database:
-        with opened(database) as engine:
+    if other_database:
+        with opened(other_database) as engine:
             assert inspect(engine).get_table_names() == []
     write_lines(archive, lines)
-    restore(archive, tmp_path / "new", database)
+    restore(archive, tmp_path / "new", other_database)
 
 
 KILLED = """
@@ -347,23 +343,21 @@ def test_a_killed_restore_does_not_block_the_next(
     archive: Path,
     filled: Config,
     tmp_path: Path,
-    request: pytest.FixtureRequest,
-    kind: str,
+    other_database: str | None,
     step: str,
     is_there: bool,
 ) -> None:
-    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
-    database = new_database(server) if server else ""
     instance, keys = tmp_path / "new", filled.instance / KEY_FILE
     if is_there:  # with something of somebody's
         instance.mkdir()
         (instance / "mine").write_text("mine")
-    command = [sys.executable, "-c", KILLED, step, str(archive), str(instance), str(keys), database]
+    arguments = [step, *map(str, (archive, instance, keys)), other_database or ""]
+    command = [sys.executable, "-c", KILLED, *arguments]
     assert subprocess.run(command, check=False).returncode == -9
     with pytest.raises(FormatError, match="not to its end"):
         open_instance(instance)
-    restore(archive, instance, database or None, keys=keys)
-    assert rows(open_instance(instance, database or None)) == rows(filled)
+    restore(archive, instance, other_database, keys=keys)
+    assert rows(open_instance(instance, other_database)) == rows(filled)
     expected = {"mine"} if is_there else set()
     assert {file.name for file in instance.iterdir()} - expected <= {
         KEY_FILE,

@@ -4,9 +4,12 @@ from collections.abc import Iterator
 
 import msgspec
 import pytest
+from flask import Flask
 
+from annotation_app.core.config import Config
 from annotation_app.studies.study_file import Payment, StudyConfig, TaskConfig
 from tests.annotation_app.conftest import STUDY
+from tests.annotation_app.crowds.crowd_worker import Lab
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk, serving
 
@@ -46,3 +49,9 @@ def prolific() -> Iterator[Prolific]:
     platform = Prolific()
     with serving(platform) as platform.address:  # type: ignore[attr-defined]
         yield platform
+
+
+@pytest.fixture
+def lab(app: Flask, config: Config, prolific: Prolific) -> Lab:
+    """A researcher who offers work by Prolific."""
+    return Lab(config, prolific.address, "prolific")  # type: ignore[attr-defined]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -16,8 +17,13 @@ from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import transaction
 from annotation_app.store.models import Person
 from annotation_app.work.handing_out import find_study
-from tests.annotation_app.browser import Browser, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.crowds.prolific_stand_in import Prolific
 
+OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
+"""Four people are to describe two videos each."""
+BONUS = ("--bonus", "sub1", "0.50", "For care")
+PAID = [("sub1", Decimal("0.50"))]
 LAB = "https://lab.example.org"
 
 
@@ -57,6 +63,19 @@ class CrowdWorker(Browser):
         fields = re.findall(r'type="hidden" name="(\w+)" value="([^"]*)"', page)
         status, _ = platform.external_submit({name: [value] for name, value in fields})
         assert status == 200
+
+
+def take_part(app: Flask, prolific: Prolific, name: str, done: int = 2) -> CrowdWorker:
+    """Somebody comes in by Prolific and does so much; what is all, they send in."""
+    (study,) = prolific.studies.values()
+    arguments = prolific.begin(name)
+    one = CrowdWorker(app, study["external_study_url"], arguments)
+    for _ in range(done):
+        one.do("describe", described())
+    if done == 2:
+        one.finish()
+        prolific.submissions[arguments["SESSION_ID"]]["status"] = "AWAITING REVIEW"
+    return one
 
 
 class Lab:

@@ -22,15 +22,11 @@ from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.platform import Bonus
 from annotation_app.crowds.settlement import Deed, Wishes
 from g3.errors import CorpusError
-from tests.annotation_app.browser import described
-from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
+from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import Reply, serving
 
-OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
-BONUS = ("--bonus", "sub1", "0.50", "For care")
 WISHES = Wishes(bonuses=[("sub1", Bonus("key", Decimal("0.50"), "For care"))])
-PAID = [("sub1", Decimal("0.50"))]
 
 
 class Killing(Prolific):
@@ -69,16 +65,10 @@ def prolific() -> Any:
 
 
 @pytest.fixture
-def lab(app: Flask, config: Config, prolific: Killing) -> Lab:
+def lab(app: Flask, lab: Lab, prolific: Killing) -> Lab:
     """Somebody has done an assignment and sent it in."""
-    lab = Lab(config, prolific.address, "prolific")  # type: ignore[attr-defined]
     assert lab.publish(*OPTIONS).exit_code == 0
-    (study,) = prolific.studies.values()
-    one = CrowdWorker(app, study["external_study_url"], prolific.begin("p1"))
-    for _ in range(2):
-        one.do("describe", described())
-    one.finish()
-    prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
+    take_part(app, prolific, "p1")
     return lab
 
 
@@ -132,16 +122,8 @@ def test_without_a_lock_too(
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "corpus_tools",
-        "crowd",
-        "collect",
-        "prolific",
-        "tests",
-        *BONUS,
-    ]
+    collecting = ("crowd", "collect", "prolific", "tests", *BONUS)
+    command = [sys.executable, "-m", "corpus_tools", *collecting]
 
     def is_killed(operation: str, moment: Literal["before", "after"], *options: str) -> bool:
         prolific.at = operation, moment

@@ -12,22 +12,17 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
-from annotation_app.core.config import Config
 from annotation_app.crowds import prolific_client
 from annotation_app.crowds.platform import Bonus, LostReplyError, PlatformError, Submission
 from annotation_app.people.participants import subject_of
 from annotation_app.store.crowd_models import LedgerEntry
-from annotation_app.store.database import reading
 from annotation_app.store.models import AuditEntry, Person
-from tests.annotation_app.browser import described, engine_of
-from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
+from tests.annotation_app.browser import described, rows_in
+from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import LATE_S, Loss
 
-OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
-BONUS = ("--bonus", "sub1", "0.50", "For care")
 CARRIED_OUT: tuple[Loss, ...] = ("unavailable", "cut", "slow")
-PAID = [("sub1", Decimal("0.50"))]
 
 
 @pytest.fixture(autouse=True)
@@ -39,27 +34,16 @@ def impatient(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.fixture
-def lab(app: Flask, config: Config, prolific: Prolific) -> Lab:
-    return Lab(config, prolific.address, "prolific")  # type: ignore[attr-defined]
-
-
-@pytest.fixture
 def sent(app: Flask, lab: Lab, prolific: Prolific) -> str:
     """An assignment that was approved."""
     assert lab.publish(*OPTIONS).exit_code == 0
-    (study,) = prolific.studies.values()
-    one = CrowdWorker(app, study["external_study_url"], prolific.begin("5f0private"))
-    for _ in range(2):
-        one.do("describe", described())
-    one.finish()
-    prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
+    take_part(app, prolific, "5f0private")
     assert lab.collect().exit_code == 0
     return "sub1"
 
 
 def entries(app: Flask) -> list[LedgerEntry]:
-    with reading(engine_of(app)) as session:
-        return list(session.scalars(select(LedgerEntry).order_by(LedgerEntry.id)))
+    return rows_in(app, select(LedgerEntry).order_by(LedgerEntry.id))
 
 
 def states(app: Flask, what: str) -> list[str]:
@@ -80,8 +64,7 @@ def test_a_bonus_whose_answer_was_lost_is_paid_once(
     first = lab.collect(*BONUS)
     assert "1 call is in doubt" in str(first.exception)
     assert "--confirm-paid ID" in str(first.exception)
-    with reading(engine_of(app)) as session:
-        (person,) = session.scalars(select(Person).where(Person.provider == "prolific"))
+    (person,) = rows_in(app, select(Person).where(Person.provider == "prolific"))
     shown = rf"in doubt: {doubtful_id(app)}: bonus 0.50, assignment sub1, "
     assert re.search(rf"{shown}person {subject_of(person)}, \d{{4}}-.*: Prolific: ", first.output)
     assert "private" not in first.output
@@ -201,12 +184,7 @@ def test_equal_amounts_are_never_under_way_together(
 def test_an_approval_is_as_prolific_says(
     app: Flask, lab: Lab, prolific: Prolific, sent: str, loss: Loss
 ) -> None:
-    (study,) = prolific.studies.values()
-    two = CrowdWorker(app, study["external_study_url"], prolific.begin("p2"))
-    for _ in range(2):
-        two.do("describe", described())
-    two.finish()
-    prolific.submissions["sub2"]["status"] = "AWAITING REVIEW"
+    take_part(app, prolific, "p2")
     prolific.losses["approve"] = loss
     assert "1 call is in doubt" in str(lab.collect().exception)
     assert lab.collect().exit_code == 0
@@ -219,12 +197,7 @@ def test_an_approval_is_as_prolific_says(
 def test_who_was_to_be_rejected_is_not_approved_by_itself(
     app: Flask, lab: Lab, prolific: Prolific, sent: str
 ) -> None:
-    (study,) = prolific.studies.values()
-    two = CrowdWorker(app, study["external_study_url"], prolific.begin("p2"))
-    for _ in range(2):
-        two.do("describe", described())
-    two.finish()
-    prolific.submissions["sub2"]["status"] = "AWAITING REVIEW"
+    take_part(app, prolific, "p2")
     prolific.losses["reject"] = "never came"
     assert lab.collect("--reject", "sub2", "Typed at random. " * 8).exception is not None
     assert "held: sub2 it was to be rejected" in lab.collect().output
@@ -236,9 +209,7 @@ def test_who_was_to_be_rejected_is_not_approved_by_itself(
 def test_who_was_paid_in_part_is_not_paid_wholly_by_itself(
     app: Flask, lab: Lab, prolific: Prolific, sent: str
 ) -> None:
-    (study,) = prolific.studies.values()
-    two = CrowdWorker(app, study["external_study_url"], prolific.begin("p2"))
-    two.do("describe", described())
+    two = take_part(app, prolific, "p2", done=1)
     prolific.submissions["sub2"]["status"] = "RETURNED"
     prolific.losses["pay"] = "cut"
     lab.collect("--pay-partial")
@@ -366,9 +337,8 @@ def order(answer: object) -> PlatformError:
 
 
 def decisions(app: Flask) -> list[str]:
-    with reading(engine_of(app)) as session:
-        rows = session.scalars(select(AuditEntry).order_by(AuditEntry.id))
-        return [row.action for row in rows if "entry" in row.details]
+    rows = rows_in(app, select(AuditEntry).order_by(AuditEntry.id))
+    return [row.action for row in rows if "entry" in row.details]
 
 
 def test_every_loss_is_tried() -> None:

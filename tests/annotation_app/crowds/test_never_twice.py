@@ -36,9 +36,9 @@ from annotation_app.crowds import mturk_client as mturk_module
 from annotation_app.crowds import prolific_client as prolific_module
 from annotation_app.serving.factory import create_app
 from annotation_app.store.crowd_models import LedgerEntry
-from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.database import open_database
 from annotation_app.studies.study_file import Payment, StudyConfig
-from tests.annotation_app.browser import described
+from tests.annotation_app.browser import described, execute, rows_in
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
 from tests.annotation_app.crowds.trouble import (
@@ -236,13 +236,11 @@ class History(RuleBasedStateMachine):
     def _let_time_pass(self) -> None:
         self.world.let_time_pass()
         if self.world.name == "mturk":
-            with transaction(self.engine) as session:
-                earlier = LedgerEntry.attempted_at - DAY_S
-                session.execute(update(LedgerEntry).values(attempted_at=earlier))
+            earlier = LedgerEntry.attempted_at - DAY_S
+            execute(self.engine, update(LedgerEntry).values(attempted_at=earlier))
 
     def _entries(self, *states: str) -> list[LedgerEntry]:
-        with reading(self.engine) as session:
-            return list(session.scalars(select(LedgerEntry).where(LedgerEntry.state.in_(states))))
+        return rows_in(self.engine, select(LedgerEntry).where(LedgerEntry.state.in_(states)))
 
     def _booked(self, *states: str) -> Payments:
         return Counter(

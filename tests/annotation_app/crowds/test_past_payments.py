@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import pytest
-from sqlalchemy import Engine, select, text
+from sqlalchemy import select
 
 from annotation_app.core.config import Config
 from annotation_app.store.crowd_models import LedgerEntry, Participation
-from annotation_app.store.database import opened, reading
+from annotation_app.store.database import opened
 from annotation_app.store.schema import migrate
+from tests.annotation_app.browser import rows_in
+from tests.annotation_app.old_installations import put_rows
 
 OUTCOMES: dict[str, dict[str, Any]] = {
     "A1": {
@@ -36,14 +37,14 @@ OUTCOMES: dict[str, dict[str, Any]] = {
 def test_past_payments_come_into_the_ledger(config: Config) -> None:
     with opened(config.database) as engine:
         migrate(engine, "0001")
-        fill(engine)
+        outcomes = [("participation", {"assignment": a, "outcome": o}) for a, o in OUTCOMES.items()]
+        put_rows(engine, ("study", {}), ("person", {}), *outcomes)
         migrate(engine)
-        with reading(engine) as session:
-            entries = [
-                (e.what, e.key, e.assignment, e.amount, e.state, e.reference, e.reason, e.ended_at)
-                for e in session.scalars(select(LedgerEntry).order_by(LedgerEntry.id))
-            ]
-            left = {p.assignment: p.outcome for p in session.scalars(select(Participation))}
+        entries = [
+            (e.what, e.key, e.assignment, e.amount, e.state, e.reference, e.reason, e.ended_at)
+            for e in rows_in(engine, select(LedgerEntry).order_by(LedgerEntry.id))
+        ]
+        left = {p.assignment: p.outcome for p in rows_in(engine, select(Participation))}
     assert entries == [
         ("approve", "A1", "A1", "", "done", None, "", 200.0),
         (
@@ -62,25 +63,3 @@ def test_past_payments_come_into_the_ledger(config: Config) -> None:
         "A2": {"nothing_left": True},
         "A3": {},
     }
-
-
-def fill(engine: Engine) -> None:
-    with engine.begin() as connection:
-        connection.execute(
-            text("INSERT INTO study (id, name, config, created_at) VALUES ('s', 's', '{}', 1)")
-        )
-        connection.execute(
-            text(
-                "INSERT INTO person (id, role, provider, external_hash, profile, created_at) "
-                "VALUES ('p', 'worker', 'mturk', 'h', '{}', 1)"
-            )
-        )
-        for assignment, outcome in OUTCOMES.items():
-            connection.execute(
-                text(
-                    "INSERT INTO participation (study_id, person_id, provider, assignment, task, "
-                    "items, begun_at, outcome) "
-                    "VALUES ('s', 'p', 'mturk', :assignment, 'describe', 2, 100, :outcome)"
-                ),
-                {"assignment": assignment, "outcome": json.dumps(outcome)},
-            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from annotation_app.serving.factory import create_app
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.tasks.rate import RATE
 from eval.plan_study.study_pairs import INSTANCE, Pair, write_study
-from eval.plan_study.study_rating import Crowd, offer, received
+from eval.plan_study.study_rating import offer, received
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.crowds.crowd_worker import LAB
@@ -40,23 +41,23 @@ def test_what_somebody_has_changed_stays(file: Path) -> None:
 
 def test_work_is_offered_once(file: Path, mturk: MechanicalTurk) -> None:
     address: str = mturk.address  # type: ignore[attr-defined]
-    crowd = Crowd("mturk", LAB, items=20, sandbox=True, endpoint=address)
+    offered = partial(offer, file, "mturk", LAB, 20, sandbox=True, endpoint=address)
     with pytest.raises(FormatError, match="what is paid"):
-        offer(file, crowd)
+        offered()
     assert not mturk.hits
     write_study(file.parent, PAIRS, seed=0, pay=0.05)
     # Three pairs with five judgments each, and nobody rates one twice.
-    assert offer(file, crowd)[0] == "5 assignments added, 5 in all"
-    assert offer(file, crowd)[0] == "0 assignments added, 5 in all"
+    assert offered()[0] == "5 assignments added, 5 in all"
+    assert offered()[0] == "0 assignments added, 5 in all"
     (hit,) = mturk.hits.values()
     assert (hit["Reward"], hit["Description"]) == ("0.15", RATE.words.offer)
     with pytest.raises(FormatError, match="no such platform"):
-        offer(file, Crowd("elsewhere", LAB, items=20))
+        offer(file, "elsewhere", LAB, 20)
 
 
 def test_ratings_are_read_while_they_come_in(file: Path) -> None:
     assert received(file.parent) == ()
-    (link,) = offer(file, Crowd("links", LAB, items=20))
+    (link,) = offer(file, "links", LAB, 20)
     assert link.startswith(f"{LAB}/crowd/links/")
     assert list(received(file.parent)) == []
     app = create_app(open_instance(file.parent / INSTANCE))

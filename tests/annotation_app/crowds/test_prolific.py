@@ -8,25 +8,11 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
-from annotation_app.core.config import Config
 from annotation_app.store.crowd_models import Participation
-from annotation_app.store.database import reading
 from annotation_app.store.models import Person
-from tests.annotation_app.browser import described, engine_of
-from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab
+from tests.annotation_app.browser import described, rows_in
+from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
-
-OPTIONS = ("--task", "describe", "--items", "2", "--people", "4")
-
-
-@pytest.fixture
-def lab(app: Flask, config: Config, prolific: Prolific) -> Lab:
-    return Lab(config, prolific.address, "prolific")
-
-
-def address(prolific: Prolific) -> str:
-    (study,) = prolific.studies.values()
-    return str(study["external_study_url"])
 
 
 def test_a_study_is_published_once(lab: Lab, prolific: Prolific) -> None:
@@ -56,9 +42,8 @@ def test_the_sandbox_publishes_nothing(lab: Lab, prolific: Prolific) -> None:
 
 def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) -> None:
     lab.publish(*OPTIONS)
-    one = CrowdWorker(app, address(prolific), prolific.begin("5f0private"))
-    for _ in range(2):
-        one.do("describe", described())
+    one = take_part(app, prolific, "5f0private", done=1)
+    one.do("describe", described())
     (study,) = prolific.studies.values()
     (completion,) = study["completion_codes"]
     page = one.finish()
@@ -67,26 +52,24 @@ def test_from_coming_in_to_being_paid(app: Flask, lab: Lab, prolific: Prolific) 
     # The work is here, and Prolific has not been told.
     assert "sub1: not confirmed" in lab.reconcile().output
     prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
-    told = json.loads(lab.collect("--bonus", "sub1", "0.50", "For care", "--json").stdout)
+    told = json.loads(lab.collect(*BONUS, "--json").stdout)
     deeds = [(deed["what"], deed["amount"], deed["problem"]) for deed in told["deeds"]]
     assert deeds == [("approve", "0.20", ""), ("bonus", "0.50", "")]
     assert prolific.submissions["sub1"]["status"] == "APPROVED"
-    assert lab.collect("--bonus", "sub1", "0.50", "For care").exit_code == 0
-    assert prolific.orders == [("sub1", Decimal("0.50"))]
+    assert lab.collect(*BONUS).exit_code == 0
+    assert prolific.orders == PAID
     told = lab.reconcile("--json").stdout
     (finding,) = json.loads(told)["assignments"]
     assert (finding["assignment"], finding["state"]) == ("sub1", "settled")
     assert "private" not in told
-    with reading(engine_of(app)) as session:
-        (person,) = session.scalars(select(Person).where(Person.provider == "prolific"))
-        (mine,) = session.scalars(select(Participation))
+    (person,) = rows_in(app, select(Person).where(Person.provider == "prolific"))
+    (mine,) = rows_in(app, select(Participation))
     assert "private" not in f"{person.external_hash}{mine.assignment}{mine.outcome}"
 
 
 def test_who_gives_back_is_paid_for_their_part(app: Flask, lab: Lab, prolific: Prolific) -> None:
     lab.publish(*OPTIONS)
-    one = CrowdWorker(app, address(prolific), prolific.begin("p1"))
-    one.do("describe", described())
+    take_part(app, prolific, "p1", done=1)
     prolific.submissions["sub1"]["status"] = "RETURNED"
     for _ in range(2):
         assert lab.collect("--pay-partial").exit_code == 0
@@ -95,7 +78,7 @@ def test_who_gives_back_is_paid_for_their_part(app: Flask, lab: Lab, prolific: P
 
 def test_a_rejection_says_why(app: Flask, lab: Lab, prolific: Prolific) -> None:
     lab.publish(*OPTIONS)
-    CrowdWorker(app, address(prolific), prolific.begin("p1"))
+    take_part(app, prolific, "p1", done=0)
     prolific.submissions["sub1"]["status"] = "AWAITING REVIEW"
     short = lab.collect("--reject", "sub1", "no")
     assert "at least 100 characters" in short.output
@@ -111,7 +94,8 @@ def test_ids_must_be_there(
     app: Flask, lab: Lab, prolific: Prolific, arguments: dict[str, str]
 ) -> None:
     lab.publish(*OPTIONS)
-    path = urlsplit(address(prolific)).path
+    (study,) = prolific.studies.values()
+    path = urlsplit(study["external_study_url"]).path
     assert app.test_client().get(path, query_string=arguments).status_code == 400
 
 

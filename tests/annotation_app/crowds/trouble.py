@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import boto3
 import httpx
@@ -30,17 +30,7 @@ Kind: TypeAlias = Literal[
     "killed after the call",
     "killed at a commit",
 ]
-KINDS: tuple[Kind, ...] = (
-    "not sent",
-    "refused",
-    "no answer, done",
-    "no answer, not done",
-    "error, done",
-    "error, not done",
-    "killed before the call",
-    "killed after the call",
-    "killed at a commit",
-)
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 AT_COMMIT: Kind = "killed at a commit"

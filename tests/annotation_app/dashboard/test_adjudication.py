@@ -12,14 +12,21 @@ import pytest
 from flask import Flask
 from sqlalchemy import select, update
 
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import reading
 from annotation_app.store.models import Answer, AuditEntry, Item, Remark, Slot, Study
-from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
+from tests.annotation_app.browser import (
+    COMMAND,
+    Browser,
+    described,
+    engine_of,
+    execute,
+    row_in,
+    rows_in,
+)
 from tests.annotation_app.dashboard.test_pages import (
     BASE,
     ONE,
     OTHER,
-    adjudicate,
     adopted,
     dispute,
     grounding_dispute,
@@ -70,7 +77,7 @@ def test_what_differs_in_groundings_is_marked(app: Flask) -> None:
 
 def test_parts_of_the_video_that_differ(app: Flask) -> None:
     judge = Browser(app, "adjudicator")
-    adjudicate(judge, dispute(app), sdcs(ONE))
+    judge.adjudicate(dispute(app), sdcs(ONE))
     for trims in ({"0": [2.0, 4.5]}, {}):
         person = Browser(app)
         page = person.take("ground")
@@ -89,22 +96,19 @@ def test_parts_of_the_video_that_differ(app: Flask) -> None:
 def test_a_third_answer(app: Flask) -> None:
     item = dispute(app)
     judge = Browser(app, "adjudicator")
-    path = f"/api/items/{item}/adjudicate"
     for wrong in ({"sdcs": []}, {"sdcs": [{"type": "EVENT", "r": [["Lift", 0]]}]}, {"x": 1}):
-        sent = {"uuid": str(uuid.uuid4()), "body": wrong}
-        assert judge.send("POST", path, sent).status_code == 422
+        assert judge.adjudicate(item, wrong).status_code == 422
     mine = sdcs("EVENT(r = Pick up, l = OBJ(f = the tires by the truck))")
     sent = {"uuid": str(uuid.uuid4()), "body": mine, "comment": "one thing, not two"}
     for _ in range(2):  # sent again, it counts once
-        assert judge.send("POST", path, sent).status_code == 200
+        assert judge.send("POST", f"/api/items/{item}/adjudicate", sent).status_code == 200
     (answer,) = adopted(app, "segment")
     assert (answer.person_id, answer.body) == (judge.person.id, mine)
-    with reading(engine_of(app)) as session:
-        (remark,) = session.scalars(select(Remark))
-        assert (remark.kind, remark.text) == ("adopted", "one thing, not two")
-        notes = select(AuditEntry.actor).where(AuditEntry.action == "adopted an answer")
-        assert session.scalars(notes).all() == [judge.person.external_hash[:12]]
-        assert session.scalars(select(Item).where(Item.task == "ground")).one()
+    (remark,) = rows_in(app, select(Remark))
+    assert (remark.kind, remark.text) == ("adopted", "one thing, not two")
+    notes = select(AuditEntry.actor).where(AuditEntry.action == "adopted an answer")
+    assert rows_in(app, notes) == [judge.person.external_hash[:12]]
+    assert row_in(app, select(Item).where(Item.task == "ground"))
     assert "one thing, not two" in judge.client.get(f"{BASE}/queue/{item}").text
     # It is neither one of the annotators' answers nor late.
     numbers = "/api/dashboard/studies/tests"
@@ -129,10 +133,7 @@ def page_item(browser: Browser, item: str, answer: int) -> Any:
 def test_the_editor_begins_with_an_answer(app: Flask) -> None:
     judge = Browser(app, "adjudicator")
     item, nodes = grounding_dispute(app, judge)
-    with reading(engine_of(app)) as session:
-        answers = session.scalars(
-            select(Answer).where(Answer.item_id == item).order_by(Answer.id)
-        ).all()
+    answers = rows_in(app, select(Answer).where(Answer.item_id == item).order_by(Answer.id))
     worker = judge.client.get(f"/api/items/{item}/answers").json
     for answer, sent in zip(answers, worker["answers"], strict=True):
         data = page_item(judge, item, answer.id)
@@ -160,8 +161,7 @@ def test_one_more_person_is_asked(app: Flask) -> None:
     sent = {"choice": "ask", "comment": "hard to tell", "uuid": str(uuid.uuid4())}
     for _ in range(2):  # a second click does nothing
         assert post(judge, path, **sent).status_code == 303
-    with reading(engine_of(app)) as session:
-        slots = session.scalars(select(Slot).where(Slot.item_id == item)).all()
+    slots = rows_in(app, select(Slot).where(Slot.item_id == item))
     assert sorted(slot.answered for slot in slots) == [False, True, True]
     assert post(judge, path, choice="ask").status_code == 409
     queue = plain(judge.client.get(f"{BASE}/queue").text)
@@ -196,8 +196,7 @@ def test_deciding_lets_nobody_be_asked_any_more(app: Flask) -> None:
 
 def test_nobody_is_asked_in_a_closed_study(app: Flask) -> None:
     item = dispute(app)
-    with transaction(engine_of(app)) as session:
-        session.execute(update(Study).values(closed_at=1.0))
+    execute(app, update(Study).values(closed_at=1.0))
     refused = post(Browser(app, "adjudicator"), f"{BASE}/queue/{item}", choice="ask")
     assert refused.status_code == 409
     assert "The study is closed" in refused.text

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import uuid
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -19,8 +17,7 @@ from annotation_app.privacy.erasure import erase
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, AuditEntry, Item, Person, Remark, Slot
 from annotation_app.work.handing_out import find_study
-from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
-from tests.annotation_app.dashboard.test_dashboard_in_browser import sign_in
+from tests.annotation_app.browser import COMMAND, Browser, described, engine_of, row_in, rows_in
 from tests.annotation_app.dashboard.test_pages import (
     BASE,
     ONE,
@@ -30,7 +27,7 @@ from tests.annotation_app.dashboard.test_pages import (
     post,
     sdcs,
 )
-from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
+from tests.annotation_app.in_browser import errors_of, look, sign_in
 
 API = "/api/dashboard/studies/tests"
 
@@ -63,8 +60,7 @@ def test_filters(app: Flask, judge: Browser) -> None:
     other = Browser(app)
     other.do("describe", described("Fetch 100 % of the Pallets_now"))
     flagged = other.take("describe")["item"]
-    note = {"uuid": str(uuid.uuid4()), "reason": "it is black"}
-    assert other.send("POST", f"/api/items/{flagged}/flag", note).status_code == 200
+    other.note(flagged, "flag", "it is black")
     other.answer(flagged, described("Drive on"))
     everything = found(judge)
     assert [one["task"] for one in everything] == [
@@ -146,12 +142,11 @@ def test_leaving_out_and_taking_back(app: Flask, judge: Browser) -> None:
     assert worker.lease("ground").status_code == 200
     assert [a.id for a in adopted(app, "segment")] == [first]
     assert second != first
-    with reading(engine_of(app)) as session:
-        trail = [
-            (entry.action, entry.about, entry.details)
-            for entry in session.scalars(select(AuditEntry).order_by(AuditEntry.id))
-            if entry.action.endswith("an answer")
-        ]
+    trail = [
+        (entry.action, entry.about, entry.details)
+        for entry in rows_in(app, select(AuditEntry).order_by(AuditEntry.id))
+        if entry.action.endswith("an answer")
+    ]
     about = {"answer": command}
     assert trail == [
         ("adopted an answer", "tests", {"answer": first}),
@@ -228,9 +223,7 @@ def test_erasing_takes_what_was_said_along(app: Flask, judge: Browser) -> None:
 def test_reports_and_reasons(app: Flask, judge: Browser) -> None:
     one = Browser(app)
     for name, reason in (("flag", "It is <b>black</b>"), ("skip", "=cmd()")):
-        item = one.take("describe")["item"]
-        sent = {"uuid": str(uuid.uuid4()), "reason": reason}
-        assert one.send("POST", f"/api/items/{item}/{name}", sent).status_code == 200
+        one.note(one.take("describe")["item"], name, reason)
     listed = judge.client.get(f"{API}/reports").json["data"]
     assert [(r["kind"], r["reason"]) for r in listed] == [
         ("skip", "=cmd()"), ("flag", "It is <b>black</b>"),
@@ -245,10 +238,9 @@ def test_reports_and_reasons(app: Flask, judge: Browser) -> None:
 
 def test_only_adjudicators_see_answers(app: Flask) -> None:
     Browser(app).do("describe", described())
-    with reading(engine_of(app)) as session:
-        answer = session.scalars(select(Answer.id)).one()
-        item = session.scalars(select(Item).where(Item.task == "describe", Item.video == "")).all()
-        assert item == []
+    answer = row_in(app, select(Answer.id))
+    item = rows_in(app, select(Item).where(Item.task == "describe", Item.video == ""))
+    assert item == []
     paths = [
         f"{at}/{name}" for at in (BASE, API) for name in ("answers", f"answers/{answer}", "reports")
     ]
@@ -262,22 +254,14 @@ def test_only_adjudicators_see_answers(app: Flask) -> None:
     assert {stranger.get(path).status_code for path in paths} == {302, 401}
 
 
-@pytest.fixture
-def address(app: Flask) -> Iterator[str]:
-    with serving(app) as where:
-        yield where
-
-
 @pytest.mark.slow
-def test_pages_are_accessible(app: Flask, address: str, context: BrowserContext) -> None:
+def test_long_words_are_accessible(app: Flask, address: str, context: BrowserContext) -> None:
     admin = Browser(app, "admin")
     grounding_dispute(app, admin)
     listed = found(admin)
     review(admin, listed[-1]["answer"], "comment", "A long comment without end " * 10)
     worker = Browser(app)
-    item = worker.take("describe")["item"]
-    sent = {"uuid": str(uuid.uuid4()), "reason": "W" * 300}
-    worker.send("POST", f"/api/items/{item}/flag", sent)
+    worker.note(worker.take("describe")["item"], "flag", "W" * 300)
     sign_in(context, admin, address)
     page = context.new_page()
     errors = errors_of(page)
@@ -285,9 +269,6 @@ def test_pages_are_accessible(app: Flask, address: str, context: BrowserContext)
     by_task = {one["task"]: f"{BASE}/answers/{one['answer']}" for one in listed}
     for path in (f"{BASE}/answers", f"{BASE}/reports", *by_task.values()):
         page.goto(f"{address}{path}")
-        for width in (390, 1280):
-            page.set_viewport_size({"width": width, "height": 800})
-            wrong += violations(page, ("minor", "moderate", "serious", "critical"))
-            assert width_of(page) <= width, path
+        wrong += look(page, path.replace("/", "-"))
     assert wrong == []
     assert errors == []

@@ -36,8 +36,8 @@ from annotation_app.store.schema import migrate
 from annotation_app.tasks.task_registry import task_names, task_of, tasks
 from annotation_app.work.answer_flags import answer_flags, odd_below
 from annotation_app.work.answer_gist import gist_of
-from tests.annotation_app.browser import Browser, engine_of, installation_of
-from tests.annotation_app.dashboard.test_pages import ONE, adjudicate, dispute, sdcs
+from tests.annotation_app.browser import Browser, engine_of, execute, installation_of, row_in
+from tests.annotation_app.dashboard.test_pages import ONE, dispute, sdcs
 from tests.annotation_app.old_installations import old_installation
 
 NOW = 1000.0
@@ -151,9 +151,8 @@ def test_counts_are_those_of_all_answers(config: Config) -> None:
                 _check_counts(view, rows)
                 _check_agreement(view, rows)
                 _check_people(view, rows, session)
-        with transaction(engine) as session:
-            # Answers of which nothing is known beforehand are read.
-            session.execute(update(Answer).values(gist=None, odd_below_s=None))
+        # Answers of which nothing is known beforehand are read.
+        execute(engine, update(Answer).values(gist=None, odd_below_s=None))
         with reading(engine, one_state=True) as session:
             for study, view in zip(studies, found, strict=True):
                 again = views(session, study)
@@ -251,12 +250,10 @@ def test_what_is_kept_beside_answers(app: Flask, tmp_path: Path) -> None:
     for _ in range(3):
         page = rater.take("rate")
         rater.answer(page["item"], {"rating": 4, "watched_s": 900.0})
-    with reading(engine_of(app)) as session:
-        item = session.scalars(select(Item.id).where(Item.task == "segment")).one()
-    adjudicate(judge, item, sdcs(ONE))
-    with transaction(engine_of(app)) as session:
-        # The first program knew no answers of which the time isn't known.
-        session.execute(update(Answer).where(Answer.seconds.is_(None)).values(seconds=1.0))
+    item = row_in(app, select(Item.id).where(Item.task == "segment"))
+    assert judge.adjudicate(item, sdcs(ONE)).status_code == 200
+    # The first program knew no answers of which the time isn't known.
+    execute(app, update(Answer).where(Answer.seconds.is_(None)).values(seconds=1.0))
     old = old_installation(installation_of(app).config, tmp_path / "old")
     with opened(old.database) as engine:
         migrate(engine)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from flask import Flask
 from playwright.sync_api import Browser, BrowserContext, Page, expect
@@ -14,34 +10,10 @@ from annotation_app.people.account_links import first_admin_link, path_of
 from annotation_app.store.audit import note
 from annotation_app.store.database import transaction
 from tests.annotation_app.browser import engine_of
-from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
+from tests.annotation_app.in_browser import errors_of, look, sign_in
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
 
 pytestmark = pytest.mark.slow
-
-WIDTHS = (1280, 390)
-PICTURES = os.environ.get("CT_PICTURES")
-"""A folder for pictures of the pages, if somebody wants to look at them."""
-ANY = ("minor", "moderate", "serious", "critical")
-
-
-@pytest.fixture
-def address(app: Flask) -> Iterator[str]:
-    with serving(app) as found:
-        yield found
-
-
-def look(page: Page, name: str) -> list[str]:
-    """What axe finds at each width; nothing may be wider than the window."""
-    found: list[str] = []
-    for width in WIDTHS:
-        page.set_viewport_size({"width": width, "height": 800})
-        found += violations(page, ANY)
-        assert width_of(page) <= width, name
-        if PICTURES:
-            page.screenshot(path=Path(PICTURES) / f"{name}-{width}.png", full_page=True)
-    page.set_viewport_size({"width": 1280, "height": 800})
-    return found
 
 
 def set_password(page: Page, login: str | None = None) -> None:
@@ -132,9 +104,7 @@ def test_an_admin_makes_a_token_and_revokes_it(
     app: Flask, address: str, context: BrowserContext
 ) -> None:
     context.grant_permissions(["clipboard-read", "clipboard-write"], origin=address)
-    cookie = signed_in(app, "ada", "admin").client.get_cookie("session")
-    assert cookie is not None
-    context.add_cookies([{"name": "session", "value": cookie.value, "url": address}])
+    sign_in(context, signed_in(app, "ada", "admin"), address)
     page = context.new_page()
     errors = errors_of(page)
     page.goto(f"{address}/admin/logins")

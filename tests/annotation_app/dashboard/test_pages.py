@@ -17,7 +17,15 @@ from annotation_app.store.models import Answer, Event, Item
 from annotation_app.tasks.rate import passes
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
+from tests.annotation_app.browser import (
+    COMMAND,
+    Browser,
+    described,
+    engine_of,
+    execute,
+    row_in,
+    rows_in,
+)
 from tests.annotation_app.rendered import VIDEOS
 
 ONE = "EVENT(r = Pick up, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"
@@ -45,16 +53,8 @@ def post(browser: Browser, path: str, **form: str) -> Any:
     return browser.client.post(path, data=sent)
 
 
-def adjudicate(judge: Browser, item: str, body: Any, comment: str = "") -> None:
-    """Send an answer of one's own to an item."""
-    sent = {"uuid": str(uuid.uuid4()), "body": body, "comment": comment}
-    reply = judge.send("POST", f"/api/items/{item}/adjudicate", sent)
-    assert reply.status_code == 200, reply.text
-
-
 def adopted(app: Flask, task: str) -> list[Answer]:
-    with reading(engine_of(app)) as session:
-        return list(session.scalars(select(Answer).where(Answer.task == task, Answer.adopted)))
+    return rows_in(app, select(Answer).where(Answer.task == task, Answer.adopted))
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -108,17 +108,16 @@ def test_choosing_an_answer(app: Flask) -> None:
         "EVENT_1(r = Pick up, l = OBJ_2(f = the"
     )
     assert answer.id == int(second)
-    with reading(engine_of(app)) as session:
-        (event,) = session.scalars(select(Event).where(Event.name == "adjudicate"))
-        assert event.body == {"answer": int(second)}
-        assert event.person_id == judge.person.id
-        assert session.scalars(select(Item).where(Item.task == "ground")).one()
+    (event,) = rows_in(app, select(Event).where(Event.name == "adjudicate"))
+    assert event.body == {"answer": int(second)}
+    assert event.person_id == judge.person.id
+    assert row_in(app, select(Item).where(Item.task == "ground"))
     assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
 
 
 def grounding_dispute(app: Flask, judge: Browser) -> tuple[str, list[int]]:
     """Two people ground a command's objects differently; its item, and the clauses."""
-    adjudicate(judge, dispute(app), sdcs(ONE))
+    assert judge.adjudicate(dispute(app), sdcs(ONE)).status_code == 200
     for number, person in enumerate((Browser(app), Browser(app))):
         if number:
             assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
@@ -147,10 +146,9 @@ def rate(app: Flask, ratings: dict[bool | None, int], count: int, seconds: float
         with reading(one.engine) as session:
             right = session.get_one(Item, item).payload["right"]
         one.answer(item, {"rating": ratings[right]})
-    with transaction(one.engine) as session:
-        session.execute(
-            update(Answer).where(Answer.person_id == one.person.id).values(seconds=seconds)
-        )
+    execute(
+        one.engine, update(Answer).where(Answer.person_id == one.person.id).values(seconds=seconds)
+    )
     return one
 
 
@@ -248,9 +246,8 @@ def test_answers_over_time(app: Flask) -> None:
 
 
 def test_exports(app: Flask, tmp_path: Path) -> None:
-    item = dispute(app)
     judge = Browser(app, "adjudicator")
-    adjudicate(judge, item, sdcs(ONE))
+    judge.adjudicate(dispute(app), sdcs(ONE))
     reply = judge.client.get(f"{BASE}/export/corpus")
     assert reply.headers["Content-Disposition"] == 'attachment; filename="tests.zip"'
     with zipfile.ZipFile(io.BytesIO(reply.data)) as archive:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import re
 import time
-from collections.abc import Iterator
 
 import msgspec
 import pytest
@@ -21,8 +20,8 @@ from annotation_app.work.handing_out import find_study
 from annotation_app.work.webhooks import add_webhook, webhook_states, written_secret
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.conftest import STUDY
-from tests.annotation_app.in_browser import errors_of, serving, violations, width_of
-from tests.annotation_app.serving.receiver import Receiver, receiving
+from tests.annotation_app.in_browser import errors_of, look, sign_in
+from tests.annotation_app.serving.receiver import Receiver
 from tests.annotation_app.signing_in import Member, signed_in
 
 HOOKS = "/admin/webhooks"
@@ -33,12 +32,6 @@ def study() -> StudyConfig:
     """A study in which one description finishes an item."""
     once = TaskConfig(practice=False)
     return msgspec.structs.replace(STUDY, tasks={**STUDY.tasks, "describe": once})
-
-
-@pytest.fixture
-def receiver() -> Iterator[Receiver]:
-    with receiving() as found:
-        yield found
 
 
 @pytest.fixture
@@ -138,33 +131,25 @@ def test_only_admins_get_in(app: Flask, role: Role, receiver: Receiver) -> None:
 
 @pytest.mark.slow
 def test_an_admin_tests_a_webhook_in_a_browser(
-    app: Flask, admin: Member, context: BrowserContext, receiver: Receiver
+    app: Flask, address: str, admin: Member, context: BrowserContext, receiver: Receiver
 ) -> None:
     hook(app, f"{receiver.url}/a-long-address-of-somebodys-program/that/is-hardly-ever/cut?x=yes")
     Browser(app).do("describe", described())
-    cookie = admin.client.get_cookie("session")
-    assert cookie is not None
-    found: list[str] = []
-    with serving(app) as address:
-        context.add_cookies([{"name": "session", "value": cookie.value, "url": address}])
-        page = context.new_page()
-        errors = errors_of(page)
-        page.goto(f"{address}/dashboard/")
-        page.get_by_role("link", name="Webhooks").click()
-        for name in ("list", "one", "tested", "remove"):
-            for width in (390, 1280):
-                page.set_viewport_size({"width": width, "height": 800})
-                found += violations(page, ("minor", "moderate", "serious", "critical"))
-                assert width_of(page) <= width, name
-            if name == "list":
-                page.get_by_role("link", name=re.compile("a-long-address")).click()
-            elif name == "one":
-                page.get_by_role("button", name="Send a test").click()
-                expect(page.get_by_role("status")).to_have_text("The test arrived.")
-            elif name == "tested":
-                page.get_by_role("link", name="Remove…").click()
-        page.get_by_role("button", name="Remove the webhook").click()
-        expect(page.get_by_text("There are no webhooks.")).to_be_visible()
+    sign_in(context, admin, address)
+    page = context.new_page()
+    errors = errors_of(page)
+    page.goto(f"{address}/dashboard/")
+    page.get_by_role("link", name="Webhooks").click()
+    found = look(page, "webhooks")
+    page.get_by_role("link", name=re.compile("a-long-address")).click()
+    found += look(page, "webhook")
+    page.get_by_role("button", name="Send a test").click()
+    expect(page.get_by_role("status")).to_have_text("The test arrived.")
+    found += look(page, "webhook-tested")
+    page.get_by_role("link", name="Remove…").click()
+    found += look(page, "webhook-remove")
+    page.get_by_role("button", name="Remove the webhook").click()
+    expect(page.get_by_text("There are no webhooks.")).to_be_visible()
     assert found == []
     assert errors == []
     assert len(receiver.requests) == 1

@@ -16,31 +16,21 @@ from annotation_app.items.submissions import submit
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Draft, Event, Item, Person, Slot, Study
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, execute, row_in, rows_in
 from tests.annotation_app.rendered import VIDEOS
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
 
 def expire(app: Flask) -> None:
-    with transaction(engine_of(app)) as session:
-        session.execute(
-            update(Slot).where(Slot.person_id.is_not(None)).values(expires_at=now() - 1)
-        )
+    execute(app, update(Slot).where(Slot.person_id.is_not(None)).values(expires_at=now() - 1))
 
 
 def finish(app: Flask, task: str, *, leave: int) -> None:
     """Answer all but some slots of a task."""
-    while leave < sum(1 for _ in _open_slots(app, task)):
+    open_ = select(Slot.id).join(Item).where(Item.task == task, Slot.answered.is_(False))
+    while leave < len(rows_in(app, open_)):
         Browser(app).do(task, described())
-
-
-def _open_slots(app: Flask, task: str) -> list[int]:
-    with reading(engine_of(app)) as session:
-        rows = session.scalars(
-            select(Slot.id).join(Item).where(Item.task == task, Slot.answered.is_(False))
-        )
-        return list(rows)
 
 
 def test_everybody_gets_each_video_once_and_quotas_are_kept(app: Flask) -> None:
@@ -84,9 +74,8 @@ def test_an_item_stays_somebodys_in_every_tab(app: Flask) -> None:
     one = person.answer(first["item"], described("Go there"))
     other = person.answer(first["item"], described("Go elsewhere"))
     assert (one.json["state"], other.json["state"]) == ("accepted", "repeated")
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Answer.body["text"].as_string())).all() == ["Go there"]
-        assert session.scalar(select(func.count()).select_from(Event)) == 2
+    assert rows_in(app, select(Answer.body["text"].as_string())) == ["Go there"]
+    assert row_in(app, select(func.count()).select_from(Event)) == 2
 
 
 def test_the_same_answer_sent_again_gets_the_same_receipt(app: Flask) -> None:
@@ -94,8 +83,7 @@ def test_the_same_answer_sent_again_gets_the_same_receipt(app: Flask) -> None:
     item = person.take("describe")["item"]
     replies = [person.answer(item, described(), event).json for _ in range(3)]
     assert [reply["state"] for reply in replies] == ["accepted"] * 3
-    with reading(engine_of(app)) as session:
-        assert session.scalar(select(func.count()).select_from(Event)) == 1
+    assert row_in(app, select(func.count()).select_from(Event)) == 1
 
 
 def test_somebody_elses_uuid_is_of_no_account(app: Flask) -> None:
@@ -103,8 +91,7 @@ def test_somebody_elses_uuid_is_of_no_account(app: Flask) -> None:
     for person in (one, other):
         reply = person.answer(person.take("describe")["item"], described(), event)
         assert reply.json["state"] == "accepted"
-    with reading(engine_of(app)) as session:
-        assert session.scalar(select(func.count()).select_from(Answer)) == 2
+    assert row_in(app, select(func.count()).select_from(Answer)) == 2
 
 
 def test_an_expired_lease_frees_the_task(app: Flask) -> None:
@@ -125,8 +112,7 @@ def test_a_late_answer_is_kept(app: Flask) -> None:
     assert quick.take("describe")["item"] == item
     assert quick.do("describe", described())["state"] == "accepted"
     assert late.answer(item, described("Too late")).json["state"] == "surplus"
-    with reading(engine_of(app)) as session:
-        kept = session.scalars(select(Answer).where(Answer.surplus)).one()
+    kept = row_in(app, select(Answer).where(Answer.surplus))
     assert kept.body["text"] == "Too late"
 
 
@@ -153,9 +139,8 @@ def test_a_draft_never_overwrites_an_answer(app: Flask) -> None:
     assert person.draft(item, 1, {"text": "G"}).json == {"kept": True, "leased": True}
     person.answer(item, described("Go there"))
     assert person.draft(item, 2, {"text": "Go th"}).json["kept"] is False
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Answer)).one().body["text"] == "Go there"
-        assert session.scalars(select(Draft)).all() == []
+    assert row_in(app, select(Answer)).body["text"] == "Go there"
+    assert rows_in(app, select(Draft)) == []
 
 
 def test_a_draft_goes_with_its_answer(app: Flask) -> None:
@@ -169,8 +154,7 @@ def test_a_draft_goes_with_its_answer(app: Flask) -> None:
     for _ in range(2):  # sent again it is the same answer
         assert person.answer(item, described(), event).json["state"] == "accepted"
     assert person.draft(item, 9, {"text": "late"}).json["kept"] is False
-    with reading(engine_of(app)) as session:
-        assert [draft.person_id for draft in session.scalars(select(Draft))] == [other.person.id]
+    assert [draft.person_id for draft in rows_in(app, select(Draft))] == [other.person.id]
 
 
 def test_drafts_that_come_out_of_order(app: Flask) -> None:
@@ -206,9 +190,8 @@ def test_a_skipped_item_goes_to_others(app: Flask) -> None:
     finish(app, "describe", leave=1)
     person = Browser(app)
     item = person.take("describe")["item"]
-    note = {"uuid": str(uuid.uuid4()), "reason": "the video doesn't play"}
     for _ in range(2):
-        assert person.send("POST", f"/api/items/{item}/skip", note).status_code == 200
+        person.note(item, "skip", "the video doesn't play")
     assert person.lease("describe").json["reason"] == "done"
     assert Browser(app).take("describe")["item"] == item
 
@@ -216,10 +199,8 @@ def test_a_skipped_item_goes_to_others(app: Flask) -> None:
 def test_a_flag_is_kept(app: Flask) -> None:
     person = Browser(app)
     item = person.take("describe")["item"]
-    note = {"uuid": str(uuid.uuid4()), "reason": "it is upside down"}
-    assert person.send("POST", f"/api/items/{item}/flag", note).status_code == 200
-    with reading(engine_of(app)) as session:
-        event = session.scalars(select(Event)).one()
+    person.note(item, "flag", "it is upside down")
+    event = row_in(app, select(Event))
     assert (event.name, event.body) == ("flag", {"reason": "it is upside down"})
 
 
@@ -271,8 +252,7 @@ def test_why_there_is_no_item(app: Flask) -> None:
 def test_two_people_never_get_the_same_slot(app: Flask, people: int) -> None:
     """Label Studio #795: two collaborators given the same task."""
     engine = engine_of(app)
-    with reading(engine) as session:
-        study = session.scalars(select(Study)).one()
+    study = row_in(engine, select(Study))
     persons = [Browser(app).person for _ in range(people)]
 
     def work(person: Person) -> list[str]:
@@ -301,8 +281,7 @@ def test_two_people_never_get_the_same_slot(app: Flask, people: int) -> None:
 def test_one_person_in_many_tabs_at_once(app: Flask) -> None:
     person = Browser(app).person
     engine = engine_of(app)
-    with reading(engine) as session:
-        study = session.scalars(select(Study)).one()
+    study = row_in(engine, select(Study))
 
     def tab(_: int) -> str:
         with transaction(engine) as session:
@@ -334,9 +313,8 @@ def test_one_item_answered_many_times_at_once(app: Flask, same: bool) -> None:
     with ThreadPoolExecutor(8) as pool:
         states = Counter(pool.map(send, range(16)))
     assert states == ({"accepted": 16} if same else {"accepted": 1, "repeated": 15})
-    with reading(engine) as session:
-        assert session.scalar(select(func.count()).select_from(Event)) == (1 if same else 16)
-        assert session.scalar(select(func.count()).where(Slot.answered)) == 1
-        answer = session.scalars(select(Answer)).one()
+    assert row_in(engine, select(func.count()).select_from(Event)) == (1 if same else 16)
+    assert row_in(engine, select(func.count()).where(Slot.answered)) == 1
+    answer = row_in(engine, select(Answer))
     assert answer.adopted
     assert 0 < answer.seconds < 60

@@ -11,7 +11,7 @@ import pytest
 from flask import Flask
 from limits import parse
 from limits.strategies import MovingWindowRateLimiter
-from sqlalchemy import select, text
+from sqlalchemy import select
 
 from annotation_app.core.config import Config
 from annotation_app.core.counting import ProcessStorage
@@ -21,33 +21,14 @@ from annotation_app.items import elapsed
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Handout, Slot, Study
 from annotation_app.store.schema import migrate
-from annotation_app.studies.study_file import StudyConfig, TaskConfig
-from tests.annotation_app.browser import Browser, described, engine_of, exported
+from annotation_app.studies.study_file import TaskConfig
+from tests.annotation_app.browser import Browser, described, engine_of, exported, row_in, rows_in
+from tests.annotation_app.conftest import study_of
+from tests.annotation_app.old_installations import put_rows
 
 DAY_S = 24 * 3600.0
 KINDS = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 JUMPS = pytest.mark.parametrize("jump_s", [-DAY_S, DAY_S])
-
-
-@pytest.fixture
-def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
-    """Sets the machine's clock forward or back, as far as Python is concerned."""
-    real = time.time
-
-    def jump(by_s: float) -> None:
-        monkeypatch.setattr(time, "time", lambda: real() + by_s)
-
-    return jump
-
-
-def only_answer(app: Flask) -> Answer:
-    with reading(engine_of(app)) as session:
-        return session.scalars(select(Answer)).one()
-
-
-def first_study(app: Flask) -> str:
-    with reading(engine_of(app)) as session:
-        return session.scalars(select(Study.id)).one()
 
 
 @KINDS
@@ -59,14 +40,12 @@ def test_the_clock_jumps_between_handout_and_answer(
     item = browser.take("describe")["item"]
     set_clock(jump_s)
     # A signed cookie has a time as well; whose it is isn't what is tested here.
-    with browser.client.session_transaction() as cookie:
-        cookie["person"] = browser.person.id
-    browser.csrf = browser.client.get("/api/session").json["csrf"]
+    browser.sign_in()
     assert browser.draft(item, 1, {"text": "Go"}).json == {"kept": True, "leased": True}
     response = browser.answer(item, described())
     assert response.status_code == 200, response.text
     assert response.json["state"] == "accepted"
-    seconds = only_answer(app).seconds
+    seconds = row_in(app, select(Answer)).seconds
     assert seconds is not None
     assert 0 <= seconds < 60
 
@@ -89,11 +68,9 @@ def test_after_another_boot_the_clock_tells_if_it_can(
     set_clock(jump_s)
     monkeypatch.setattr(elapsed, "boot", lambda: "the next one")
     monkeypatch.setattr(elapsed, "_since_boot_s", lambda: 5.0)
-    with browser.client.session_transaction() as cookie:
-        cookie["person"] = browser.person.id
-    browser.csrf = browser.client.get("/api/session").json["csrf"]
+    browser.sign_in()
     assert browser.answer(item, described()).status_code == 200
-    seconds = only_answer(app).seconds
+    seconds = row_in(app, select(Answer)).seconds
     if least_s is None or most_s is None:
         assert seconds is None
     else:
@@ -110,27 +87,17 @@ def test_handouts_of_the_previous_program_have_no_boot(app: Flask) -> None:
         handout.boot = handout.since_boot_s = None
         handout.at -= 100
     browser.answer(item, described())
-    seconds = only_answer(app).seconds
+    seconds = row_in(app, select(Answer)).seconds
     assert seconds is not None
     assert 100 <= seconds < 160
 
 
-@pytest.mark.parametrize(
-    "study",
-    [
-        StudyConfig(
-            name="tests",
-            title="A study",
-            tasks={"describe": TaskConfig(lease_minutes=10, practice=False)},
-        )
-    ],
-)
+@pytest.mark.parametrize("study", [study_of(describe=TaskConfig(lease_minutes=10, practice=False))])
 def test_leases_made_while_the_clock_was_ahead_dont_block(
     app: Flask, set_clock: Callable[[float], None]
 ) -> None:
     set_clock(DAY_S)
-    with transaction(engine_of(app)) as session:
-        slots = len(session.scalars(select(Slot)).all())
+    slots = len(rows_in(app, select(Slot)))
     for _ in range(slots):
         Browser(app).take("describe")
     assert Browser(app).lease("describe").status_code == 409
@@ -158,7 +125,7 @@ def test_durations_that_are_unknown_are_told_as_such(app: Flask) -> None:
     with transaction(engine_of(app)) as session:
         first, second = session.scalars(select(Answer).order_by(Answer.id))
         first.seconds, second.seconds = None, 12.5
-    study_id = first_study(app)
+    study_id = row_in(app, select(Study.id))
     with reading(engine_of(app)) as session:
         (duration,) = durations(session, study_id)
         assert (duration.answers, duration.median_s) == (1, 12.5)
@@ -177,35 +144,16 @@ def test_wrong_durations_of_the_previous_program_become_unknown(config: Config) 
     given = {1: -DAY_S, 2: 0.0, 3: 7.0, 4: DAY_S}
     with opened(config.database) as engine:
         migrate(engine, "0001")
-        with transaction(engine) as session:
-            for statement in OLD:
-                session.execute(text(statement))
-            for number, seconds in given.items():
-                item = {"id": f"i{number}", "rank": 0.0, "subject": f"s{number}"}
-                session.execute(text(OLD_ITEM), item)
-                session.execute(text(OLD_EVENT), {"item": item["id"], "uuid": f"e{number}"})
-                answer = {"item": item["id"], "subject": item["subject"], "seconds": seconds}
-                session.execute(text(OLD_ANSWER), {**answer, "event": number})
+        put_rows(engine, ("study", {}), ("person", {}))
+        for number, seconds in given.items():
+            item, subject = {"item_id": f"i{number}"}, {"subject": f"s{number}"}
+            put_rows(
+                engine,
+                ("item", {"id": f"i{number}", **subject}),
+                ("event", {"id": number, "uuid": f"e{number}", **item}),
+                ("answer", {"event_id": number, "seconds": seconds, **item, **subject}),
+            )
         migrate(engine)
         with reading(engine) as session:
             kept = session.execute(select(Answer.event_id, Answer.seconds)).all()
     assert dict(map(tuple, kept)) == {1: None, 2: None, 3: 7.0, 4: DAY_S}
-
-
-OLD = (
-    "INSERT INTO study (id, name, config, created_at) VALUES ('s', 's', '{}', 0)",
-    "INSERT INTO person (id, role, provider, external_hash, profile, created_at) "
-    "VALUES ('p', 'worker', 'open', 'x', '{}', 0)",
-)
-OLD_ITEM = (
-    "INSERT INTO item (id, study_id, task, subject, payload, rank) "
-    "VALUES (:id, 's', 'describe', :subject, '{}', :rank)"
-)
-OLD_EVENT = (
-    "INSERT INTO event (uuid, item_id, person_id, name, body, at) "
-    "VALUES (:uuid, :item, 'p', 'submit', '{}', 0)"
-)
-OLD_ANSWER = (
-    "INSERT INTO answer (item_id, person_id, task, subject, event_id, body, surplus, seconds, at) "
-    "VALUES (:item, 'p', 'describe', :subject, :event, '{}', false, :seconds, 0)"
-)

@@ -6,12 +6,13 @@ import pytest
 from flask import Flask
 from sqlalchemy import select, update
 
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import reading
 from annotation_app.store.installation import now
 from annotation_app.store.models import Draft, Slot
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.work.handing_out import HOLD_S
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, execute, row_in
+from tests.annotation_app.conftest import study_of
 from tests.annotation_app.rendered import VIDEOS
 
 LEASE_S = 3600.0
@@ -22,8 +23,7 @@ pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 @pytest.fixture
 def study() -> StudyConfig:
     """As many items as videos, and one answer each."""
-    tasks = {"describe": TaskConfig(lease_minutes=LEASE_S / 60, practice=False)}
-    return StudyConfig(name="tests", title="A study", tasks=tasks)
+    return study_of(describe=TaskConfig(lease_minutes=LEASE_S / 60, practice=False))
 
 
 def visit(person: Browser) -> bool:
@@ -41,12 +41,12 @@ def held(app: Flask, person: Browser) -> tuple[str, float] | None:
 
 
 def let_pass(app: Flask, seconds: float) -> None:
-    with transaction(engine_of(app)) as session:
-        session.execute(
-            update(Slot)
-            .where(Slot.expires_at.is_not(None))
-            .values(expires_at=Slot.expires_at - seconds)
-        )
+    execute(
+        app,
+        update(Slot)
+        .where(Slot.expires_at.is_not(None))
+        .values(expires_at=Slot.expires_at - seconds),
+    )
 
 
 def begin(person: Browser, item: str) -> bool:
@@ -97,8 +97,7 @@ def test_whose_item_has_gone_is_told_and_loses_nothing(app: Flask) -> None:
             break
     assert not begin(slow, item)
     assert slow.draft(item, 1, {"text": "Go"}).json == {"kept": True, "leased": False}
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Draft)).one().body == {"text": "Go"}
+    assert row_in(app, select(Draft)).body == {"text": "Go"}
     assert slow.answer(item, described("Go.")).json["state"] == "surplus"
     assert other.answer(item, described("Go there.")).json["state"] == "accepted"
 

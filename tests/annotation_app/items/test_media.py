@@ -9,9 +9,8 @@ from flask import Flask
 from sqlalchemy import update
 
 from annotation_app.core.config import Config
-from annotation_app.store.database import transaction
 from annotation_app.store.models import Media
-from tests.annotation_app.browser import Browser, engine_of
+from tests.annotation_app.browser import Browser, execute
 from tests.annotation_app.real_server import running
 
 SIZE = 5 * 2**30
@@ -26,8 +25,7 @@ def test_parts_of_a_large_video(app: Flask, config: Config, tmp_path: Path) -> N
         for at, content in ((0, b"first"), (2**32, b"middle"), (SIZE - 4, b"last")):
             file.seek(at)
             file.write(content)
-    with transaction(engine_of(app)) as session:
-        session.execute(update(Media).where(Media.id == name).values(path=str(video)))
+    execute(app, update(Media).where(Media.id == name).values(path=str(video)))
     parts = {
         "bytes=0-4": ("first", f"bytes 0-4/{SIZE}"),
         f"bytes={2**32}-{2**32 + 5}": ("middle", f"bytes {2**32}-{2**32 + 5}/{SIZE}"),

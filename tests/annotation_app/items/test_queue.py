@@ -7,16 +7,18 @@ from collections import Counter
 
 import pytest
 from scipy.stats import chisquare
-from sqlalchemy import select, text, update
+from sqlalchemy import Engine, select, update
 from sqlalchemy.orm import Session
 
 from annotation_app.core.config import Config
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.assignment import Lease, take
 from annotation_app.items.new_items import new_slots
-from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.database import opened, transaction
 from annotation_app.store.models import Item, Person, Slot, Study
 from annotation_app.store.schema import migrate
+from tests.annotation_app.browser import rows_in
+from tests.annotation_app.old_installations import put_rows
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
@@ -54,33 +56,29 @@ def given(session: Session, study: Study, person: Person, *, at_random: bool) ->
     return lease.item_id
 
 
-def test_the_lowest_rank_comes_first(config: Config) -> None:
-    with opened(config.database) as engine:
-        migrate(engine)
-        with transaction(engine) as session:
-            study = fill(session)
-            people = [somebody(session) for _ in range(ITEMS * ANSWERS)]
-            found = [given(session, study, person, at_random=False) for person in people]
+def test_the_lowest_rank_comes_first(empty: Engine) -> None:
+    with transaction(empty) as session:
+        study = fill(session)
+        people = [somebody(session) for _ in range(ITEMS * ANSWERS)]
+        found = [given(session, study, person, at_random=False) for person in people]
     assert found == [f"item {number}" for number in reversed(range(ITEMS)) for _ in range(ANSWERS)]
 
 
-def test_at_random_all_items_and_pairs_of_items_are_alike(config: Config) -> None:
+def test_at_random_all_items_and_pairs_of_items_are_alike(empty: Engine) -> None:
     """Two people in a row get any two slots of the ten alike: 4 in 45 pairs are of one item."""
     random.seed(20)
     pairs: Counter[tuple[str, str]] = Counter()
-    with opened(config.database) as engine:
-        migrate(engine)
-        with transaction(engine) as session:
-            study = fill(session)
-            people = [somebody(session) for _ in range(2)]
-            slots = session.scalars(select(Slot.id)).all()
-            for _ in range(TRIALS):
-                session.execute(update(Slot).values(person_id=None, expires_at=None))
-                lots = [{"id": slot, "lot": random.random()} for slot in slots]
-                session.execute(update(Slot), lots)
-                session.expire_all()
-                one, other = (given(session, study, who, at_random=True) for who in people)
-                pairs[one, other] += 1
+    with transaction(empty) as session:
+        study = fill(session)
+        people = [somebody(session) for _ in range(2)]
+        slots = session.scalars(select(Slot.id)).all()
+        for _ in range(TRIALS):
+            session.execute(update(Slot).values(person_id=None, expires_at=None))
+            lots = [{"id": slot, "lot": random.random()} for slot in slots]
+            session.execute(update(Slot), lots)
+            session.expire_all()
+            one, other = (given(session, study, who, at_random=True) for who in people)
+            pairs[one, other] += 1
     names = [f"item {number}" for number in range(ITEMS)]
     each = 1 / (ITEMS * ANSWERS) / (ITEMS * ANSWERS - 1)
     expected = {(a, b): ANSWERS * (ANSWERS - (a == b)) * each for a in names for b in names}
@@ -92,9 +90,15 @@ def test_at_random_all_items_and_pairs_of_items_are_alike(config: Config) -> Non
 def test_older_slots_join_the_queue(config: Config) -> None:
     with opened(config.database) as engine:
         migrate(engine, "0004")
-        with transaction(engine) as session:
-            for statement in OLD:
-                session.execute(text(statement))
+        put_rows(
+            engine,
+            ("study", {}),
+            *(
+                ("item", {"id": name, "task": "rate", "subject": name, "rank": rank})
+                for name, rank in (("high", 0.75), ("low", 0.25))
+            ),
+            *(("slot", {"item_id": name}) for name in ("high", "low", "low")),
+        )
         migrate(engine)
         with transaction(engine) as session:
             study = session.scalars(select(Study)).one()
@@ -103,16 +107,4 @@ def test_older_slots_join_the_queue(config: Config) -> None:
             assert all(0 <= lot < 1 for lot in lots)
             assert given(session, study, somebody(session), at_random=False) == "low"
             assert given(session, study, somebody(session), at_random=True) in ("low", "high")
-        with reading(engine) as session:
-            assert {slot.rank for slot in session.scalars(select(Slot))} == {0.25, 0.75}
-
-
-OLD = (
-    "INSERT INTO study (id, name, config, created_at) VALUES ('s', 's', '{}', 0)",
-    *(
-        "INSERT INTO item (id, study_id, task, subject, payload, rank) "
-        f"VALUES ('{name}', 's', 'rate', '{name}', '{{}}', {rank})"
-        for name, rank in (("high", 0.75), ("low", 0.25))
-    ),
-    *(f"INSERT INTO slot (item_id) VALUES ('{name}')" for name in ("high", "low", "low")),
-)
+        assert {slot.rank for slot in rows_in(engine, select(Slot))} == {0.25, 0.75}

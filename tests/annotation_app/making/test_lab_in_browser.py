@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import re
 import zipfile
 from pathlib import Path
@@ -17,7 +16,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
 from corpus_tools.corpus.corpus_reading import load_corpus
-from tests.annotation_app.in_browser import errors_of, late, violations, width_of
+from tests.annotation_app.in_browser import errors_of, late, look
 from tests.annotation_app.pages.segmenting import place, start_from_nothing
 from tests.annotation_app.real_server import running
 from tests.annotation_app.signing_in import PASSWORD
@@ -27,20 +26,6 @@ pytestmark = pytest.mark.slow
 
 COMMAND = "Push the cup."
 WHAT, WHERE = "Push what?", "Push where?"
-PICTURES = os.environ.get("CT_PICTURES")
-"""A folder for pictures of the pages, if somebody wants to look at them."""
-
-
-def look(page: Page, name: str) -> list[str]:
-    """What axe finds at each width; nothing may be wider than the window."""
-    found: list[str] = []
-    for width, height in ((390, 844), (1280, 800)):
-        page.set_viewport_size({"width": width, "height": height})
-        found += violations(page)
-        assert width_of(page) <= width, name
-        if PICTURES:
-            page.screenshot(path=Path(PICTURES) / f"{name}-{width}.png", full_page=True)
-    return found
 
 
 def choose_login(page: Page, link: str, login: str) -> None:

@@ -279,13 +279,13 @@ def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
 def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
     begun(admin)
     film = (root / "clips/push.mp4").read_bytes()
-    token = admin.client.get("/api/session").json["csrf"]
+    headers = {"X-CSRFToken": admin.csrf, "Content-Type": "application/octet-stream"}
 
     def add(name: str, content: bytes, offset: int, size: int) -> Any:
         return admin.client.post(
             f"/admin/studies/arm/upload?file={name}&offset={offset}&size={size}",
             data=content,
-            headers={"X-CSRFToken": token, "Content-Type": "application/octet-stream"},
+            headers=headers,
         )
 
     assert add("push.mp4", film[:100], 0, len(film)).json == {"whole": False}

@@ -10,19 +10,20 @@ from pathlib import Path
 import pytest
 from flask import Flask
 from playwright.sync_api import BrowserContext, Page
-from sqlalchemy import Engine, select
+from sqlalchemy import Engine, delete, select
 
 from annotation_app.core.config import DATABASE_FILE, open_instance
 from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened, transaction
-from annotation_app.store.models import Answer
+from annotation_app.store.models import Answer, Item, Slot
 from annotation_app.studies.study_file import Question, StudyConfig, TaskConfig
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser as Known
+from tests.annotation_app.browser import execute, rows_in
 from tests.annotation_app.conftest import set_up
-from tests.annotation_app.in_browser import serving
+from tests.annotation_app.in_browser import serving, sign_in
 from tests.annotation_app.pages.films import film
 from tests.annotation_app.rendered import VIDEOS
 
@@ -49,24 +50,31 @@ class Site:
     study: StudyConfig = STUDY
 
     def answers(self, task: str) -> list[Answer]:
-        with transaction(self.engine) as session:
-            return list(session.scalars(select(Answer).where(Answer.task == task)))
+        return rows_in(self.engine, select(Answer).where(Answer.task == task))
 
     def add(self, task: str, text: str, **more: object) -> None:
         add_about(self.engine, self.study, task, text, **more)
 
+    def only(self, task: str, text: str, **more: object) -> None:
+        """Make this the one item of a task that is there."""
+        about = select(Item.id).filter_by(task=task)
+        execute(self.engine, delete(Slot).where(Slot.item_id.in_(about)))
+        self.add(task, text, **more)
+
     def open(self, context: BrowserContext, task: str) -> Page:
         """A page of a new person who has agreed."""
+        return self.visit(context, f"/s/{self.study.name}/{task}")
+
+    def visit(self, context: BrowserContext, path: str) -> Page:
+        """Some page as it is for a new person who has agreed."""
         self.sign_in(context)
         page = context.new_page()
-        page.goto(f"{self.url}/s/{self.study.name}/{task}")
+        page.goto(self.url + path)
         return page
 
     def sign_in(self, context: BrowserContext) -> None:
         """Make a context's pages those of a new person who has agreed."""
-        cookie = Known(self.app, study=self.study.name).client.get_cookie("session")
-        assert cookie is not None
-        context.add_cookies([{"name": "session", "value": cookie.value, "url": self.url}])
+        sign_in(context, Known(self.app, study=self.study.name), self.url)
 
 
 def add_about(

@@ -7,10 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
-from sqlalchemy import delete, select
 
-from annotation_app.store.database import transaction
-from annotation_app.store.models import Item, Slot
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.conftest import PATIENCE_MS
 from tests.annotation_app.in_browser import errors_of, out_of_sight, violations, width_of
@@ -40,11 +37,7 @@ def question(page: Page) -> str:
 @pytest.fixture
 def several_steps(site: Site) -> Site:
     """The only item of Ground is a command of three steps."""
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="ground")))
-        )
-    site.add("ground", COMMAND, sdcs=to_json(parse_brackets(NOTATION, command=COMMAND)))
+    site.only("ground", COMMAND, sdcs=to_json(parse_brackets(NOTATION, command=COMMAND)))
     return site
 
 
@@ -244,10 +237,6 @@ def test_who_does_what_the_page_says_practises_without_a_wrong_turn(
 def test_what_a_program_suggests_is_looked_at_one_by_one(
     site: Site, context: BrowserContext
 ) -> None:
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="ground")))
-        )
     notation = "EVENT(r = Take, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"
     command = "Take the tires by the truck"
     sdcs = to_json(parse_brackets(notation, command=command))
@@ -258,7 +247,7 @@ def test_what_a_program_suggests_is_looked_at_one_by_one(
             for node, thing in things.items()
         }
     }
-    site.add("ground", command, sdcs=sdcs, suggestion=suggestion)
+    site.only("ground", command, sdcs=sdcs, suggestion=suggestion)
     page = site.open(context, "ground")
     expect(page.locator(".tick-mark")).to_have_count(1)  # the one EVENT is the whole video
     page.keyboard.press("]")

@@ -9,8 +9,8 @@ from playwright.sync_api import BrowserContext, Page, expect
 from playwright.sync_api import Error as PlaywrightError
 from sqlalchemy import select
 
-from annotation_app.store.database import transaction
 from annotation_app.store.models import Draft, Event
+from tests.annotation_app.browser import rows_in
 from tests.annotation_app.pages.conftest import Site
 from tests.annotation_app.pages.segmenting import place, start_from_nothing
 from tests.annotation_app.pages.test_tasks import watch
@@ -58,8 +58,7 @@ def test_text_typed_during_minutes_without_network_is_saved(
     page.get_by_label("Type the command").press_sequentially(" on")
     context.set_offline(False)
     saved(page)
-    with transaction(site.engine) as session:
-        assert [d.body["text"] for d in session.scalars(select(Draft))] == ["Go on"]
+    assert [d.body["text"] for d in rows_in(site.engine, select(Draft))] == ["Go on"]
 
 
 def test_answer_survives_that_the_tab_is_closed_without_network(
@@ -76,8 +75,7 @@ def test_answer_survives_that_the_tab_is_closed_without_network(
     again.goto(f"{site.url}/s/sea")
     expect(again.get_by_text("has now been sent")).to_be_visible()
     assert len(site.answers("check")) == 1
-    with transaction(site.engine) as session:
-        assert len(session.scalars(select(Event)).all()) == 1
+    assert len(rows_in(site.engine, select(Event))) == 1
 
 
 @pytest.mark.parametrize("end", ["closed", "crashed"])

@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, Route, expect
 from sqlalchemy import select
 
-from annotation_app.store.database import reading
 from annotation_app.store.models import Draft, Event
+from tests.annotation_app.browser import rows_in
 from tests.annotation_app.in_browser import violations, width_of
 from tests.annotation_app.pages.conftest import Site
 from tests.annotation_app.pages.test_network import judge, saved
@@ -55,8 +55,7 @@ def test_an_answer_waits_until_the_database_is_back(site: Site, context: Browser
     expect(page.get_by_role("heading", level=1)).to_contain_text("Thank you")
     (answer,) = site.answers("check")
     assert answer.body["verdicts"] == {"2": True, "3": False}
-    with reading(site.engine) as session:
-        assert len(session.scalars(select(Event)).all()) == 1
+    assert len(rows_in(site.engine, select(Event))) == 1
     assert tries[-1] == 200
     assert set(tries[:-1]) == {503}
 
@@ -81,8 +80,7 @@ def test_an_answer_outlives_its_tab_while_the_database_is_gone(
     again.get_by_role("link", name="Try again").click()
     expect(again.get_by_text("has now been sent")).to_be_visible()
     assert len(site.answers("check")) == 1
-    with reading(site.engine) as session:
-        assert len(session.scalars(select(Event)).all()) == 1
+    assert len(rows_in(site.engine, select(Event))) == 1
 
 
 def test_a_draft_is_saved_when_the_database_is_back(site: Site, context: BrowserContext) -> None:
@@ -94,8 +92,7 @@ def test_a_draft_is_saved_when_the_database_is_back(site: Site, context: Browser
         expect(page.locator("#saving")).to_contain_text("Kept in this browser")
     context.clock.fast_forward("00:11")
     saved(page)
-    with reading(site.engine) as session:
-        assert [draft.body["text"] for draft in session.scalars(select(Draft))] == ["Go on"]
+    assert [draft.body["text"] for draft in rows_in(site.engine, select(Draft))] == ["Go on"]
 
 
 @pytest.mark.parametrize(

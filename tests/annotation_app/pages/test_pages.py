@@ -1,4 +1,4 @@
-"""Each page: accessible, narrow enough for a telephone, without errors, and safe."""
+"""Pages in use: accessible, safe, and leading on. `test_every_page` looks at each as it comes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import re
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Response, expect
-from sqlalchemy import text
 
 from annotation_app.people.account_links import first_admin_link
 from annotation_app.store.database import transaction
 from corpus_tools.world.state.thing_kinds import KINDS
-from tests.annotation_app.in_browser import errors_of, violations, width_of
+from tests.annotation_app.in_browser import violations
 from tests.annotation_app.pages.conftest import TASKS, Site
 from tests.annotation_app.rendered import WORDS
 
@@ -26,41 +25,6 @@ CODE = {"box", "container", "fetch", "load", "other"}
 """Words of CSS and JavaScript."""
 EVERYWHERE = {"post", "sign"}
 """Words of forms and of signing in, on all pages."""
-PAGES = (
-    "/",
-    "/nowhere",
-    "/login",
-    "/s/sea",
-    *(f"/s/sea/{task}" for task in TASKS),
-)
-DARK = ("/s/sea", *(f"/s/sea/{task}" for task in TASKS))
-PRACTICE = tuple(f"/practice/{task}?study=sea" for task in TASKS)
-
-
-def test_each_page_is_accessible_and_fits_a_telephone(site: Site, context: BrowserContext) -> None:
-    page = context.new_page()
-    page.emulate_media(reduced_motion="reduce")  # colours on their way have little contrast
-    page.goto(f"{site.url}/s/sea/welcome")
-    page.get_by_role("button", name="Begin").click()
-    found = violations(page)
-    errors = errors_of(page)
-    site.sign_in(context)
-    with transaction(site.engine) as session:
-        setup = f"/setup/{first_admin_link(session)}"
-    for address in (*PAGES, setup, *PRACTICE):
-        page.goto(site.url + address)
-        page.set_viewport_size({"width": 1280, "height": 900})
-        if address not in PRACTICE:
-            found += violations(page)
-        if address in DARK:
-            page.emulate_media(color_scheme="dark")
-            found += violations(page, runOnly=["color-contrast"])
-            page.emulate_media(color_scheme="light")
-        page.set_viewport_size({"width": 360, "height": 740})
-        assert width_of(page) <= 360, address
-    assert found == []
-    # The browser's console tells of a missing page.
-    assert [error for error in errors if "/nowhere" not in error] == []
 
 
 def test_pages_in_use_have_no_serious_violations(site: Site, context: BrowserContext) -> None:
@@ -83,14 +47,10 @@ def test_pages_in_use_have_no_serious_violations(site: Site, context: BrowserCon
 def test_text_of_people_is_shown_as_text(site: Site, context: BrowserContext) -> None:
     sdcs = [{"type": "OBJECT", "f": [["<script>document.title='hit'</script>", 0]]}]
     shown = {"0": {"video": "hall_fetch_tires", "objects": ["truck"], "places": []}}
-    with transaction(site.engine) as session:  # only this text is there to be done
-        session.execute(
-            text("DELETE FROM slot WHERE item_id IN (SELECT id FROM item WHERE task != 'describe')")
-        )
-    site.add("segment", NASTY)
-    site.add("ground", NASTY, sdcs=sdcs)
-    site.add("check", NASTY, sdcs=sdcs, shown=shown)
-    site.add("rate", NASTY, own_video="hall_fetch_tires", right=None)
+    site.only("segment", NASTY)
+    site.only("ground", NASTY, sdcs=sdcs)
+    site.only("check", NASTY, sdcs=sdcs, shown=shown)
+    site.only("rate", NASTY, own_video="hall_fetch_tires", right=None)
     page = site.open(context, "describe")
     page.on("dialog", lambda dialog: pytest.fail("a script of a text has run"))
     for task in TASKS[1:]:
@@ -135,15 +95,6 @@ def test_describe_tells_nothing_of_the_video(
         assert names.isdisjoint(re.findall("[a-z]+", one.lower())), one[:100]
 
 
-@pytest.mark.parametrize("task", TASKS)
-def test_practice_needs_nobody_to_be_known(site: Site, context: BrowserContext, task: str) -> None:
-    page = context.new_page()
-    page.goto(f"{site.url}/practice/{task}")
-    expect(page.get_by_role("heading", level=1)).to_contain_text("Practice")
-    page.get_by_role("button", name="Check my answer").click()
-    expect(page.locator("#problems li, #feedback p").first).to_be_visible()
-
-
 def test_the_first_admin_signs_in_and_out(site: Site, context: BrowserContext) -> None:
     with transaction(site.engine) as session:
         token = first_admin_link(session)
@@ -184,6 +135,7 @@ def test_welcome_says_what_is_missing_and_leads_to_the_task(
     page.goto(f"{site.url}/s/sea/describe")
     page.get_by_role("button", name="Begin").click()
     expect(page.get_by_role("alert")).to_contain_text("Something is missing")
+    assert violations(page) == []
     page.get_by_label("I am at least 18").check()
     page.get_by_label("I have read this").check()
     page.get_by_role("button", name="Begin").click()

@@ -37,34 +37,24 @@ def ready(page: Page) -> Page:
     return page
 
 
-@pytest.mark.parametrize("task", WATCHED)
-@pytest.mark.parametrize("path", ["/s/sea/{}", "/practice/{}?study=sea"])
-def test_the_bar_covers_nothing(site: Site, context: BrowserContext, task: str, path: str) -> None:
-    site.sign_in(context)
-    page = context.new_page()
-    page.goto(site.url + path.format(task))
-    ready(page)
-    video = page.locator("video").first
-    assert video.evaluate("video => video.controls") is False
-    picture, bar = box_of(video), box_of(page.locator(".player-bar").first)
-    assert bar["y"] >= picture["y"] + picture["height"] - 1
-
-
-@pytest.mark.parametrize("task", ["describe", "rate"])
-@pytest.mark.parametrize("is_practice", [False, True])
-def test_video_and_play_are_above_the_fold(
-    site: Site, context: BrowserContext, task: str, is_practice: bool
+def test_the_bar_covers_nothing_and_play_is_above_the_fold(
+    site: Site, context: BrowserContext
 ) -> None:
     site.sign_in(context)
     page = context.new_page()
     page.set_viewport_size({"width": 1280, "height": 800})
-    page.goto(f"{site.url}/practice/{task}" if is_practice else f"{site.url}/s/sea/{task}")
-    ready(page)
-    play, sending = box_of(page.locator(".play")), box_of(page.locator(".send"))
-    picture = box_of(page.locator("video"))
-    assert picture["height"] >= 200
-    assert play["y"] + play["height"] <= min(sending["y"], 800)
-    assert page.evaluate("scrollY") == 0
+    for path in (f"{folder}/{task}" for task in WATCHED for folder in ("/s/sea", "/practice")):
+        page.goto(site.url + path)
+        ready(page)
+        video = page.locator("video").first
+        assert video.evaluate("video => video.controls") is False
+        picture, bar = box_of(video), box_of(page.locator(".player-bar").first)
+        assert bar["y"] >= picture["y"] + picture["height"] - 1, path
+        if path.endswith(("describe", "rate")):
+            play, sending = box_of(page.locator(".play")), box_of(page.locator(".send"))
+            assert picture["height"] >= 200
+            assert play["y"] + play["height"] <= min(sending["y"], 800), path
+            assert page.evaluate("scrollY") == 0
 
 
 def test_frames_one_by_one(site: Site, context: BrowserContext) -> None:

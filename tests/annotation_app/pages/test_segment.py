@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
-from sqlalchemy import delete, select
 
-from annotation_app.store.database import transaction
-from annotation_app.store.models import Item, Slot
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.in_browser import violations, width_of
 from tests.annotation_app.pages.conftest import Site
 from tests.annotation_app.pages.segmenting import (
     TREE,
     Reader,
-    make_tree_by_keys,
     place,
     start_from_nothing,
     words_of,
 )
-from tests.annotation_app.pages.test_tasks import send, send_by_keys
+from tests.annotation_app.pages.test_tasks import send
 
 pytestmark = pytest.mark.slow
 
+PRACTISED = "/practice/segment?study=sea"
 PRACTICE = (
     ("Sail", "What is done?"),
     ("to", "Sail which way?"),
@@ -34,22 +31,6 @@ STEPS = "Go to the red crate and stop."
 TWO_STEPS = "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the red crate))); EVENT(r = stop)"
 
 
-def practise(site: Site, context: BrowserContext) -> Page:
-    site.sign_in(context)
-    page = context.new_page()
-    page.goto(f"{site.url}/practice/segment?study=sea")
-    return page
-
-
-def only(site: Site, text: str, **more: object) -> None:
-    """Make this the one command that is there."""
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="segment")))
-        )
-    site.add("segment", text, **more)
-
-
 def check(page: Page) -> None:
     page.get_by_role("button", name="Check my answer").click()
 
@@ -57,24 +38,19 @@ def check(page: Page) -> None:
 def test_who_follows_the_page_practises_without_a_wrong_turn(
     site: Site, context: BrowserContext
 ) -> None:
-    reader = Reader(practise(site, context))
+    reader = Reader(context.new_page())
+    reader.page.goto(f"{site.url}/practice/segment")  # nobody need be known
     for said, question in PRACTICE:
         reader.give(said, question)
+        expect(reader.page.locator(".part[aria-current] bdi")).to_have_text(said)
     expect(reader.page.locator("#prompt")).to_contain_text("Every word has its place.")
     check(reader.page)
     expect(reader.page.locator("#feedback")).to_contain_text("Well done")
     assert (reader.steps, reader.lost) == (7, 0)
 
 
-def test_what_was_just_made_is_current(site: Site, context: BrowserContext) -> None:
-    reader = Reader(practise(site, context))
-    for said, question in PRACTICE:
-        reader.give(said, question)
-        expect(reader.page.locator(".part[aria-current] bdi")).to_have_text(said)
-
-
 def test_practice_names_the_word_that_is_wrong(site: Site, context: BrowserContext) -> None:
-    reader = Reader(practise(site, context))
+    reader = Reader(site.visit(context, PRACTISED))
     page = reader.page
     for said, question in (*PRACTICE[:3], ("by", "Sail where?"), PRACTICE[4]):
         reader.give(said, question)
@@ -105,7 +81,7 @@ def test_practice_names_the_word_that_is_wrong(site: Site, context: BrowserConte
 def test_practice_says_what_to_do_next(
     site: Site, context: BrowserContext, placed: tuple[tuple[str, str], ...], told: str
 ) -> None:
-    reader = Reader(practise(site, context))
+    reader = Reader(site.visit(context, PRACTISED))
     for said, question in placed:
         reader.give(said, question)
     check(reader.page)
@@ -113,7 +89,7 @@ def test_practice_says_what_to_do_next(
 
 
 def test_practice_shows_how_step_by_step(site: Site, context: BrowserContext) -> None:
-    page = practise(site, context)
+    page = site.visit(context, PRACTISED)
     page.get_by_role("button", name="Show me how").click()
     for number, (said, question) in enumerate(PRACTICE, start=1):
         expect(page.locator(".lesson")).to_contain_text(f"Step {number} of 5.")
@@ -129,7 +105,7 @@ def test_practice_shows_how_step_by_step(site: Site, context: BrowserContext) ->
 def test_words_and_places_are_in_sight(
     site: Site, context: BrowserContext, width: int, height: int
 ) -> None:
-    reader = Reader(practise(site, context))
+    reader = Reader(site.visit(context, PRACTISED))
     page = reader.page
     page.set_viewport_size({"width": width, "height": height})
     for said, question in PRACTICE:
@@ -152,7 +128,7 @@ def test_words_and_places_are_in_sight(
 
 
 def test_pages_in_use_have_no_violations(site: Site, context: BrowserContext) -> None:
-    reader = Reader(practise(site, context))
+    reader = Reader(site.visit(context, PRACTISED))
     page = reader.page
     found = []
     for scheme in ("light", "dark"):
@@ -193,14 +169,6 @@ def test_segment(site: Site, context: BrowserContext) -> None:
     assert answer.body["sdcs"] == TREE
 
 
-def test_segment_by_keys(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "segment")
-    make_tree_by_keys(page)
-    send_by_keys(page)
-    (answer,) = site.answers("segment")
-    assert answer.body["sdcs"] == TREE
-
-
 @pytest.mark.parametrize(
     ("text", "placed", "notation"),
     [
@@ -228,7 +196,7 @@ def test_places_make_the_trees_that_are_kept(
     placed: tuple[str, ...],
     notation: str,
 ) -> None:
-    only(site, text)
+    site.only("segment", text)
     page = site.open(context, "segment")
     start_from_nothing(page)
     for words, question in zip(((0,), (1, 2), (3,), (4, 5)), placed, strict=True):
@@ -242,7 +210,7 @@ def test_words_need_not_stand_side_by_side_and_may_be_left_out(
     site: Site, context: BrowserContext
 ) -> None:
     text = "Robot put it down and then kindly stop"
-    only(site, text)
+    site.only("segment", text)
     page = site.open(context, "segment")
     start_from_nothing(page)
     place(page, (1, 3), "What is done?")
@@ -297,11 +265,7 @@ def test_a_draft_of_an_earlier_version_can_be_finished(site: Site, context: Brow
 
 def test_a_suggestion_that_is_just_sent_is_unchanged(site: Site, context: BrowserContext) -> None:
     """The editor's form of a tree and the suggestion's are the same."""
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="segment")))
-        )
-    site.add("segment", STEPS, suggestion=to_json(parse_brackets(TWO_STEPS, command=STEPS)))
+    site.only("segment", STEPS, suggestion=to_json(parse_brackets(TWO_STEPS, command=STEPS)))
     page = site.open(context, "segment")
     expect(page.get_by_text("A program has placed the words")).to_be_visible()
     send(page, "segment")
@@ -313,7 +277,7 @@ def test_the_words_of_a_suggestion_can_be_moved(site: Site, context: BrowserCont
     text = "Take the cup on the table"
     wrong = "EVENT(r = Take, l = OBJ(f = the cup), l2 = PLACE(r = on, l = OBJ(f = the table)))"
     right = "EVENT(r = Take, l = OBJ(f = OBJ(f = the cup), r = on, l = OBJ(f = the table)))"
-    only(site, text, suggestion=to_json(parse_brackets(wrong, command=text)))
+    site.only("segment", text, suggestion=to_json(parse_brackets(wrong, command=text)))
     page = site.open(context, "segment")
     words_of(page).nth(3).click()
     page.locator(".place", has_text="the cup: which one?").click()

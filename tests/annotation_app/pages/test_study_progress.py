@@ -8,18 +8,18 @@ from flask import Flask
 from annotation_app.pages.study_progress import progress
 from annotation_app.store.database import reading
 from annotation_app.store.models import Person
-from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.studies.study_file import StudyConfig
 from annotation_app.work.handing_out import find_study
 from benchmarks.app_dashboard import EACH_ASKED
 from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.conftest import NO_PRACTICE, study_of
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
 
 @pytest.fixture
 def study() -> StudyConfig:
-    tasks = {task: TaskConfig(practice=False) for task in ("describe", "rate")}
-    return StudyConfig(name="tests", title="A study", tasks=tasks)
+    return study_of(describe=NO_PRACTICE, rate=NO_PRACTICE)
 
 
 def rating(app: Flask, person: Browser) -> tuple[int, int]:
@@ -45,7 +45,7 @@ def test_progress_counts_what_somebody_may_do(app: Flask) -> None:
     assert rating(app, other) == (0, 1)
     held = rater.take("rate")["item"]
     assert (rating(app, rater), rating(app, other)) == ((1, 2), (0, 1))
-    rater.send("POST", f"/api/items/{held}/skip", {"uuid": "0" * 8 + "-0000-4000-8000-" + "0" * 12})
+    rater.note(held, "skip", "too dark")
     assert rating(app, rater) == (1, 1)
     other.do("rate", {"rating": 1})
     assert rating(app, other) == (1, 1)

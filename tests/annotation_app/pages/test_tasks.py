@@ -1,19 +1,22 @@
-"""Each task from its page to the acknowledged answer, with the mouse and with keys alone."""
+"""Each task from its page to the acknowledged answer.
+
+`test_whole_way` does all of them with keys alone.
+"""
 
 from __future__ import annotations
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
-from sqlalchemy import delete, select
+from sqlalchemy import select
 
-from annotation_app.store.database import transaction
 from annotation_app.store.installation import now
-from annotation_app.store.models import Item, Slot
+from annotation_app.store.models import Slot
 from annotation_app.tasks.describe import LONGEST_COMMAND_WORDS
 from annotation_app.work.handing_out import HOLD_S
 from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import row_in
 from tests.annotation_app.in_browser import violations
-from tests.annotation_app.pages.conftest import COMMAND, Site
+from tests.annotation_app.pages.conftest import Site
 
 pytestmark = pytest.mark.slow
 
@@ -69,17 +72,6 @@ def test_describe_tells_the_limit_of_words_beforehand(site: Site, context: Brows
     text.fill("go " * LONGEST_COMMAND_WORDS)
     send(page, "describe")
     assert len(site.answers("describe")) == 1
-
-
-def test_describe_by_keys(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "describe")
-    tab_to(page, "video")
-    page.keyboard.press("Space")
-    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
-    tab_to(page, "#text")
-    page.keyboard.type("Go to the red crate.")
-    send_by_keys(page)
-    assert [answer.body["text"] for answer in site.answers("describe")] == [COMMAND]
 
 
 def test_video_that_was_skipped_through_was_not_watched(
@@ -202,16 +194,6 @@ def test_rate(site: Site, context: BrowserContext) -> None:
     assert [answer.body["rating"] for answer in site.answers("rate")] == [2]
 
 
-def test_rate_by_keys(site: Site, context: BrowserContext) -> None:
-    page = site.open(context, "rate")
-    tab_to(page, "video")
-    page.keyboard.press("Space")
-    expect(page.get_by_text("You have watched it to the end")).to_be_visible()
-    page.keyboard.press("4")
-    send_by_keys(page)
-    assert [answer.body["rating"] for answer in site.answers("rate")] == [4]
-
-
 def test_skip_and_report(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "check")
     page.get_by_role("button", name="Report a problem").click()
@@ -232,11 +214,7 @@ def test_nothing_is_preset_for_a_command_of_several_steps(
     site: Site, context: BrowserContext
 ) -> None:
     sdcs = to_json(parse_brackets(TWO_STEPS, command=STEPS))
-    with transaction(site.engine) as session:
-        session.execute(
-            delete(Slot).where(Slot.item_id.in_(select(Item.id).filter_by(task="ground")))
-        )
-    site.add("ground", STEPS, sdcs=sdcs)
+    site.only("ground", STEPS, sdcs=sdcs)
     page = site.open(context, "ground")
     expect(page.locator(".tick-mark")).to_have_count(0)
     expect(page.locator(".ask [aria-pressed=true]")).to_have_count(0)
@@ -265,8 +243,7 @@ def test_the_first_click_leases_the_item(site: Site, context: BrowserContext) ->
     page = site.open(context, "rate")
 
     def left_s() -> float:
-        with transaction(site.engine) as session:
-            return session.scalars(select(Slot.expires_at).where(Slot.expires_at > 0)).one() - now()
+        return row_in(site.engine, select(Slot.expires_at).where(Slot.expires_at > 0)) - now()
 
     assert left_s() <= HOLD_S
     with page.expect_response("**/begin") as reply:
@@ -279,9 +256,7 @@ def test_the_first_click_leases_the_item(site: Site, context: BrowserContext) ->
 def test_practising_to_describe_gives_no_verdict(
     site: Site, context: BrowserContext, text: str
 ) -> None:
-    site.sign_in(context)
-    page = context.new_page()
-    page.goto(f"{site.url}/practice/describe?study=sea")
+    page = site.visit(context, "/practice/describe?study=sea")
     watch(page)
     page.get_by_label("Type the command").fill(text)
     page.get_by_role("button", name="Check my answer").click()

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 import pytest
 from flask import Flask
@@ -79,11 +78,7 @@ def test_a_login_that_was_removed_leaves_its_answers_and_can_be_given_to_somebod
 ) -> None:
     member = signed_in(app, "ann", "annotator")
     member.agree()
-    csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
-    lease = member.client.post("/api/studies/tests/tasks/describe/lease", json={}, headers=csrf)
-    sent = {"uuid": "0" * 8 + "-0000-0000-0000-" + "0" * 12, "body": described()}
-    path = f"/api/items/{lease.json['item']}/answer"
-    assert member.client.post(path, json=sent, headers=csrf).status_code == 200
+    member.do("describe", described())
     with changing(app) as session:
         person = accounts.required_login(session, "ann")
         accounts.remove(session, person, **TESTS)
@@ -100,28 +95,18 @@ def test_a_login_that_was_removed_leaves_its_answers_and_can_be_given_to_somebod
 @pytest.mark.parametrize("role", ["annotator", "adjudicator", "admin"])
 def test_people_with_a_login_agree_once_before_they_take_part(app: Flask, role: Role) -> None:
     member = signed_in(app, "ann", role)
-    csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
-
-    def lease() -> Any:
-        return member.client.post("/api/studies/tests/tasks/describe/lease", json={}, headers=csrf)
-
     for page, asked in (("", ""), ("/describe", "?task=describe")):
         reply = member.client.get(f"/s/tests{page}")
         assert (reply.status_code, reply.location) == (302, f"/s/tests/welcome{asked}")
-    assert lease().json["reason"] == "no consent"
+    assert member.lease("describe").json["reason"] == "no consent"
     assert "You may stop at any time" in member.client.get("/s/tests/welcome").text
     member.agree()
     assert member.role == role
-    assert lease().status_code == 200
+    assert member.lease("describe").status_code == 200
     assert member.client.get("/s/tests").status_code == 200
-    assert signed_in_again(app, member).client.get("/s/tests/describe").status_code == 200
-
-
-def signed_in_again(app: Flask, member: Member) -> Member:
-    """Another browser of the same person."""
-    again = Member(app, member.login)
+    again = Member(app, "ann")  # in another browser
     assert again.sign_in().status_code == 303
-    return again
+    assert again.client.get("/s/tests/describe").status_code == 200
 
 
 def test_the_last_admin_stays(app: Flask) -> None:
@@ -348,8 +333,7 @@ def test_who_lost_the_cookie_is_told_to_sign_in_only_if_they_have_a_login(app: F
     with changing(app) as session:
         accounts.block(session, accounts.required_login(session, "ann"), **TESTS)
     assert member.client.get("/s/tests").location == "/login?next=/s/tests"
-    csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
-    assert "Sign in" in member.client.post(lease, json={}, headers=csrf).json["error"]
+    assert "Sign in" in member.lease("describe").json["error"]
     assert "You were signed out" in member.client.get("/login").text
     member.post("/logout")  # use the browser without a login
     assert member.client.get("/s/tests").location == "/s/tests/welcome"

@@ -15,7 +15,7 @@ from annotation_app.serving.factory import create_app
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import AuditEntry
 from annotation_app.store.program_models import ApiToken
-from tests.annotation_app.browser import Browser, described, engine_of, installation_of
+from tests.annotation_app.browser import Browser, described, engine_of, execute, installation_of
 from tests.annotation_app.signing_in import signed_in
 
 API = "/api/dashboard/studies"
@@ -63,8 +63,7 @@ def test_it_changes_nothing_and_opens_no_page(app: Flask) -> None:
 def test_wrong_tokens_read_nothing(app: Flask) -> None:
     token = made(app)
     assert token.startswith(PREFIX)
-    with transaction(engine_of(app)) as session:
-        session.execute(update(ApiToken).values(expires_at=1.0))
+    execute(app, update(ApiToken).values(expires_at=1.0))
     for wrong in (token, "", "x" * 5000, f"{PREFIX}é", token.upper()):
         reply = get(app, f"{API}/tests/progress", wrong.encode().decode("latin-1"))
         assert reply.status_code == 401

@@ -18,7 +18,7 @@ from annotation_app.people.participants import invitation
 from annotation_app.store.database import core, reading, transaction
 from annotation_app.store.models import Answer, Base, Media, Person
 from annotation_app.work.handing_out import find_study
-from tests.annotation_app.browser import Browser, described, engine_of, installation_of
+from tests.annotation_app.browser import Browser, described, engine_of, installation_of, session_of
 from tests.annotation_app.signing_in import PASSWORD, Member, signed_in
 
 UUID = "0" * 8 + "-0000-0000-0000-" + "0" * 12
@@ -77,7 +77,6 @@ def requests(app: Flask, member: Member) -> Iterator[Request]:
     """A request to each route with each method."""
     other = Browser(app)
     other.do("describe", described())
-    lease = member.client.post("/api/studies/tests/tasks/describe/lease", json={})
     with reading(engine_of(app)) as session:
         study = find_study(session, "tests").id
         media = session.scalars(select(Media.id).where(Media.role == "video")).first()
@@ -86,7 +85,7 @@ def requests(app: Flask, member: Member) -> Iterator[Request]:
     values = {
         "study_name": "tests",
         "task_name": "describe",
-        "item_id": lease.json["item"],
+        "item_id": member.take("describe")["item"],
         "answer_id": answer,
         "media_id": media,
         "person_id": other.person.id,
@@ -116,12 +115,6 @@ def _path(rule: Rule, values: dict[str, Any]) -> str:
     return re.sub(r"<(?:\w+:)?(\w+)>", lambda found: str(values[found[1]]), rule.rule)
 
 
-def cookie_of(member: Member) -> str:
-    cookie = member.client.get_cookie("session")
-    assert cookie is not None
-    return str(cookie.value)
-
-
 def rows_of(app: Flask, person_id: str) -> list[tuple[Any, ...]]:
     """Everything in the database that is or names a person."""
     found: list[tuple[Any, ...]] = []
@@ -142,7 +135,7 @@ def test_no_route_answers_who_has_been_signed_out(app: Flask, member: Member, en
     assert {"api.answer", "dashboard.export", "login_admin.invite", "media.media"} <= {
         request.route for request in tried
     }
-    old, stranger = cookie_of(member), "none"
+    old, stranger = session_of(member), "none"
     admin = Member(app, "other")
     assert admin.sign_in().status_code == 303
     path = f"/admin/logins/{member.person.id}"
@@ -174,7 +167,7 @@ def test_each_of_these_requests_tells_who_is_signed_in_from_strangers(
     app: Flask, member: Member
 ) -> None:
     """So that the test above can fail: with a cookie that holds, most routes answer otherwise."""
-    cookie = cookie_of(member)
+    cookie = session_of(member)
     same = set()
     for request in requests(app, member):
         if request.route in ("account.logout", "account.change_password"):
@@ -233,17 +226,16 @@ def test_a_worker_who_is_blocked_may_still_send_what_they_have(app: Flask) -> No
 
 def test_signing_out_ends_what_a_worker_holds_too(app: Flask) -> None:
     worker = Browser(app)
-    cookie = worker.client.get_cookie("session")
-    assert cookie is not None
+    cookie = session_of(worker)
     assert worker.client.post("/logout", data={"csrf_token": worker.csrf}).status_code == 303
     thief = app.test_client()
-    thief.set_cookie("session", cookie.value)
+    thief.set_cookie("session", cookie)
     assert thief.get("/api/session").json["signed_in"] is False
 
 
 def test_somebody_else_cannot_end_sessions_with_an_old_cookie(app: Flask) -> None:
     member = signed_in(app, "ann", "annotator")
-    cookie = cookie_of(member)
+    cookie = session_of(member)
     member.post("/logout")
     assert member.sign_in().status_code == 303
     thief = Member(app, "ann")

@@ -11,9 +11,9 @@ from sqlalchemy import delete, select
 
 from annotation_app.people import accounts, failed_sign_ins
 from annotation_app.serving.factory import create_app
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import transaction
 from annotation_app.store.models import FailedSignIn
-from tests.annotation_app.browser import Browser, engine_of, installation_of
+from tests.annotation_app.browser import Browser, engine_of, installation_of, rows_in
 from tests.annotation_app.signing_in import PASSWORD, Member
 
 MINUTE_S = 60.0
@@ -110,13 +110,11 @@ def test_a_clock_that_is_set_back_makes_nobody_wait_longer(app: Flask) -> None:
 def test_nothing_readable_is_kept_and_nothing_for_long(app: Flask) -> None:
     begin(app, "ann", "192.0.2.1", 1000.0)
     begin(app, "bob", "192.0.2.2", 1000.0)
-    with reading(engine_of(app)) as session:
-        rows = session.scalars(select(FailedSignIn.whose)).all()
-        assert len(rows) == 4
-        assert not any("ann" in row or "192.0.2" in row for row in rows)
+    rows = rows_in(app, select(FailedSignIn.whose))
+    assert len(rows) == 4
+    assert not any("ann" in row or "192.0.2" in row for row in rows)
     begin(app, "cy", "192.0.2.3", 1000.0 + 25 * HOUR_S)
-    with reading(engine_of(app)) as session:
-        assert len(session.scalars(select(FailedSignIn.whose)).all()) == 2
+    assert len(rows_in(app, select(FailedSignIn.whose))) == 2
 
 
 def test_people_are_told_when_to_try_again_and_processes_count_together(
@@ -137,10 +135,9 @@ def test_people_are_told_when_to_try_again_and_processes_count_together(
         assert "too many wrong passwords. Try again in" in waiting.text
     for number in range(failed_sign_ins.FREE_BY_ADDRESS):
         Member(app, f"made-up-{number}").sign_in("wrong password")
-    with reading(engine_of(app)) as session:
-        before = session.scalars(select(FailedSignIn.whose)).all()
-        assert Member(app, "one-more").sign_in("wrong password").status_code == 429
-        assert session.scalars(select(FailedSignIn.whose)).all() == before
+    before = rows_in(app, select(FailedSignIn.whose))
+    assert Member(app, "one-more").sign_in("wrong password").status_code == 429
+    assert rows_in(app, select(FailedSignIn.whose)) == before
     with app.app_context(), transaction(engine_of(app)) as session:
         session.execute(delete(FailedSignIn).where(FailedSignIn.count >= 10))  # the address's
         accounts.unblock(session, accounts.required_login(session, "ann"), actor="tests")

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import pytest
 from flask import Flask
-from sqlalchemy import select, text
+from sqlalchemy import select
 
 from annotation_app.core.config import Config
-from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.database import opened, reading
 from annotation_app.store.models import Person
 from annotation_app.store.schema import migrate
 from tests.annotation_app.browser import Browser
+from tests.annotation_app.old_installations import put_rows
 from tests.annotation_app.signing_in import Member, signed_in
 
 HOUR_S = 3600.0
 DAY_S = 24 * HOUR_S
-
-
-@pytest.fixture
-def later(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Sets the clock of the process so many seconds on from now."""
-    real = time.time
-
-    def set_clock(by_s: float) -> None:
-        monkeypatch.setattr(time, "time", lambda: real() + by_s)
-
-    return set_clock
 
 
 def worker(app: Flask) -> Browser:
@@ -38,27 +27,27 @@ def worker(app: Flask) -> Browser:
     return person
 
 
-def test_who_has_a_login_and_does_nothing_is_signed_out(app: Flask, later: Any) -> None:
+def test_who_has_a_login_and_does_nothing_is_signed_out(app: Flask, set_clock: Any) -> None:
     member, person = signed_in(app, "ann", "adjudicator"), worker(app)
-    later(11 * HOUR_S)
+    set_clock(11 * HOUR_S)
     assert member.client.get("/dashboard/").status_code == 200  # which makes it hold on
-    later(22 * HOUR_S)
+    set_clock(22 * HOUR_S)
     assert member.role == "adjudicator"
-    later(24 * HOUR_S)
+    set_clock(24 * HOUR_S)
     assert member.role is None
     assert member.client.get("/dashboard/").location == "/login?next=/dashboard/"
-    later(11 * HOUR_S)  # what the browser holds now signs nobody in, whatever the clock says
+    set_clock(11 * HOUR_S)  # what the browser holds now signs nobody in, whatever the clock says
     assert member.role is None
-    later(59 * DAY_S)
+    set_clock(59 * DAY_S)
     assert person.client.get("/api/session").json["role"] == "worker"
-    later(61 * DAY_S)
+    set_clock(61 * DAY_S)
     assert person.client.get("/api/session").json["role"] is None
 
 
-def test_a_form_of_somebody_who_was_idle_tells_them_to_sign_in(app: Flask, later: Any) -> None:
+def test_a_form_of_somebody_who_was_idle_tells_them_to_sign_in(app: Flask, set_clock: Any) -> None:
     member = signed_in(app, "ann", "admin")
     token = member.client.get("/api/session").json["csrf"]
-    later(13 * HOUR_S)
+    set_clock(13 * HOUR_S)
     form = {"csrf_token": token, "role": "annotator"}
     refused = member.client.post("/admin/logins/invite", data=form)
     assert refused.status_code == 401
@@ -66,32 +55,34 @@ def test_a_form_of_somebody_who_was_idle_tells_them_to_sign_in(app: Flask, later
 
 
 def test_who_works_on_one_page_is_not_idle_but_a_page_that_asks_for_numbers_is(
-    app: Flask, later: Any
+    app: Flask, set_clock: Any
 ) -> None:
     working, watching = signed_in(app, "ann", "adjudicator"), signed_in(app, "bob", "adjudicator")
     csrf = {"X-CSRFToken": working.client.get("/api/session").json["csrf"]}
     for hour in range(1, 25):
-        later(hour * HOUR_S)
+        set_clock(hour * HOUR_S)
         working.client.post("/api/studies/tests/tasks/describe/lease", json={}, headers=csrf)
         watching.client.get("/api/dashboard/studies/tests/progress")
     assert working.role == "adjudicator"
     assert watching.role is None
 
 
-def test_quick_requests_of_scripts_bring_no_cookie(app: Flask, later: Any) -> None:
+def test_quick_requests_of_scripts_bring_no_cookie(app: Flask, set_clock: Any) -> None:
     member = signed_in(app, "ann", "annotator")
     csrf = {"X-CSRFToken": member.client.get("/api/session").json["csrf"]}
     lease = "/api/studies/tests/tasks/describe/lease"
     assert "Set-Cookie" not in member.client.post(lease, json={}, headers=csrf).headers
-    later(600.0)
+    set_clock(600.0)
     assert "Set-Cookie" in member.client.post(lease, json={}, headers=csrf).headers
 
 
 @pytest.mark.parametrize("back_s", [5.0, DAY_S, 400 * DAY_S])
-def test_a_clock_that_is_set_back_signs_nobody_out(app: Flask, later: Any, back_s: float) -> None:
+def test_a_clock_that_is_set_back_signs_nobody_out(
+    app: Flask, set_clock: Any, back_s: float
+) -> None:
     person, member = worker(app), signed_in(app, "ann", "admin")
     item = person.take("describe")["item"]
-    later(-back_s)
+    set_clock(-back_s)
     assert person.draft(item, 1, {"text": "Go"}).status_code == 200
     assert member.post("/admin/logins/invite", role="annotator").status_code == 200
 
@@ -107,15 +98,13 @@ def test_a_cookie_of_before_sessions_were_numbered_holds_for_workers(app: Flask)
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_an_upgrade_signs_out_those_with_a_login_and_no_worker(config: Config) -> None:
     """Older cookies tell neither their number, which counts as 1, nor who has a login."""
-    add = text(
-        "INSERT INTO person (id, role, provider, external_hash, login, profile, created_at) "
-        "VALUES (:id, :role, 'test', :id, :login, '{}', 0)"
-    )
     with opened(config.database) as engine:
         migrate(engine, "0001")
-        with transaction(engine) as session:
-            session.execute(add, {"id": "w", "role": "worker", "login": None})
-            session.execute(add, {"id": "a", "role": "admin", "login": "ann"})
+        put_rows(
+            engine,
+            ("person", {"id": "w", "external_hash": "w"}),
+            ("person", {"id": "a", "external_hash": "a", "role": "admin", "login": "ann"}),
+        )
         migrate(engine)
         with reading(engine) as session:
             numbers = dict(session.execute(select(Person.id, Person.session_number)).all())

@@ -36,7 +36,14 @@ from annotation_app.store.tombstones import ERASED_FILE, read_tombstones
 from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import Browser, described, engine_of, installation_of
+from tests.annotation_app.browser import (
+    Browser,
+    described,
+    engine_of,
+    installation_of,
+    row_in,
+    rows_in,
+)
 from tests.annotation_app.work.test_adoption import grounded
 
 ADAS = "Pick up the zebra crate"
@@ -66,11 +73,10 @@ def check(person: Browser) -> None:
 
 
 def counts(app: Flask) -> dict[str, int]:
-    with reading(engine_of(app)) as session:
-        return {
-            str(table.name): session.scalar(select(func.count()).select_from(table)) or 0
-            for table in Base.metadata.sorted_tables
-        }
+    return {
+        str(table.name): row_in(app, select(func.count()).select_from(table)) or 0
+        for table in Base.metadata.sorted_tables
+    }
 
 
 def everything(app: Flask) -> str:
@@ -205,13 +211,12 @@ def test_others_can_do_the_work_again(app: Flask, worked: tuple[Browser, Browser
     before = counts(app)
     assert run(command(app, "people", "erase", subject_of(bob.person), "--yes")) == 0
     after = counts(app)
-    with reading(engine_of(app)) as session:
-        tasks = sorted(session.scalars(select(Answer.task)))
-        assert tasks == ["describe"]
-        assert session.scalars(select(Answer)).one().body["text"] == ADAS
-        left = session.scalars(select(Item.task).where(Item.attention.is_(False))).all()
-        assert sorted(left) == ["describe"] * 3 + ["rate"] * 2 + ["segment"]
-        assert session.scalar(select(func.count()).where(Slot.answered)) == 1
+    tasks = sorted(rows_in(app, select(Answer.task)))
+    assert tasks == ["describe"]
+    assert row_in(app, select(Answer)).body["text"] == ADAS
+    left = rows_in(app, select(Item.task).where(Item.attention.is_(False)))
+    assert sorted(left) == ["describe"] * 3 + ["rate"] * 2 + ["segment"]
+    assert row_in(app, select(func.count()).where(Slot.answered)) == 1
     assert after["person"] == before["person"]
     carol = Browser(app)
     segment(carol)
@@ -233,21 +238,17 @@ def test_an_item_made_of_a_replaced_answer_goes_too(app: Flask) -> None:
     ada.answer(page["item"], {"sdcs": tree})
     ground(Browser(app))
     better = to_json(parse_brackets("EVENT(r = Pick, l = OBJ(f = the lamp))", command=command_))
-    sent = {"uuid": "12345678-1234-1234-1234-123456789012", "body": {"sdcs": better}}
-    assert boss.send("POST", f"/api/items/{page['item']}/adjudicate", sent).status_code == 200
-    with reading(engine_of(app)) as session:
-        subjects = session.scalars(select(Item.subject).where(Item.task == "ground")).all()
+    assert boss.adjudicate(page["item"], {"sdcs": better}).status_code == 200
+    subjects = rows_in(app, select(Item.subject).where(Item.task == "ground"))
     assert len(subjects) == 2
     assert any(subject.startswith("replaced ") for subject in subjects)
     assert run(command(app, "people", "erase", code_of(app, ada), "--yes")) == 0
-    with reading(engine_of(app)) as session:
-        (left,) = session.scalars(select(Item).where(Item.task == "ground"))
-        assert left.payload["sdcs"] == better
-        assert {a.person_id for a in session.scalars(select(Answer))} >= {boss.person.id}
+    (left,) = rows_in(app, select(Item).where(Item.task == "ground"))
+    assert left.payload["sdcs"] == better
+    assert {a.person_id for a in rows_in(app, select(Answer))} >= {boss.person.id}
     assert run(command(app, "people", "erase", code_of(app, boss), "--yes")) == 0
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Item).where(Item.task == "ground")).all() == []
-        assert session.scalars(select(Item).where(Item.task == "segment")).one()
+    assert rows_in(app, select(Item).where(Item.task == "ground")) == []
+    assert row_in(app, select(Item).where(Item.task == "segment"))
 
 
 def participation(session: Any, study: Study, person: Person, assignment: str) -> Participation:
@@ -299,9 +300,8 @@ def test_payments_stay_in_the_books(app: Flask, capsys: Any) -> None:
     assert run(command(app, *arguments, "--dry-run")) == 0
     assert "1 of these assignments were sent in" in capsys.readouterr().out
     assert run(command(app, *arguments, "--yes")) == 0
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Participation.assignment)).all() == ["paid"]
-        assert session.scalars(select(LedgerEntry.assignment)).all() == ["paid"]
+    assert rows_in(app, select(Participation.assignment)) == ["paid"]
+    assert rows_in(app, select(LedgerEntry.assignment)) == ["paid"]
     assert run(command(app, *arguments, "--yes")) == 2
 
 

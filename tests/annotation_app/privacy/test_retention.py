@@ -28,7 +28,14 @@ from annotation_app.store.models import (
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
-from tests.annotation_app.browser import Browser, described, engine_of, installation_of
+from tests.annotation_app.browser import (
+    Browser,
+    described,
+    engine_of,
+    execute,
+    installation_of,
+    rows_in,
+)
 from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.privacy.test_erasure import (
     code_of,
@@ -49,9 +56,8 @@ def study() -> StudyConfig:
 
 
 def close(app: Flask, *, days_ago: float, name: str = "tests") -> None:
-    with transaction(engine_of(app)) as session:
-        closed_at = time.time() - days_ago * DAY_S
-        session.execute(update(Study).where(Study.name == name).values(closed_at=closed_at))
+    closed_at = time.time() - days_ago * DAY_S
+    execute(app, update(Study).where(Study.name == name).values(closed_at=closed_at))
 
 
 def other_study(app: Flask, *people: Browser) -> None:
@@ -121,10 +127,7 @@ def test_answers_stay_and_people_go(app: Flask) -> None:
 
     assert expire(engine_of(app), now=time.time()) == []
     serving.prepare(installation_of(app).config)
-    with reading(engine_of(app)) as session:
-        assert (
-            len(session.scalars(select(AuditEntry).where(AuditEntry.action == UNLINKED)).all()) == 1
-        )
+    assert len(rows_in(app, select(AuditEntry).where(AuditEntry.action == UNLINKED))) == 1
     close(app, days_ago=31, name="other")
     (done,) = expire(engine_of(app), now=time.time())
     assert (done.study, done.people) == ("other", 1)

@@ -22,7 +22,7 @@ from annotation_app.core.config import Config
 from annotation_app.store.database import reading
 from annotation_app.store.models import Event, Secret
 from annotation_app.trying.attempt import scenarios
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, rows_in
 from tests.annotation_app.real_server import Client, new_uuid, running
 
 pytestmark = pytest.mark.slow
@@ -93,8 +93,7 @@ def test_requests_that_were_begun_are_finished(
         assert time.monotonic() - start < ENOUGH_S
         with pytest.raises(OSError, match="refused"):
             socket.create_connection(("127.0.0.1", server.port), 1)
-    with reading(engine_of(app)) as session:
-        assert set(session.scalars(select(Event.uuid))) == {*events, slow_event}
+    assert set(rows_in(app, select(Event.uuid))) == {*events, slow_event}
     assert server.logged() == []
 
 

@@ -8,7 +8,6 @@ import hmac
 import signal
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,9 +39,16 @@ from annotation_app.work.webhooks import (
     webhook_states,
     written_secret,
 )
-from tests.annotation_app.browser import Browser, described, engine_of, installation_of
+from tests.annotation_app.browser import (
+    Browser,
+    described,
+    engine_of,
+    installation_of,
+    row_in,
+    rows_in,
+)
 from tests.annotation_app.conftest import STUDY
-from tests.annotation_app.dashboard.test_pages import ONE, OTHER, adjudicate, sdcs
+from tests.annotation_app.dashboard.test_pages import ONE, OTHER, sdcs
 from tests.annotation_app.real_server import new_uuid, running
 from tests.annotation_app.serving.receiver import Receiver, receiving
 
@@ -56,12 +62,6 @@ def study() -> StudyConfig:
     """A study in which one person describes, and two segment."""
     tasks = {**STUDY.tasks, "describe": ONCE, "segment": TWICE}
     return msgspec.structs.replace(STUDY, tasks=tasks)
-
-
-@pytest.fixture
-def receiver() -> Iterator[Receiver]:
-    with receiving() as found:
-        yield found
 
 
 def hook(app: Flask, url: str, **more: Any) -> str:
@@ -79,8 +79,7 @@ def deliver(app: Flask, after_s: float = 0.0) -> Delivered:
 
 def waiting(app: Flask, state: str = "waiting") -> int:
     counted = select(func.count()).where(WebhookMessage.state == state)
-    with reading(engine_of(app)) as session:
-        return session.scalar(counted) or 0
+    return row_in(app, counted) or 0
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -94,7 +93,7 @@ def test_finished_items_are_told(app: Flask, receiver: Receiver) -> None:
     one.answer(item, sdcs(ONE))
     assert other.take("segment")["item"] == item
     other.answer(item, sdcs(OTHER))
-    adjudicate(Browser(app, "adjudicator"), item, sdcs(ONE))
+    Browser(app, "adjudicator").adjudicate(item, sdcs(ONE))
     assert receiver.requests == []  # nothing is sent while people wait
     assert deliver(app) == Delivered(sent=3)
     assert deliver(app) == Delivered()
@@ -106,8 +105,7 @@ def test_finished_items_are_told(app: Flask, receiver: Receiver) -> None:
         ("tests", "segment", "adopted"),
     ]
     assert told[1]["link"] == f"{LINKS}/dashboard/tests/queue/{item}"
-    with reading(engine_of(app)) as session:
-        (mine,) = session.scalars(select(Answer.id).where(Answer.adopted, Answer.task == "segment"))
+    (mine,) = rows_in(app, select(Answer.id).where(Answer.adopted, Answer.task == "segment"))
     assert told[2]["link"] == f"{LINKS}/dashboard/tests/answers/{mine}"
     assert {key for data in told for key in data} == {"study", "item", "task", "state", "link"}
     assert b"tires" not in b"".join(body for _, _, body in receiver.requests)
@@ -138,8 +136,7 @@ def test_answers_are_sent_if_somebody_asks_for_them(app: Flask, receiver: Receiv
 
 def test_nothing_is_written_without_a_webhook(app: Flask) -> None:
     Browser(app).do("describe", described())
-    with reading(engine_of(app)) as session:
-        assert session.scalar(select(func.count()).select_from(WebhookMessage)) == 0
+    assert row_in(app, select(func.count()).select_from(WebhookMessage)) == 0
 
 
 def test_what_fails_is_sent_again_later_and_later(app: Flask, receiver: Receiver) -> None:

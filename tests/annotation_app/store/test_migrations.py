@@ -9,30 +9,26 @@ import pytest
 from flask import Flask
 from sqlalchemy import Engine, text
 
-from annotation_app.store.database import opened, reading
+from annotation_app.store.database import opened
 from annotation_app.store.schema import is_current, migrate
-from tests.annotation_app.browser import Browser, described, installation_of
-from tests.annotation_app.conftest import new_database
+from tests.annotation_app.browser import Browser, described, installation_of, rows_in
 from tests.annotation_app.old_installations import old_installation
 
 
 def kinds(engine: Engine) -> Counter[str]:
-    with reading(engine) as session:
-        return Counter(session.scalars(text("SELECT kind FROM answer")))
+    return Counter(rows_in(engine, text("SELECT kind FROM answer")))
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_answers_to_attention_checks_are_renamed(
-    app: Flask, kind: str, tmp_path: Path, request: pytest.FixtureRequest
+    app: Flask, tmp_path: Path, other_database: str | None
 ) -> None:
     for author in (Browser(app), Browser(app)):
         author.do("describe", described())
     rater = Browser(app)
     while rater.lease("rate").status_code == 200:
         rater.do("rate", {"rating": 4, "watched_s": 900.0})
-    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
-    database = new_database(server) if server else None
-    old = old_installation(installation_of(app).config, tmp_path / "old", database)
+    old = old_installation(installation_of(app).config, tmp_path / "old", other_database)
     with opened(old.database) as engine:
         migrate(engine, "0009")
         before = kinds(engine)

@@ -27,19 +27,16 @@ from annotation_app.store.models import Draft, Person, Secret
 from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
-from tests.annotation_app.conftest import new_database
 from tests.annotation_app.old_installations import KEY, SALT, old_installation
 
 BOTH = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
 
 @pytest.fixture
-def old(app: Flask, tmp_path: Path, kind: str, request: pytest.FixtureRequest) -> Config:
+def old(app: Flask, tmp_path: Path, other_database: str | None) -> Config:
     """An installation of the first program in which somebody has answered."""
     Browser(app).do("describe", described("Go there 😀"))
-    server = request.getfixturevalue("postgres") if kind == "postgresql" else None
-    database = new_database(server) if server else None
-    return old_installation(installation_of(app).config, tmp_path / "old", database)
+    return old_installation(installation_of(app).config, tmp_path / "old", other_database)
 
 
 def kept(config: Config) -> dict[str, bytes]:
@@ -176,15 +173,3 @@ def test_a_damaged_key_file_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / KEY_FILE).write_text(content)
     with pytest.raises(FormatError, match=f"{KEY_FILE}: the key file can't be used"):
         open_instance(tmp_path)
-
-
-def test_files_are_their_owners_also_in_a_folder_that_was_there(tmp_path: Path) -> None:
-    tmp_path.chmod(0o755)
-    config = open_instance(tmp_path)
-    with opened(config.database) as engine:
-        migrating.run_migrations(engine, "head", ())
-        with transaction(engine) as session:
-            session.add(Secret(name="a", value=b""))
-        modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in tmp_path.iterdir()}
-    assert set(modes) >= {KEY_FILE, "annotation.sqlite", "annotation.sqlite-wal"}
-    assert set(modes.values()) == {0o600}

@@ -6,10 +6,7 @@ import os
 import re
 import shutil
 import signal
-import socket
-import subprocess
 import sys
-import time
 import urllib.request
 from itertools import pairwise
 from pathlib import Path
@@ -27,6 +24,7 @@ from annotation_app.tasks.task_registry import task_names
 from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
 from g3.storage.cache_folder import CACHE
+from tests.annotation_app.real_server import started
 from tests.annotation_app.rendered import render
 
 
@@ -71,44 +69,16 @@ def test_videos_come_to_the_demo_one_by_one(cache: Path, tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_it_opens_the_demo_ends_and_goes_on(cache: Path, tmp_path: Path) -> None:
-    first = start_and_interrupt(cache, tmp_path)
-    second = start_and_interrupt(cache, tmp_path)
-    for told in (first, second):
-        assert re.search(r"study demo: http://localhost:\d+/s/demo\n", told)
-        assert re.search(
-            r"make the first admin, once, within a day: http://localhost:\d+/setup/\S+\n", told
-        )
-        assert "Ctrl-C" in told
-    assert list(tmp_path.iterdir()) == []
-
-
-def start_and_interrupt(cache: Path, folder: Path) -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    with subprocess.Popen(
-        [sys.executable, "-m", "corpus_tools", "annotate", "--port", str(port)],
-        cwd=folder,
-        env={**os.environ, "XDG_CACHE_HOME": str(cache)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as server:
-        try:
-            assert b"Commands for a robot forklift" in get(f"http://127.0.0.1:{port}/")
-        finally:
-            server.send_signal(signal.SIGINT)
-        told, errors = server.communicate()
-    assert errors == ""
-    assert server.returncode == 0
-    return told
-
-
-def get(address: str) -> bytes:
-    for _ in range(600):
-        try:
+    environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
+    call = ("annotate", "--port", "0")
+    for _ in range(2):
+        with started(cache / "log", *call, cwd=tmp_path, env=environment) as server:
+            address = f"http://localhost:{server.port}"
             with urllib.request.urlopen(address) as reply:
-                return bytes(reply.read())
-        except OSError:
-            time.sleep(0.1)
-    raise TimeoutError(address)
+                assert b"Commands for a robot forklift" in reply.read()
+            assert server.end(signal.SIGINT) == 0
+        assert server.logged() == []
+        assert f"study demo: {address}/s/demo\n" in server.told
+        first = f"make the first admin, once, within a day: {address}/setup/"
+        assert re.search(rf"{first}\S+\n", server.told)
+    assert list(tmp_path.iterdir()) == []

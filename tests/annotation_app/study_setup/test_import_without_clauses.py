@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser
-from tests.annotation_app.rendered import render
+from tests.annotation_app.rendered import render_contexts
 from tests.corpus_tools.importers import random_tasks as made
 from tests.tiny_corpus import tiny_corpus
 
@@ -80,9 +79,7 @@ def test_a_command_of_several_contexts_has_no_video(
         annotations=[*corpus.annotations, again],
     )
     write_corpus(both, tmp_path / "both")
-    videos = render(tmp_path / "videos", tuple(f"video{i}" for i in range(3)))
-    for file, context in zip(sorted(videos.glob("*/manifest.json")), corpus.contexts, strict=True):
-        file.write_text(json.dumps({**json.loads(file.read_text()), "id": context}))
+    videos = render_contexts(tmp_path / "videos", corpus)
     command = ["annotate", "import", str(tmp_path / "both"), "--videos", str(videos)]
     assert run([*command, "--instance", str(tmp_path / "instance")]) == 2
     assert f"{first.command.id}: the command is annotated in several" in capsys.readouterr().err

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import BrowserContext, expect
 
 pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 
@@ -16,13 +14,13 @@ from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser as Known
 from tests.annotation_app.in_browser import (
+    SERIOUS,
     errors_of,
     late,
-    launched,
+    look,
     out_of_sight,
     serving,
-    violations,
-    width_of,
+    sign_in,
 )
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export, study_of
@@ -30,24 +28,15 @@ from tests.annotation_app.study_setup.test_robot_episodes import export, study_o
 NEEDED = ("video", ".player-bar", ".subtask .what", "#add", "#undo", "#skip", "#submit")
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with launched() as found:
-        yield found
-
-
 @pytest.mark.slow
-def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
+def test_somebody_cuts_an_episode(context: BrowserContext, tmp_path: Path) -> None:
     tasks = {"subtasks": {"answers": 1}}
     file = study_of(tmp_path, tasks=tasks, commands=None)
     file.write_text(json.dumps({k: v for k, v in json.loads(file.read_text()).items() if v}))
     with set_up(file) as app, serving(app) as url:
-        context = browser.new_context(reduced_motion="reduce")  # colours change at once
-        known = Known(app, study="robot")
-        cookie = known.client.get_cookie("session")
-        assert cookie is not None
-        context.add_cookies([{"name": "session", "value": cookie.value, "url": url}])
+        sign_in(context, Known(app, study="robot"), url)
         page = context.new_page()
+        page.emulate_media(reduced_motion="reduce")  # colours change at once
         errors = errors_of(page)
         add = page.get_by_role("button", name="A step begins here")
         with late(page, "subtasks.js"):
@@ -87,19 +76,13 @@ def test_somebody_cuts_an_episode(browser: Browser, tmp_path: Path) -> None:
         page.evaluate("scrollTo(0, 0)")
         assert out_of_sight(page, *NEEDED, ".subtask:last-child .what") == []
         page.get_by_role("button", name="Redo").click()
-        for width, height in ((1280, 800), (390, 844)):
-            page.set_viewport_size({"width": width, "height": height})
-            for scheme in ("light", "dark"):
-                page.emulate_media(color_scheme=scheme)
-                assert violations(page) == []
-                assert width_of(page) <= width
-                if folder := os.environ.get("PICTURES"):
-                    page.screenshot(path=Path(folder) / f"subtasks-{width}-{scheme}.png")
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            assert look(page, f"subtasks-{scheme}", SERIOUS) == []
         page.get_by_role("button", name="Send").click()
         expect(page.locator(".subtask")).to_have_count(1)
         expect(page.get_by_label("What is done")).to_have_value("")  # the next episode
         assert errors == []
-        context.close()
     found = [rows for _, rows in persistent_rows(open_dataset(export(tmp_path)))]
     steps = [
         (row["timestamp"], row["content"])

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from sqlalchemy import select
 
 from annotation_app.core.sent_text import clean_text
-from annotation_app.store.database import reading
 from annotation_app.store.models import Answer
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, described, engine_of
+from tests.annotation_app.browser import COMMAND, Browser, described, row_in
 from tests.annotation_app.work.test_adoption import SDCS, grounded
 
 
@@ -37,8 +36,7 @@ def problems(person: Browser, item: str, body: Any) -> list[str]:
 )
 def test_texts_are_kept(app: Flask, text: str, kept: str) -> None:
     Browser(app).do("describe", described(text))
-    with reading(engine_of(app)) as session:
-        assert session.scalars(select(Answer)).one().body["text"] == kept
+    assert row_in(app, select(Answer)).body["text"] == kept
 
 
 @pytest.mark.parametrize(

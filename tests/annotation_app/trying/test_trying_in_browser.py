@@ -12,11 +12,9 @@ from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.serving.factory import create_app
 from annotation_app.trying.attempt_queue import attempts
-from corpus_tools.importers.authored.bundled import open_corpus
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
-from g3.learning.grounding_model import GroundingModel
 from tests.annotation_app.browser import engine_of, installation_of
 from tests.annotation_app.in_browser import errors_of, late, serving, violations, width_of
+from tests.small_models import save_small_model
 
 pytestmark = pytest.mark.slow
 
@@ -26,12 +24,7 @@ PATIENCE_MS = 180_000
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small model."""
-    annotations = open_corpus("warehouse").annotations
-    known = [a for a in annotations if a.command.scenario == "hall_pick_up_boxes"]
-    data = training_data(known, search_sets())
-    path = tmp_path_factory.mktemp("model") / "small.npz"
-    GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
-    return path
+    return save_small_model(tmp_path_factory.mktemp("model") / "small.npz")
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Every page of the app: nothing that axe finds, nothing too wide, nothing from another host."""
+"""Every page of the app: no error, nothing that axe finds, too wide, or from another host."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from playwright.sync_api import Browser, Request
 from corpus_tools.importers.authored.bundled import open_corpus
 from docs import make_screenshots
 from docs.example_study import SCENARIOS, Example, example
-from tests.annotation_app.in_browser import serving, violations, width_of
+from tests.annotation_app.in_browser import ANY, errors_of, serving, violations, width_of
 from tests.annotation_app.pages.films import film
 
 pytestmark = pytest.mark.slow
 
-WIDTHS = ((1280, 800), (390, 844))
+WIDTHS = ((1280, 800), (360, 740))
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +33,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Example]:
 def test_every_page_is_accessible_and_stays_on_its_host(filled: Example, chromium: Browser) -> None:
     found: list[str] = []
     hosts: set[str] = set()
+    errors: list[list[str]] = []
 
     def ask(request: Request) -> None:
         if not request.url.startswith(("data:", "blob:")):
@@ -45,6 +46,7 @@ def test_every_page_is_accessible_and_stays_on_its_host(filled: Example, chromiu
                 context.add_cookies([{"name": "session", "value": cookie, "url": site}])
             page = context.new_page()
             page.on("request", ask)
+            errors.append(errors_of(page))
             for path in [path for by, path in make_screenshots.PAGES.values() if by == who]:
                 page.emulate_media(color_scheme="light")
                 page.goto(site + re.sub("<[^>]+>", lambda word: filled.words[word[0]], path))
@@ -53,9 +55,11 @@ def test_every_page_is_accessible_and_stays_on_its_host(filled: Example, chromiu
                     page.set_viewport_size({"width": width, "height": height})
                     if width_of(page) > width:
                         found.append(f"{path} is {width_of(page)} pixels wide, not {width}")
-                    found += violations(page, make_screenshots.ANY)
+                    found += violations(page, ANY)
                 page.emulate_media(color_scheme="dark")
-                found += violations(page, make_screenshots.ANY, runOnly=["color-contrast"])
+                found += violations(page, ANY, runOnly=["color-contrast"])
             context.close()
     assert found == []
+    # The browser's console tells of a missing page.
+    assert [error for one in errors for error in one if "/s/nothing" not in error] == []
     assert hosts == {urlsplit(site).netloc}

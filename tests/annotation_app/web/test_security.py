@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
-from annotation_app.core.config import open_instance
+from annotation_app.core.config import DATABASE_FILE, open_instance
+from annotation_app.core.key_file import KEY_FILE
 from annotation_app.core.problems import Refusal
 from annotation_app.people.participants import accept_invitation, find_or_add, invitation
 from annotation_app.serving.factory import create_app
@@ -34,17 +36,18 @@ def test_the_key_is_its_owners_alone(tmp_path: Path) -> None:
     assert config.secret_key.decode() not in repr(config)
 
 
-def test_a_database_is_its_owners_alone_in_a_folder_that_all_may_read(tmp_path: Path) -> None:
+def test_files_are_their_owners_alone_in_a_folder_that_all_may_read(tmp_path: Path) -> None:
     tmp_path.chmod(0o755)
     previous = os.umask(0)
     try:
-        with opened(tmp_path / "a.sqlite") as engine, transaction(engine) as session:
+        config = open_instance(tmp_path)
+        with opened(config.database) as engine, transaction(engine) as session:
             session.connection().exec_driver_sql("CREATE TABLE salts (salt TEXT)")
             modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
     finally:
         os.umask(previous)
     beside = ("", "-wal", "-shm", "-turn")
-    assert modes == {f"a.sqlite{suffix}": 0o600 for suffix in beside}
+    assert modes == dict.fromkeys((KEY_FILE, *(DATABASE_FILE + end for end in beside)), 0o600)
 
 
 def test_headers(app: Flask) -> None:
@@ -107,8 +110,7 @@ def test_only_adjudicators_see_others_answers(app: Flask) -> None:
     item = worker.take("describe")["item"]
     worker.answer(item, described())
     assert worker.client.get(f"/api/items/{item}/answers").status_code == 403
-    sent = {"uuid": "0" * 8 + "-0000-0000-0000-" + "0" * 12, "body": described()}
-    assert worker.send("POST", f"/api/items/{item}/adjudicate", sent).status_code == 403
+    assert worker.adjudicate(item, described()).status_code == 403
     adjudicator = Browser(app, "adjudicator")
     found = adjudicator.client.get(f"/api/items/{item}/answers").json
     assert [a["body"]["text"] for a in found["answers"]] == [described()["text"]]
@@ -124,28 +126,24 @@ def test_who_is_blocked_while_signed_in_sees_nothing_more(app: Flask) -> None:
     assert [adjudicator.client.get(path).status_code for path in paths] == [403, 403, 403]
 
 
-def test_nothing_names_what_the_video_shows(app: Flask) -> None:
-    person = Browser(app)
-    page = person.lease("describe")
-    media = [page.json["payload"][role] for role in ("video", "poster")]
-    responses = [page, *(person.client.get(f"/media/{name}", buffered=True) for name in media)]
-    for response in responses:
-        told = f"{response.request.url} {response.headers}"
-        if response.is_json:
-            told += response.text
-        assert not [w for w in WORDS if re.search(rf"(?<![a-z]){w}", told, re.IGNORECASE)], told
+def names(words: Sequence[str], told: str) -> list[str]:
+    """Words that something begins with."""
+    return [word for word in words if re.search(rf"(?<![a-z]){word}", told, re.IGNORECASE)]
 
 
-def test_nothing_in_a_describe_page_names_what_the_video_shows(app: Flask) -> None:
-    """The pages as people get them: headers, source, scripts, styles and names of files."""
+def test_nothing_of_describe_names_what_the_video_shows(app: Flask) -> None:
+    """As people get it: headers, source, data and names of files."""
     person = Browser(app)
-    told = {}
-    for path in ("/s/tests/describe", "/api/openapi.json", f"/media/{_video(person)}"):
+    lease = person.lease("describe")
+    media = [f"/media/{lease.json['payload'][role]}" for role in ("video", "poster")]
+    told = {"lease": f"{lease.headers} {lease.text}"}
+    for path in ("/s/tests/describe", "/api/openapi.json", *media):
         response = person.client.get(path, buffered=True)
         assert response.status_code == 200, path
         told[path] = f"{path} {response.headers}"
-        if not path.startswith("/media"):
+        if path not in media:
             told[path] += response.text
+    assert [names(WORDS, told[path]) for path in ("lease", *media)] == [[], [], []]
     videos = [name.replace("_", "[-_ ]") for name in VIDEOS]
     for path, text in told.items():
         words = "|".join(
@@ -154,11 +152,7 @@ def test_nothing_in_a_describe_page_names_what_the_video_shows(app: Flask) -> No
         assert not re.search(words, text, re.IGNORECASE), path
     page = told["/s/tests/describe"]
     assert "video" in page
-    assert not [w for w in SHOWN if re.search(rf"(?<![a-z]){w}", page, re.IGNORECASE)]
-
-
-def _video(person: Browser) -> str:
-    return str(person.take("describe")["payload"]["video"])
+    assert names(SHOWN, page) == []
 
 
 def test_nothing_that_was_sent_is_in_a_log(app: Flask, caplog: pytest.LogCaptureFixture) -> None:

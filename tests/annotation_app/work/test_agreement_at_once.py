@@ -12,11 +12,11 @@ from sqlalchemy import select
 
 from annotation_app.items.new_items import new_slots
 from annotation_app.items.submissions import submit
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.database import transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Item, Slot
 from annotation_app.work import adoption
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, row_in, rows_in
 from tests.annotation_app.work.test_adoption import SDCS
 
 
@@ -49,7 +49,6 @@ def test_the_last_two_answers_are_adopted_though_neither_saw_the_other(app: Flas
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(send, people))
-    with reading(engine) as session:
-        adopted = session.scalars(select(Answer.adopted).where(Answer.item_id == segmenting.id))
-        assert sorted(adopted) == [False, True]
-        assert session.scalars(select(Item).where(Item.task == "ground")).one()
+    adopted = rows_in(engine, select(Answer.adopted).where(Answer.item_id == segmenting.id))
+    assert sorted(adopted) == [False, True]
+    assert row_in(engine, select(Item).where(Item.task == "ground"))

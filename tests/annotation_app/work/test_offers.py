@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import csv
 import io
-import json
+from functools import partial
 
-import msgspec
 import pytest
 from flask import Flask
 from sqlalchemy import update
 
 from annotation_app.dashboard.consensus import agreement
 from annotation_app.dashboard.workers import workers
-from annotation_app.items.new_items import NewItem, add_item
-from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import Answer, Record
-from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConfig, stored
+from annotation_app.store.database import reading
+from annotation_app.store.models import Answer
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, engine_of, exported
-from tests.annotation_app.rendered import VIDEOS
+from tests.annotation_app.browser import COMMAND, Browser, engine_of, execute, exported
+from tests.annotation_app.conftest import study_of
+from tests.annotation_app.work import suggesting
+from tests.annotation_app.work.suggesting import of, rows
 
 SUGGESTED = to_json(
     parse_brackets(
@@ -34,31 +34,11 @@ OTHER = to_json(parse_brackets("EVENT(r = Pick up, l = OBJ(f = the tires))", com
 
 @pytest.fixture
 def study() -> StudyConfig:
-    return StudyConfig(
-        name="tests", title="A study", tasks={"segment": TaskConfig(answers=3, practice=False)}
-    )
+    return study_of(segment=TaskConfig(answers=3, practice=False))
 
 
-def put(app: Flask, study: StudyConfig, suggestions: Suggestions, items: int = 1) -> None:
-    """Commands with a suggestion of their own, as an imported corpus has them."""
-    tasks = {"segment": msgspec.structs.replace(study.tasks["segment"], suggestions=suggestions)}
-    config = msgspec.structs.replace(study, tasks=tasks)
-    with transaction(engine_of(app)) as session:
-        found = find_study(session, "tests")
-        found.config = stored(config)
-        for number in range(items):
-            about = {
-                "text": COMMAND, "command": number, "video": VIDEOS[0], "suggestion": SUGGESTED
-            }  # fmt: skip
-            add_item(session, found, config, NewItem("segment", f"command {number}", about))
-
-
-def rows(app: Flask) -> list[Record]:
-    return [json.loads(line) for line in exported(app, "jsonl").splitlines()]
-
-
-def of(row: Record) -> tuple[str, bool | None, float | None]:
-    return row["suggestion"], row["unchanged"], row["likeness"]
+put = partial(suggesting.put, suggestion=SUGGESTED)
+"""Commands with a suggestion of their own, as an imported corpus has them."""
 
 
 def test_answers_tell_what_became_of_the_suggestion(app: Flask, study: StudyConfig) -> None:
@@ -129,8 +109,7 @@ def test_agreement_is_told_apart(app: Flask, study: StudyConfig) -> None:
 def test_answers_from_before_have_no_provenance(app: Flask, study: StudyConfig) -> None:
     put(app, study, "on")
     Browser(app).do("segment", {"sdcs": SUGGESTED})
-    with transaction(engine_of(app)) as session:
-        session.execute(update(Answer).values(provenance=None))
+    execute(app, update(Answer).values(provenance=None))
     assert [of(row) for row in rows(app)] == [("", None, None)]
     with reading(engine_of(app)) as session:
         agreement(session, find_study(session, "tests").id)
@@ -142,10 +121,7 @@ def test_people_who_send_unread_suggestions_are_flagged(app: Flask, study: Study
     for person in (hasty, slow):
         for _ in range(3):
             person.do("segment", {"sdcs": SUGGESTED})
-    with transaction(engine_of(app)) as session:
-        session.execute(
-            update(Answer).where(Answer.person_id == slow.person.id).values(seconds=30.0)
-        )
+    execute(app, update(Answer).where(Answer.person_id == slow.person.id).values(seconds=30.0))
     with reading(engine_of(app)) as session:
         found = workers(session, find_study(session, "tests").id)
     reasons = {worker.person_id: worker.reasons for worker in found}

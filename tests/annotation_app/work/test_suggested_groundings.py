@@ -1,29 +1,28 @@
-"""What a model proposes for things and places, who sees it, and what answers tell of it."""
+"""What a model proposes for things and places, and what answers tell of it.
+
+Who sees a suggestion, and who doesn't, is tested in `test_offers`.
+"""
 
 from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-import msgspec
 import pytest
 from flask import Flask
 
-from annotation_app.items.new_items import NewItem, add_item
 from annotation_app.serving.factory import create_app
-from annotation_app.store.database import transaction
 from annotation_app.store.models import Record
-from annotation_app.studies.study_file import StudyConfig, Suggestions, TaskConfig, stored
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.work.answer_flags import UNREAD
-from annotation_app.work.handing_out import find_study
-from corpus_tools.importers.authored.bundled import open_corpus
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
-from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import COMMAND, Browser, engine_of, exported, installation_of
-from tests.annotation_app.rendered import VIDEOS
+from tests.annotation_app.browser import COMMAND, Browser, engine_of, installation_of
+from tests.annotation_app.conftest import study_of
+from tests.annotation_app.work import suggesting
+from tests.annotation_app.work.suggesting import of, rows
+from tests.small_models import save_small_model
 
 NOTATION = "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
 SDCS = to_json(parse_brackets(NOTATION, command=COMMAND))
@@ -46,31 +45,10 @@ SUGGESTED = {
 
 @pytest.fixture
 def study() -> StudyConfig:
-    return StudyConfig(
-        name="tests", title="A study", tasks={"ground": TaskConfig(answers=3, practice=False)}
-    )
+    return study_of(ground=TaskConfig(answers=3, practice=False))
 
 
-def put(app: Flask, study: StudyConfig, wanted: Suggestions, items: int = 1, **more: Any) -> None:
-    config = msgspec.structs.replace(
-        study, tasks={"ground": msgspec.structs.replace(study.tasks["ground"], suggestions=wanted)}
-    )
-    with transaction(engine_of(app)) as session:
-        found = find_study(session, "tests")
-        found.config = stored(config)
-        for number in range(items):
-            about = {
-                "text": COMMAND, "command": number, "video": VIDEOS[0], "sdcs": SDCS, **more
-            }  # fmt: skip
-            add_item(session, found, config, NewItem("ground", f"command {number}", about))
-
-
-def rows(app: Flask) -> list[Record]:
-    return [json.loads(line) for line in exported(app, "jsonl").splitlines()]
-
-
-def of(row: Record) -> tuple[str, bool | None, float | None]:
-    return row["suggestion"], row["unchanged"], row["likeness"]
+put = partial(suggesting.put, sdcs=SDCS)
 
 
 def sent(groundings: Record) -> Record:
@@ -100,12 +78,6 @@ def test_people_get_the_names_of_their_page_and_answers_tell_what_became_of_it(
     assert first["seconds"] >= 0
 
 
-def test_a_study_can_do_without(app: Flask, study: StudyConfig) -> None:
-    put(app, study, "off", suggestion=SUGGESTED)
-    page = Browser(app).take("ground")
-    assert page["payload"]["suggestion"] is None
-
-
 def test_without_a_model_nothing_is_suggested(app: Flask, study: StudyConfig) -> None:
     put(app, study, "on")
     person = Browser(app)
@@ -116,30 +88,11 @@ def test_without_a_model_nothing_is_suggested(app: Flask, study: StudyConfig) ->
     assert [of(row) for row in rows(app)] == [("none", None, None)]
 
 
-def test_half_of_the_items_have_theirs(app: Flask, study: StudyConfig) -> None:
-    put(app, study, "half", items=30, suggestion=SUGGESTED)
-    person = Browser(app)
-    shown = 0
-    for _ in range(30):
-        page = person.take("ground")
-        shown += page["payload"]["suggestion"] is not None
-        cant = {node: {"cant_tell": True} for node in (TIRES, PLACE, TRUCK)}
-        person.answer(page["item"], sent(cant))
-    assert 7 <= shown <= 23
-    assert {(row["suggestion"], row["likeness"]) for row in rows(app)} == {
-        ("shown", 0.0),
-        ("withheld", 0.0),
-    }
-
-
 @pytest.mark.slow
 def test_a_trained_model_suggests_things_of_the_map(
     app: Flask, study: StudyConfig, tmp_path: Path
 ) -> None:
-    annotations = open_corpus("warehouse").annotations
-    known = [a for a in annotations if a.command.scenario == "hall_pick_up_boxes"]
-    model = tmp_path / "small.npz"
-    GroundingModel(tolerance=TOLERANCE).fit(training_data(known, search_sets())).save(model)
+    model = save_small_model(tmp_path / "small.npz")
     put(app, study, "on")
     config = replace(installation_of(app).config, model=model)
     person = Browser(create_app(config, engine_of(app)))

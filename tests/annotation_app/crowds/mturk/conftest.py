@@ -5,6 +5,7 @@ from flask import Flask
 
 from annotation_app.core.config import Config
 from tests.annotation_app.crowds.crowd_worker import Lab, external_url
+from tests.annotation_app.crowds.mturk.turkers import participations, work, worker
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
 
 
@@ -20,3 +21,13 @@ def address(app: Flask, lab: Lab, mturk: MechanicalTurk) -> str:
     assert result.exit_code == 0, result.output
     (hit,) = mturk.hits.values()
     return external_url(hit["Question"])
+
+
+@pytest.fixture
+def sent(app: Flask, address: str, mturk: MechanicalTurk) -> str:
+    """An assignment that somebody has done and sent in."""
+    one = worker(app, address, mturk)
+    work(one)
+    one.submit(mturk)
+    (mine,) = participations(app)
+    return mine.assignment

@@ -9,9 +9,8 @@ from sqlalchemy import select
 
 from annotation_app.core.config import Config
 from annotation_app.crowds.mturk import NOT_AVAILABLE
-from annotation_app.store.database import reading
 from annotation_app.store.models import Person
-from tests.annotation_app.browser import engine_of
+from tests.annotation_app.browser import rows_in
 from tests.annotation_app.crowds.crowd_worker import LAB, CrowdWorker, Lab
 from tests.annotation_app.crowds.mturk.turkers import participations, worker
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
@@ -88,8 +87,7 @@ def test_a_preview_shows_and_accepts_nothing(app: Flask, address: str) -> None:
 
 def test_ids_are_kept_as_hashes(app: Flask, address: str, mturk: MechanicalTurk) -> None:
     worker(app, address, mturk, "WVERYPRIVATE")
-    with reading(engine_of(app)) as session:
-        (person,) = session.scalars(select(Person).where(Person.provider == "mturk"))
+    (person,) = rows_in(app, select(Person).where(Person.provider == "mturk"))
     assert "PRIVATE" not in f"{person.external_hash}{person.profile}{person.login}"
     assert "PRIVATE" not in "".join(f"{p.assignment}{p.outcome}" for p in participations(app))
 

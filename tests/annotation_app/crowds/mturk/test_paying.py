@@ -15,7 +15,7 @@ from annotation_app.store.crowd_models import LedgerEntry
 from annotation_app.store.database import open_database, transaction
 from annotation_app.studies.study_file import Payment
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
-from tests.annotation_app.browser import described, engine_of
+from tests.annotation_app.browser import described, engine_of, execute
 from tests.annotation_app.crowds.conftest import PAID
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, Lab, external_url
 from tests.annotation_app.crowds.mturk.turkers import (
@@ -149,18 +149,18 @@ def test_what_was_left_incomplete_is_paid_in_part_and_once(
     assert len(mturk.bonuses) == 1
 
 
-def test_bonuses_are_paid_once(app: Flask, lab: Lab, address: str, mturk: MechanicalTurk) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
-    (mine,) = participations(app)
-    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+def a_bonus(assignment: str) -> tuple[str, ...]:
+    return ("--bonus", assignment, "0.50", "For care")
+
+
+def test_bonuses_are_paid_once(lab: Lab, sent: str, mturk: MechanicalTurk) -> None:
+    bonus = a_bonus(sent)
     mturk.losses = {"SendBonus": "unavailable"}
     for _ in range(3):
         result = lab.collect(*bonus)
         assert result.exit_code == 0, result.output
     assert [b["BonusAmount"] for b in mturk.bonuses] == ["0.50"]
-    assert lab.collect("--bonus", mine.assignment, "0.10", "For more").exit_code == 0
+    assert lab.collect("--bonus", sent, "0.10", "For more").exit_code == 0
     assert len(mturk.bonuses) == 2
 
 
@@ -255,29 +255,19 @@ def test_somebody_without_anything_left_has_done_their_part(
     assert mturk.status(mine.assignment) == "Approved"
 
 
-def test_a_dry_run_changes_nothing(
-    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
-) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
+def test_a_dry_run_changes_nothing(lab: Lab, sent: str, mturk: MechanicalTurk) -> None:
     assert "1 ready" in lab.collect("--dry-run").output
     assert "ApproveAssignment" not in mturk.calls
 
 
 @pytest.mark.parametrize("loss", ["unavailable", "cut", "never came"])
 def test_a_lost_answer_pays_once_within_the_same_day(
-    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk, loss: Loss
+    lab: Lab, sent: str, mturk: MechanicalTurk, loss: Loss
 ) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
-    (mine,) = participations(app)
-    bonus = ("--bonus", mine.assignment, "0.50", "For care")
     assert lab.collect().exit_code == 0
     mturk.losses["SendBonus"] = loss
     for _ in range(2):
-        result = lab.collect(*bonus)
+        result = lab.collect(*a_bonus(sent))
         assert result.exit_code == 0, result.exception
     assert len(mturk.bonuses) == 1
     # What is listed isn't paid again; what isn't listed is, with the same token.
@@ -285,16 +275,12 @@ def test_a_lost_answer_pays_once_within_the_same_day(
 
 
 def test_the_platform_refuses_a_token_that_it_knows(
-    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+    lab: Lab, sent: str, mturk: MechanicalTurk
 ) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
-    (mine,) = participations(app)
     mturk.losses["SendBonus"] = "cut"
     listed = mturk.ListBonusPayments
     mturk.ListBonusPayments = lambda _: (200, {"BonusPayments": []})  # type: ignore[method-assign]
-    bonus = ("--bonus", mine.assignment, "0.50", "For care")
+    bonus = a_bonus(sent)
     assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     assert mturk.calls.count("SendBonus") == 3
@@ -304,20 +290,14 @@ def test_the_platform_refuses_a_token_that_it_knows(
 
 
 def test_after_a_day_somebody_decides(
-    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk
+    app: Flask, lab: Lab, sent: str, mturk: MechanicalTurk
 ) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
-    (mine,) = participations(app)
-    bonus = ("--bonus", mine.assignment, "0.50", "For care")
-    send = mturk.SendBonus
+    bonus, send = a_bonus(sent), mturk.SendBonus
     mturk.SendBonus = lambda _: (503, {})  # type: ignore[method-assign]
     assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     mturk.SendBonus = send  # type: ignore[method-assign]
     mturk.let_a_day_pass()
-    with transaction(engine_of(app)) as session:
-        session.execute(update(LedgerEntry).values(attempted_at=LedgerEntry.attempted_at - DAY_S))
+    execute(app, update(LedgerEntry).values(attempted_at=LedgerEntry.attempted_at - DAY_S))
     assert "1 call is in doubt" in str(lab.collect(*bonus).exception)
     assert mturk.bonuses == []
     (number,) = re.findall(r"in doubt: (\d+): bonus 0.50", lab.reconcile().output)
@@ -327,18 +307,14 @@ def test_after_a_day_somebody_decides(
 
 @pytest.mark.parametrize("loss", ["unavailable", "cut", "never came"])
 def test_an_approval_is_sent_once_and_looked_at(
-    app: Flask, lab: Lab, address: str, mturk: MechanicalTurk, loss: Loss
+    app: Flask, lab: Lab, sent: str, mturk: MechanicalTurk, loss: Loss
 ) -> None:
-    one = worker(app, address, mturk)
-    work(one)
-    one.submit(mturk)
-    (mine,) = participations(app)
     mturk.losses["ApproveAssignment"] = loss
     assert "1 call is in doubt" in str(lab.collect().exception)
     assert mturk.calls.count("ApproveAssignment") == 1
     assert lab.collect().exit_code == 0
-    assert mturk.status(mine.assignment) == "Approved"
-    assert ("approve", mine.assignment, "done") in ledger(app)
+    assert mturk.status(sent) == "Approved"
+    assert ("approve", sent, "done") in ledger(app)
 
 
 def test_the_sandbox_has_books_of_its_own(

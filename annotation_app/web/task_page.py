@@ -1,0 +1,63 @@
+"""The page of a task: with an item, an answer that is edited, or something to practise with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import flask
+import msgspec
+
+from annotation_app.store.models import Record
+from annotation_app.studies.study_file import PracticeItem, StudyConfig
+from annotation_app.tasks.task_record import Task
+from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+
+WHO_CHARACTERS = 8
+
+
+def render_task(
+    task: Task,
+    config: StudyConfig | None,
+    data: Record,
+    /,
+    *,
+    with_boat: bool = False,
+    **shown: Any,
+) -> str:
+    """A task's page.
+
+    Parameters
+    ----------
+    data
+        What the page's script gets, but for the labels.
+    with_boat
+        Whether the page is about the app's own practice example.
+    shown
+        What else the template shows.
+    """
+    texts = page_texts(config, task, with_boat=with_boat)
+    return flask.render_template(
+        task.template,
+        task=task.name,
+        words=task_words(config, task),
+        texts=texts,
+        data={**data, "labels": labels_of(texts)},
+        is_practice=data.get("practice", False),
+        **shown,
+    )
+
+
+def render_practice(
+    task: Task,
+    config: StudyConfig | None,
+    payload: Record,
+    own: PracticeItem | None,
+    data: Record,
+    /,
+    **shown: Any,
+) -> str:
+    """The same to practise with: a study's own item, or the app's example."""
+    kept = None if own is None else msgspec.to_builtins(own)
+    data = {"task": task.name, "draft": None, "payload": payload, "own": kept, **data}
+    data["practice"] = True
+    return render_task(task, config, data, with_boat=own is None, progress=None, **shown)
