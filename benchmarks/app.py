@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import contextlib
 import math
 import os
 import resource
@@ -33,7 +32,7 @@ from annotation_app.store.models import Answer, Event, Item, Person, Slot, Study
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import put_study
-from benchmarks.app_servers import processor_s, servers
+from benchmarks.app_servers import new_databases, processor_s, servers
 from benchmarks.app_workers import STUDY, Tally, spread, work_all
 from benchmarks.timing import aim
 
@@ -192,31 +191,28 @@ def main() -> None:
     parser.add_argument("--warm-up", type=float, default=0.0, help="seconds that don't count (0)")
     given = parser.parse_args()
 
-    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
-    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
-    from tests.annotation_app.rendered import render  # noqa: PLC0415
+    from tests.annotation_app.rendered import render  # noqa: PLC0415 - needs pytest
 
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {given.workers} workers")
-    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as folder:
         videos = render(Path(folder) / "videos", tuple(f"video{i}" for i in range(VIDEOS)))
-        url = stack.enter_context(cluster(durable=True)) if "postgresql" in given.databases else ""
         for kind in given.databases:
-            for processes in given.processes:
-                database = None if kind == "sqlite" else new_database(url)
-                config = open_instance(Path(folder) / f"{kind}-{processes}", database)
-                tally = run_load(
-                    config,
-                    videos,
-                    workers=given.workers,
-                    answers=max(1, given.workers // 4),
-                    processes=processes,
-                    think_s=given.think,
-                    kills=0 if given.no_kill else 1,
-                    seconds=given.seconds,
-                    warm_up_s=given.warm_up,
-                )
-                states = check(config, tally, whole=given.seconds == math.inf)
-                _report(f"{kind}, {processes} processes", tally, states, given.workers)
+            with new_databases(kind) as new:
+                for processes in given.processes:
+                    config = open_instance(Path(folder) / f"{kind}-{processes}", new())
+                    tally = run_load(
+                        config,
+                        videos,
+                        workers=given.workers,
+                        answers=max(1, given.workers // 4),
+                        processes=processes,
+                        think_s=given.think,
+                        kills=0 if given.no_kill else 1,
+                        seconds=given.seconds,
+                        warm_up_s=given.warm_up,
+                    )
+                    states = check(config, tally, whole=given.seconds == math.inf)
+                    _report(f"{kind}, {processes} processes", tally, states, given.workers)
 
 
 def _report(title: str, tally: Tally, states: Counter[str], workers: int) -> None:
@@ -233,7 +229,7 @@ def _report(title: str, tally: Tally, states: Counter[str], workers: int) -> Non
         p50, p95, p99 = 1000 * np.percentile(values, [50, 95, 99])
         print(f"  {name:8} {len(values):6} p50 {p50:6.0f} ms, p95 {p95:6.0f} ms, p99 {p99:6.0f} ms")
     measured = f"{p95:.0f} ms at {rate:.0f} requests/s; processor time of each: {each}"
-    aim(f"p95, {workers} workers, {title}", measured, "150 ms")
+    aim(f"p95, {workers} workers, {title}", measured, "150 ms", reached=bool(p95 <= 150))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ its database's client.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import io
 import json
 import os
@@ -25,6 +24,7 @@ from flask import Flask
 from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
 from benchmarks.app import VIDEOS, add_study, cookies
+from benchmarks.app_servers import new_databases
 from benchmarks.app_workers import STUDY
 
 PEOPLE = 60
@@ -102,17 +102,12 @@ def main() -> None:
     parser.add_argument("--database", choices=["sqlite", "postgresql"], default="sqlite")
     given = parser.parse_args()
 
-    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
-    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
-    from tests.annotation_app.rendered import render  # noqa: PLC0415
+    from tests.annotation_app.rendered import render  # noqa: PLC0415 - needs pytest
 
     print(f"{given.database}, load {os.getloadavg()[0]:.1f}")
-    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as folder, new_databases(given.database) as new:
         videos = render(Path(folder) / "videos", tuple(f"video{i}" for i in range(VIDEOS)))
-        url = None
-        if given.database == "postgresql":
-            url = new_database(stack.enter_context(cluster(durable=True)))
-        config = open_instance(Path(folder) / "instance", url)
+        config = open_instance(Path(folder) / "instance", new())
         people = add_study(config, videos, PEOPLE, PEOPLE // 4)
         times = run(create_app(config), cookies(config, people))
     for kind, values in sorted(times.items()):

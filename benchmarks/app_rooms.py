@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from benchmarks.app_servers import servers
+from benchmarks.app_servers import new_databases, servers
 from benchmarks.app_submissions import Figures, add_study, run
 
 
@@ -66,14 +66,12 @@ ROOMS = {
 OURS = "ours"
 
 
-def measure(room: Room, program: list[str], folder: Path, url: str) -> Figures:
+def measure(room: Room, program: list[str], folder: Path, database: str) -> Figures:
     """Submissions to new servers."""
     from annotation_app.core.config import open_instance  # noqa: PLC0415
     from benchmarks.app import cookies  # noqa: PLC0415
-    from tests.annotation_app.conftest import new_database  # noqa: PLC0415
 
     with tempfile.TemporaryDirectory(dir=folder) as instance:
-        database = new_database(url) if room.database == "postgresql" else None
         config = open_instance(Path(instance) / "instance", database)
         signed = cookies(
             config, add_study(config, folder / "videos", room.workers, room.workers, 1)
@@ -84,7 +82,6 @@ def measure(room: Room, program: list[str], folder: Path, url: str) -> Figures:
 
 def compare(name: str, rounds: int) -> None:
     """Measure a room and what is simpler in turn."""
-    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
     from tests.annotation_app.rendered import render  # noqa: PLC0415
 
     room = ROOMS[name]
@@ -95,11 +92,11 @@ def compare(name: str, rounds: int) -> None:
     )
     found: dict[str, list[Figures]] = {"ours": [], "simpler": []}
     here = ["-m", "benchmarks.app_rooms"]
-    with tempfile.TemporaryDirectory() as folder, cluster(durable=True) as url:
+    with tempfile.TemporaryDirectory() as folder, new_databases(room.database) as new:
         render(Path(folder) / "videos", ("one", "two"))
         for _ in range(rounds):
             for which, serve in (("ours", OURS), ("simpler", name)):
-                one = measure(room, [*here, "--serve", serve], Path(folder), url)
+                one = measure(room, [*here, "--serve", serve], Path(folder), new())
                 found[which].append(one)
     for which, figures in found.items():
         rates = [one.per_s for one in figures]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import random
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.request
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from annotation_app.core.config import Config
 
@@ -84,18 +87,46 @@ def servers(
             server.stop()
 
 
+@contextlib.contextmanager
+def new_databases(kind: str) -> Iterator[Callable[[], str]]:
+    """What makes new databases, SQLite's or those of a PostgreSQL cluster: their URLs."""
+    if kind == "sqlite":
+        numbers = itertools.count()
+        with tempfile.TemporaryDirectory() as folder:
+            yield lambda: f"sqlite:///{folder}/{next(numbers)}.sqlite"
+        return
+    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
+    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
+
+    with cluster(durable=True) as url:
+        yield lambda: new_database(url)
+
+
+class Process(NamedTuple):
+    """A process of this machine, and its processor time so far."""
+
+    id: int
+    name: str
+    parent: int
+    seconds: float
+
+
+def processes() -> Iterator[Process]:
+    """All that there are now."""
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has ended
+            name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
+            fields = rest.split()
+            seconds = (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+            yield Process(int(stat.parent.name), name, int(fields[1]), seconds)
+
+
 def processor_s() -> dict[str, float]:
     """Processor time so far of the servers, of PostgreSQL and of this process."""
     found = {"servers": 0.0, "database": 0.0, "workers": time.process_time()}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
-        except OSError:  # it has ended
-            continue
-        fields = rest.split()
-        seconds = (int(fields[11]) + int(fields[12])) / TICKS_PER_S
-        if int(fields[1]) == os.getpid() and name != "postgres":
-            found["servers"] += seconds
-        elif name == "postgres":
-            found["database"] += seconds
+    for one in processes():
+        if one.name == "postgres":
+            found["database"] += one.seconds
+        elif one.parent == os.getpid():
+            found["servers"] += one.seconds
     return found

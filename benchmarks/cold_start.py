@@ -68,7 +68,14 @@ def main() -> None:
                 show(what + name, median(own), "s", f"least {min(own):.3g}")
             if what == FOLLOWING:
                 measured = "; ".join(f"{median(own):.2f} s{name}" for name, own in times.items())
-                aim(f"{what}, cold, processor time", measured, "1.5 s")
+                least = median(times[""])
+                aim(
+                    f"{what}, cold, processor time",
+                    measured,
+                    "1.5 s",
+                    reached=least <= 1.5,
+                    reason="spaCy and its model take .8 s of it",
+                )
 
 
 if __name__ == "__main__":

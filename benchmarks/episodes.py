@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.timing import heading, show
+from benchmarks.timing import heading, in_own_process, show
 from corpus_tools.lerobot.language_rows import column_types
 
 FRAMES, FPS, IN_FILE = 200, 20, 50
@@ -47,7 +45,7 @@ else:
     rows = len(language)
 seconds = time.perf_counter() - begin
 grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-print(seconds, grown / 1024, rows)
+print([seconds, grown / 1024, rows])
 """
 
 
@@ -65,12 +63,8 @@ def run(episodes: int = 1000) -> None:
             make(source, count)
             for what in ("import", "write"):
                 target = str(Path(folder) / what)
-                call = [sys.executable, "-c", _STEP, str(source), target, what]
-                told = subprocess.run(call, check=True, capture_output=True, text=True).stdout
-                seconds, megabytes, rows = told.split()
-                show(
-                    what, float(seconds), "s", f"{rows} rows, {float(megabytes):.0f} MB more memory"
-                )
+                seconds, mb, rows = in_own_process("-c", _STEP, str(source), target, what)
+                show(what, seconds, "s", f"{rows} rows, {mb:.0f} MB more memory")
 
 
 def make(folder: Path, episodes: int) -> None:

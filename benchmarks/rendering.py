@@ -32,6 +32,7 @@ SCENARIO = "dock_pick_up_tires"
 FPS = 25
 FRAMES = 250
 PEER = "gymnasium's MujocoRenderer, imageio"
+WHY_SLOW = "there is no GPU; fewer rows draw in 26 ms, but thin lines break (docs/videos.md)"
 CAMERAS = ("overview", "follow", "operator")
 
 
@@ -85,9 +86,20 @@ def run(scenario: str = SCENARIO, count: int = FRAMES) -> None:
         log = time.process_time() - start
     for camera in ("follow", "operator"):
         each = 1000 * seconds[f"{camera}, standard"] / len(shown.t_ns)
-        aim(f"a frame of the camera {camera}, standard", f"{each:.0f} ms", "30 ms")
+        aim(
+            f"a frame of the camera {camera}, standard",
+            f"{each:.0f} ms",
+            "30 ms",
+            reached=each <= 30,
+            reason=WHY_SLOW,
+        )
     slower = [c for c in CAMERAS if seconds[f"{c}, draft"] > seconds[f"{c}, standard"]]
-    aim("cameras whose draft is slower than standard", ", ".join(slower) or "none", "none")
+    aim(
+        "cameras whose draft is slower than standard",
+        ", ".join(slower) or "none",
+        "none",
+        reached=not slower,
+    )
     ours = seconds["overview, standard"]
     if PEER in seconds:
         limit = "encoding, and filling pixels without a GPU"

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -36,6 +38,13 @@ def best_of(
             if name not in results or seconds < results[name][0]:
                 results[name] = (seconds, value)
     return results
+
+
+def in_own_process(*arguments: str) -> Any:
+    """What another Python process prints in its last line, as JSON."""
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def heading(text: str) -> None:
@@ -73,12 +82,27 @@ MEASURED = "BENCHMARKS_MEASURED"
 """Names the file that :func:`aim` writes to, in the surroundings."""
 
 
-def aim(what: str, measured: str, reach: str) -> None:
-    """Print a figure with its aim, and keep it for the table of ``benchmarks.everything``."""
-    print(f"  {what}: {measured} (aim: {reach})", flush=True)
+def aim(what: str, measured: str, reach: str, *, reached: bool, reason: str = "") -> None:
+    """Print a figure with its aim, and keep it for the table of ``benchmarks.everything``.
+
+    Parameters
+    ----------
+    what
+        What was measured.
+    measured
+        The figure.
+    reach
+        What it should be.
+    reached
+        Whether it is.
+    reason
+        Why it may not be, as far as it is known.
+    """
+    outcome = "yes" if reached else f"no{': ' * bool(reason)}{reason}"
+    print(f"  {what}: {measured} (aim: {reach}; reached: {outcome})", flush=True)
     if MEASURED in os.environ:
         with Path(os.environ[MEASURED]).open("a", encoding="utf-8") as file:
-            file.write(json.dumps([what, measured, reach]) + "\n")
+            file.write(json.dumps([what, measured, reach, outcome]) + "\n")
 
 
 COMPARISONS: list[Comparison] = []

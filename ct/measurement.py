@@ -13,7 +13,6 @@ from ct.corpus_access import AnyCorpus, load
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
-    from eval.tables.formats import Format
     from eval.tables.result_table import ResultTable
     from g3.learning.grounding_model import GroundingModel
 
@@ -154,27 +153,13 @@ def _table_2(
 def _table_3(
     corpus: str, train: str, *, seed: int, draws: int, workers: Workers, **options: Any
 ) -> ResultTable:
-    from eval.judging.judge_report import in_a_line, with_validity
-    from eval.judging.judge_validity import known_validity
     from eval.table_3.end_to_end import run
-    from eval.table_3.judged_commands import OUTCOMES
-    from eval.table_3.plan_report import NOT_VALIDATED, render
+    from eval.table_3.plan_report import with_judge
 
     names = (corpus, *(train or corpus).split(","))
     result = run(train or corpus, corpus, seed=seed, workers=workers, **options)
-    is_by_logs = result.metadata["compared_with"] != OUTCOMES
-    corpora = [load(name) for name in names if is_by_logs]
-    validity = known_validity(corpora, draws=draws, seed=seed)
-
-    def shown(form: Format) -> str:
-        text = render(result, form, draws=draws, seed=seed)
-        if form == "json":
-            return with_validity(text, validity)
-        if form == "text":
-            return f"{text}\n{in_a_line(validity) if is_by_logs else NOT_VALIDATED}"
-        return text
-
-    return _table(3, shown)
+    corpora = (load(name) for name in names)
+    return _table(3, with_judge(result, corpora, draws=draws, seed=seed))
 
 
 def _table(number: int, render: Any) -> ResultTable:

@@ -29,15 +29,19 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from docs.example_study import SCENARIOS, example, tasks  # noqa: E402 - runs as a script
-from tests.annotation_app.in_browser import launched, serving, violations, width_of  # noqa: E402
+from tests.annotation_app.in_browser import (  # noqa: E402
+    ANY,
+    launched,
+    serving,
+    violations,
+    width_of,
+)
 
 SIZES = ((390, 844), (1024, 768), (1280, 800))
 SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
 DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
-ANY = ("minor", "moderate", "serious", "critical")
-"""What axe finds, however little it matters."""
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
     "home": ("", "/"),
@@ -65,10 +69,13 @@ PAGES = {
     "disputes": ("admin", "/dashboard/<study_name>/queue"),
     "dispute-segment": ("admin", "/dashboard/<study_name>/queue/<segment item>"),
     "dispute-ground": ("admin", "/dashboard/<study_name>/queue/<ground item>"),
-    "dispute-edit": (
-        "admin",
-        "/dashboard/<study_name>/queue/<segment item>/edit?answer=<segment answer>",
-    ),
+    **{
+        f"dispute-edit-{task}": (
+            "admin",
+            f"/dashboard/<study_name>/queue/<{task} item>/edit?answer=<{task} answer>",
+        )
+        for task in ("segment", "ground")
+    },
     "disagreements": ("admin", "/dashboard/<study_name>/disagreements"),
     "people": ("admin", "/dashboard/<study_name>/people"),
     "person": ("admin", "/dashboard/<study_name>/people/<person_id>"),

@@ -58,8 +58,12 @@ ELSEWHERE = {
         "tests/corpus_tools/lerobot/test_study_input.py",
         "needs a dataset",
     ),
-    r"ct annotate (backup|verify|restore|export|import)": (
+    r"ct annotate (export|import)": (
         "tests/annotation_app/cli/test_annotate_commands.py",
+        "needs a study with answers",
+    ),
+    r"ct annotate (backup|verify|restore)": (
+        "tests/annotation_app/copies/test_damaged_backups.py",
         "needs a study with answers",
     ),
     r"ct annotate people erase": ("tests/annotation_app/privacy/test_erasure.py", "needs a study"),

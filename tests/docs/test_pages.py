@@ -150,17 +150,18 @@ def test_each_promise_of_the_security_page_has_a_test() -> None:
         assert (tests / name).exists() or (tests / "annotation_app" / name).exists(), name
 
 
-def test_inference_lists_every_potential() -> None:
-    """Run `ct features list` to see what a row must say."""
-    page = (DOCS / "inference.md").read_text()
+def test_every_potential_is_listed_with_its_record() -> None:
+    """`docs/make_potentials.py` writes these tables."""
+    page = (DOCS / "potentials.md").read_text()
     rows = [
         f"| `{rule.name}` | {rule.description} | {', '.join(rule.types)} "
         f"| {', '.join(rule.roles) or 'the command'} "
         f"| {'hard' if rule.is_hard else format(rule.weight, '.2f')} |"
         for rule in potentials()
     ]
-    listed = re.findall(r"^\| `[\w-]+` \|.*\|$", page, re.MULTILINE)
-    assert listed == rows
+    listed = re.findall(r"^(\| `[\w-]+` (?:\|[^|]*){4}\|)(.*)$", page, re.MULTILINE)
+    assert [row for row, _ in listed] == rows
+    assert all(re.search(r"\d+, \d+ \(\d+\)", record) for _, record in listed)
     assert all(f"### `{kind}`: {about}\n" in page for kind, about in KINDS.items())
 
 

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import signal
-import socket
-import subprocess
-import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -20,12 +15,11 @@ from annotation_app.store.database import open_database, reading
 from annotation_app.store.models import Item
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.importers.authored.bundled import open_corpus
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
-from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.real_server import started
 from tests.docs.blocks import ROOT, shown
+from tests.small_models import save_small_model
 
 PAGE = ROOT / "docs/tutorial.md"
 FILE = re.compile(r"`([\w/-]+\.yaml)`:\n\n```yaml\n(.*?)```", re.DOTALL)
@@ -89,7 +83,7 @@ def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert len(corpus.commands) == PEOPLE * len(COMMANDS)
     assert {a.source for a in corpus.annotations} == {"positive", "random"}
 
-    small = ["--model", str(small_model()), "--plan-only"]
+    small = ["--model", str(save_small_model(Path("small.npz"))), "--plan-only"]
     for call in steps("follow"):
         wanted = call[: call.index("--video")] if "--video" in call else call
         assert run([*wanted, *small]) == 0
@@ -97,24 +91,8 @@ def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 def serve_for_a_moment(call: list[str]) -> None:
     """Start the server; end it with Ctrl-C when it has told its addresses."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    server = subprocess.Popen(
-        [sys.executable, "-m", "corpus_tools", *call, "--port", str(port)],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    given_up = threading.Timer(120, server.kill)
-    given_up.start()
-    with server:
-        assert server.stdout is not None
-        told = iter(server.stdout.readline, "")
-        assert any("Ctrl-C" in line for line in told)
-        server.send_signal(signal.SIGINT)
-    given_up.cancel()
-    assert server.returncode != -signal.SIGKILL
+    with started(Path("log"), *call, "--port", "0") as server:
+        assert server.end(signal.SIGINT) == 0
 
 
 def annotate() -> None:
@@ -163,15 +141,3 @@ def checked(payload) -> dict[str, object]:
 
 
 ANSWERS = {"segment": segmented, "ground": grounded, "check": checked}
-
-
-def small_model() -> Path:
-    """What ``ct follow`` would train on the whole bundled corpus."""
-    known = [
-        a
-        for a in open_corpus("warehouse").annotations
-        if a.command.scenario == "hall_pick_up_boxes"
-    ]
-    data = training_data(known, search_sets())
-    GroundingModel(tolerance=TOLERANCE).fit(data).save(Path("small.npz"))
-    return Path("small.npz")
