@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.stemming import stem
+from g3.language.lexicon.word_sets import SHORT_FORMS
 from g3.sdc.clauses import SDC, Span, all_words
 
 
@@ -21,12 +22,13 @@ def normalise(word: str) -> str:
 
 
 def bare(word: str) -> str:
-    """A word in lower case, without punctuation around it.
+    """A word in lower case, without punctuation around it, and not shortened.
 
-    >>> bare("Pallets,")
-    'pallets'
+    >>> bare("Pallets,"), bare("'em")
+    ('pallets', 'them')
     """
-    return word.lower().strip("\"'`.,;:!?()[]{}<>*-")
+    written = word.lower().strip("\"'`’.,;:!?()[]{}<>*-")
+    return SHORT_FORMS.get(written, written)
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:

@@ -190,6 +190,8 @@ EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
 HAVING = words("with has have carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
+HELD = words("have got carry carrying hold holding")
+"""What the robot does with its load: "the crate that you are holding"."""
 NOTHING = words("nothing none")
 ALONE = stems("alone lone lonely single solitary isolated")
 FORMER = words("old original previous former initial starting")
@@ -278,6 +280,8 @@ NOMINALS = {
 """Nouns for what verbs of a class do, other than these verbs themselves: "a lift"."""
 ASKING = stems("need want require")
 """These ask for what they have as their object: "we need the crate on the truck"."""
+KEEPING = words("keep keeping")
+"""Verbs that put a thing somewhere where a place follows, in English as it is spoken in India."""
 LEAVING = words("leave leaving")
 RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
 LOWERING = words("lower lowering drop dropping")
@@ -300,7 +304,7 @@ LINKING = words("to and by ready sure going able about supposed on in order")
 """Words between such a verb and the one that it leads on to: "get ready to lift"."""
 REGARDING = stems(
     "see look watch notice spot find observe check mind avoid miss touch hit bump beware know "
-    "remember wish hope think hear listen say tell"
+    "remember wish hope think hear listen say tell thank appreciate"
 )
 """Verbs of seeing, avoiding and saying, which handle nothing."""
 PHRASAL_VERBS = {
@@ -316,12 +320,40 @@ PHRASAL_VERBS = {
     for verb, particle in (phrase.split(),)
 }
 """Verbs with a particle that are of other classes than the verb alone."""
+EXISTENTIAL = words("there here is are was were 's s 're re")
+"""Words that say that something is there: "there are two crates"."""
+STATING = words("is are was were 's s 're re has have had seems looks")
+"""Verbs that say how the thing is that they have as their subject."""
+PAST = words("was were")
+"""Words that begin what has been done to something, which nobody asks for."""
 ABOARD = words("on onto upon in into up to")
 """Words that lead onto the robot, before a word for it: "load it onto your forklift"."""
 INTERJECTIONS = words("hey hi hello alright well yo um uh oh yeah")
 """Words that only call for attention."""
 PURPOSES = words("so to order")
 """Words that begin what something is done for: "so that you face the truck"."""
+
+# Typing
+
+SHORT_FORMS = {
+    "u": "you",
+    "ur": "your",
+    "ya": "you",
+    "em": "them",
+    "r": "are",
+    "re": "are",
+    "ve": "have",
+    "ll": "will",
+    "d": "would",
+    "n": "and",
+    "thru": "through",
+    "til": "till",
+}
+"""Words that people type or say shorter, and what stands after an apostrophe."""
+ASIDES = words(
+    "lol lmao pls plz rn asap thx thanks cheers ty tks boss bud buddy mate pal dude bro sir maam"
+)
+"""Words that say nothing of what to do, wherever they stand."""
 
 # Clauses
 

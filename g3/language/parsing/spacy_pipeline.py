@@ -13,14 +13,23 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
-from g3.language.lexicon.word_sets import NOT_IMPERATIVE, SENTENCE_ENDS
+from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    ASIDES,
+    IT,
+    NOT_IMPERATIVE,
+    SENTENCE_ENDS,
+    THESE,
+    YOU,
+)
 from g3.language.parsing.mending import mend
 from g3.language.parsing.spacy_import import import_spacy
 from g3.lengths import too_long
@@ -51,6 +60,7 @@ LONGEST_KEPT = 40
 """Longer pieces of text are cut each time anew."""
 _COLUMNS: list[int | str] = ["ORTH", "TAG", "DEP", "HEAD"]
 PREFIX = ("you", "must")
+_AFTER_VERBS = ARTICLES | IT | THESE | YOU
 
 IntArray = npt.NDArray[np.int64]
 IdArray = npt.NDArray[np.uint64]
@@ -179,17 +189,30 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
     kept: list[int] = []
     first, note = True, too_long(text)
     readable = "" if note else _SURROGATES.sub("\ufffd", text)
-    for start, end, lower in _tokens(readable):
+    tokens = [token for token in _tokens(readable) if token[2] not in ASIDES]
+    for (start, end, lower), (_, _, following) in pairwise([*tokens, (0, 0, "")]):
         if len(kept) == MAX_WORDS:
             note = f"only the first {MAX_WORDS} words were parsed, which is the limit"
             break
-        if first and lower not in NOT_IMPERATIVE and lower.isalpha():
+        if first and _may_be_imperative(lower, following):
             words += PREFIX
         first = lower in SENTENCE_ENDS or (first and not lower[:1].isalnum())
         kept.append(len(words))
         words.append(lower)
         spans.append(Span(start, text[start:end]))
     return Doc(nlp.vocab, words=words), (text, tuple(spans), kept, note)
+
+
+def _may_be_imperative(word: str, following: str) -> bool:
+    """Whether a sentence that begins with two words can be an imperative.
+
+    Before a noun such as "tires", "you must" would make it a verb. An unknown verb is told by
+    what follows it: "scoop the tires".
+    """
+    if word in NOT_IMPERATIVE or not word.isalpha():
+        return False
+    verb = verb_of((word,))
+    return bool(verb.classes or verb.leads_on) or following in _AFTER_VERBS
 
 
 def _tokens(text: str) -> Iterator[tuple[int, int, str]]:

@@ -32,6 +32,22 @@ def test_imperatives_are_read_as_verbs(text):
     assert {strings[int(command.tag[i])] for i in begins} == {"VB"}
 
 
+@pytest.mark.parametrize("text", ["tires go on the truck", "Stop. Gensets to the left"])
+def test_nouns_are_not_read_as_verbs(text):
+    (command,) = analyse([text])
+    strings = language_model().vocab.strings
+    noun = command.lower.index("tires" if "tires" in text else "gensets")
+    assert strings[int(command.tag[noun])].startswith("NN")
+
+
+def test_short_forms_are_read_as_what_they_stand_for_and_asides_left_out():
+    text = "u put 'em thru lol n lift ur crate pls"
+    (command,) = analyse([text])
+    assert command.lower == ("you", "put", "them", "through", "and", "lift", "your", "crate")
+    assert [span.text for span in command.spans][:4] == ["u", "put", "'em", "thru"]
+    assert all(text[span.start : span.end] == span.text for span in command.spans)
+
+
 def test_a_letter_before_a_full_stop_is_no_abbreviation():
     (command,) = analyse(["Go to truck A. Wait."])
     assert command.lower == ("go", "to", "truck", "a", ".", "wait", ".")
