@@ -24,7 +24,7 @@ from g3.inference.named_models import open_model
 from g3.inference.plan_marks import plan_marks
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
-from g3.inference.problem.alternations import Nouns, plain
+from g3.inference.problem.alternations import plain
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import counts_said
 from g3.inference.problem.command_tree import Tree
@@ -33,6 +33,7 @@ from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import Group, scene_of
 from g3.inference.problem.scoring import Reason
+from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others

@@ -28,7 +28,7 @@ def load_in_the_way(case: CommandCase) -> str:
     if state.held is None:
         return ""
     held = state.thing(state.held)
-    for own in (frame(tree, n) for n in asked(tree)):
+    for own in (frame(tree, n) for n in asked(tree) if tree.nodes[n].type == "EVENT"):
         if not own.handles or own.negated or spares(tree, own.node, state.held):
             continue
         if own.theme is not None:

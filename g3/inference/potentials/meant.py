@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import log
 
 import numpy as np
@@ -97,11 +97,18 @@ def own_label(case: CandidateCase) -> Measured:
     """A noun that is a label of some load means such a load: "the crate"."""
     noun, state = noun_words(case.sdc)[-1:], case.problem.state
     objects = state.context.objects
-    names = {labels for labels in {o.labels for o in objects} if labels_in(noun, labels)}
+    named = {labels for labels in {o.labels for o in objects} if labels_in(noun, labels)}
+    names = {n for n in named if not any(_is_said_shorter(n, other, noun) for other in named)}
     labelled = {o.id for o in objects if o.labels in names}
     if not any(is_load(state, own) for own in labelled):
         return False
     return _says(case, lambda g: not _ids(g) or not _ids(g) <= labelled)
+
+
+def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequence[str]) -> bool:
+    """Whether a noun only begins these labels and is all of others: generators, their parts."""
+    own, plain = ([word for label in of for word in label.split()] for of in (labels, other))
+    return set(plain) < set(own) and not labels_in(noun, own[-1:])
 
 
 @potential(

@@ -10,15 +10,13 @@ never made up, and a clause that is plain already stays as it is.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
-from g3.actions.grounding_candidates import carrier
-from g3.actions.loads import is_load
-from g3.actions.robot_state import State
 from g3.inference.problem.clause_roles import is_goal
-from g3.inference.problem.phrases import names_forks, names_robot
+from g3.inference.problem.phrases import is_pronoun, names_forks, names_robot
 from g3.inference.problem.plain_phrases import plain_phrases
+from g3.inference.problem.statements import without_statements
+from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
@@ -29,6 +27,8 @@ from g3.language.lexicon.word_sets import (
     BESIDE,
     EMPTYING,
     FILLING,
+    HELD,
+    INTERJECTIONS,
     IT,
     LIGHT,
     REGARDING,
@@ -36,50 +36,9 @@ from g3.language.lexicon.word_sets import (
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
-from g3.short_repr import short_repr
 
-_JOINED = 1
-"""So far apart are two clauses with nothing but a space between them."""
-
-
-@short_repr
-@dataclass(frozen=True)
-class Nouns:
-    """What words may name in a world.
-
-    Parameters
-    ----------
-    state
-        The world.
-    """
-
-    state: State
-
-    @cached_property
-    def _labels(self) -> dict[str, frozenset[str]]:
-        """Normal forms of the labels of each thing, by id."""
-        return {o.id: frozenset(map(normalise, o.labels)) for o in self.state.context.objects}
-
-    @cached_property
-    def loads(self) -> frozenset[str]:
-        """Normal forms of the labels of what the forks can lift."""
-        names = (name for name in self._labels if is_load(self.state, name))
-        return frozenset(label for name in names for label in self._labels[name])
-
-    @cached_property
-    def others(self) -> frozenset[str]:
-        """Normal forms of the labels that no load has."""
-        return frozenset().union(*self._labels.values()) - self.loads
-
-    def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
-        """Whether something of one name stands on something of another."""
-        above = (n for n, own in self._labels.items() if own.intersection(upper))
-        on = (
-            carrier(self.state, n)
-            for n in above
-            if n not in (self.state.held, self.state.context.agent_id)
-        )
-        return any(self._labels[c.id].intersection(lower) for c in on if c is not None)
+_JOINED = len(", ")
+"""So far apart at most are two clauses with nothing but a space or a comma between them."""
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
@@ -96,8 +55,17 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     for sdc in sdcs:
         last = found[-1] if found else None
         joined = _joined(last, sdc) if last is not None else None
-        found[len(found) - (joined is not None) :] = [joined or sdc]
-    return tuple(_plain(plain_phrases(sdc), nouns) for sdc in found)
+        shared = _shared(last, sdc) if last is not None else None
+        found[len(found) - (joined is not None) :] = [joined or shared or sdc]
+    asking = without_statements(found, nouns)
+    return tuple(_plain(_mentioned(plain_phrases(sdc), nouns), nouns) for sdc in asking)
+
+
+def _mentioned(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause that is nothing but a thing, or where that shall be: "the drum on the truck"."""
+    if sdc.type != "OBJECT":
+        return sdc
+    return _result(SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(sdc,)), nouns) or sdc
 
 
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
@@ -136,28 +104,128 @@ def _names_load(sdc: SDC, nouns: Nouns) -> bool:
 def _joined(before: SDC, sdc: SDC) -> SDC | None:
     """One clause of two that lie side by side and are none without each other.
 
-    "The drum" and "to the gate"; "make sure the drum" and "ends up on the truck".
+    "The drum" and "to the gate"; "make sure the drum" and "ends up on the truck"; "gensets" and
+    "go to the gate".
     """
-    own, following = all_words(before), all_words(sdc)
-    if not own or not following or not 0 <= following[0].start - own[-1].end <= _JOINED:
+    if not _side_by_side(before, sdc, _JOINED):
         return None
     if before.type == "OBJECT" and sdc.type in ("PATH", "PLACE") and sdc.landmark1:
         return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(sdc,))
-    if before.type != "EVENT" or sdc.type != "EVENT" or _subject(sdc):
+    if before.type != "EVENT" or sdc.type != "EVENT" or _subject(sdc) or not _leads(sdc):
         return None
-    theme, verb = _only(before), verb_of(tuple(_words(before)))
-    goals = _arguments(sdc)
-    leads = any(part.type in ("PLACE", "PATH") for part in goals)
-    if (
-        theme is None
-        or verb.classes
-        or not (verb.leads_on or "that" in _words(before))
-        or not leads
-    ):
+    words = _words(before)
+    theme, verb = _only(before), verb_of(tuple(words))
+    if not _arguments(before) and verb.is_open and _side_by_side(before, sdc, len(" ")):
+        theme = SDC("OBJECT", words=before.relation)
+    elif verb.classes or not (verb.leads_on or "that" in words or INTERJECTIONS.issuperset(words)):
         return None
-    if names_robot(theme) or names_forks(theme) or any(p.type == "OBJECT" for p in goals):
+    if theme is None or names_robot(theme) or names_forks(theme):
         return None
     return replace(sdc, figure=(theme,))
+
+
+def _shared(before: SDC, sdc: SDC) -> SDC | None:
+    """A clause with the subject of the one before: "the drum comes off it and goes to the gate"."""
+    subject = _subject(before)
+    if before.type != "EVENT" or subject is None or names_robot(subject):
+        return None
+    if sdc.type != "EVENT" or _subject(sdc) or not _leads(sdc):
+        return None
+    goes = verb_of(tuple(_words(sdc))).classes == {"going"}
+    near = _side_by_side(before, sdc, len(" and "))
+    return replace(sdc, figure=(subject,)) if goes and near else None
+
+
+def _side_by_side(before: SDC, sdc: SDC, most: int) -> bool:
+    """Whether a clause begins so many characters at most after another one ends."""
+    own, following = all_words(before), all_words(sdc)
+    return bool(own and following) and 0 <= following[0].start - own[-1].end <= most
+
+
+def _leads(sdc: SDC) -> bool:
+    """Whether a clause says where to, and names nothing that goes there."""
+    types = {part.type for part in _arguments(sdc)}
+    return bool(types & {"PLACE", "PATH"}) and "OBJECT" not in types
+
+
+def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Who is spoken to, taken for a thing: "operator, go to the gate"."""
+    first = next(iter(sdc.landmark1 or sdc.figure), None)
+    if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
+        return None
+    before = first.words[0].start < sdc.relation[0].start
+    if not before or names_robot(first) or is_pronoun(first) or nouns.name_load(first.words):
+        return None
+    if sdc.landmark1:
+        return replace(sdc, landmark1=sdc.landmark1[1:])
+    return replace(sdc, figure=IMPLICIT_FIGURE)
+
+
+def _named_first(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A noun that was taken for a verb, before another verb: "gensets go to the gate"."""
+    theme, *own = sdc.relation[:1], *sdc.relation[1:]
+    verb, first = (verb_of(tuple(bare(w.text) for w in words)) for words in (own, theme))
+    if not (own and first.is_open) or _subject(sdc) or any(map(_is_thing, _arguments(sdc))):
+        return None
+    if verb.start or verb.classes != {"going"}:
+        return None
+    return replace(sdc, relation=tuple(own), figure=(SDC("OBJECT", words=theme),))
+
+
+def _is_thing(sdc: SDC) -> bool:
+    return sdc.type == "OBJECT"
+
+
+def _held(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What the robot holds is named by that: "put down the crate you are holding"."""
+    if nouns.state.held is None:
+        return None
+    parts = _arguments(sdc)
+    if not any(map(_is_held, (*parts, *(inner for part in parts for inner in part.landmark1)))):
+        return None
+    first, second = (
+        tuple(new for part in own for new in _without_held(part))
+        for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _is_held(sdc: SDC) -> bool:
+    """Whether a clause says that the robot has something: "you are holding"."""
+    said = HELD.intersection(_words(sdc))
+    return sdc.type == "EVENT" and bool(said) and all(map(names_robot, sdc.figure))
+
+
+def _without_held(sdc: SDC) -> tuple[SDC, ...]:
+    """What is left of an argument: a thing alone, and where it goes."""
+    if _is_held(sdc):
+        return tuple(p for p in _arguments(sdc) if not any(map(names_forks, p.landmark1)))
+    held = [part for part in sdc.landmark1 if _is_held(part)]
+    return (*sdc.figure, *(p for part in held for p in _without_held(part))) if held else (sdc,)
+
+
+def _aboard(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Onto the forks, where nothing is yet: "get the drum on your forks"."""
+    theme = _only(sdc)
+    if theme is None or nouns.state.held is not None or not theme.figure:
+        return None
+    if not (theme.landmark1 and names_forks(theme.landmark1[0])):
+        return None
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    return replace(sdc, landmark1=theme.figure, landmark2=(place,))
+
+
+def _robot_asked(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Who is asked, taken for a thing: "can the forklift lift the drum"."""
+    robot = frozenset(map(normalise, nouns.state.context.agent.labels))
+    first = next(iter(sdc.landmark1), None)
+    if first is None or first.type != "OBJECT" or not first.is_leaf:
+        return None
+    if robot.isdisjoint(field_words(first.words)[-1:]):
+        return None
+    if not any(p.type == "OBJECT" for p in _arguments(sdc)[1:]):
+        return None
+    return replace(sdc, landmark1=sdc.landmark1[1:])
 
 
 def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -165,7 +233,8 @@ def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
     theme, *goals = _arguments(sdc) or (None,)
     if theme is None or theme.type != "OBJECT" or not goals or _subject(sdc) or not sdc.relation:
         return None
-    if all_words(theme)[0].start > sdc.relation[-1].start or not _names_load(theme, nouns):
+    named = nouns.name_load(noun_leaf(theme).words)
+    if all_words(theme)[0].start > sdc.relation[-1].start or not named:
         return None
     verb = verb_of(tuple(_words(sdc)))
     others = any(part.type not in ("PATH", "PLACE") for part in goals)
@@ -241,7 +310,7 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     said = concepts(field_words(theme.relation))
     own = set(map(normalise, _words(sdc)))
     verb = verb_of(tuple(_words(sdc)))
-    wants = bool(own & ASKING) or verb.classes in ({"placing"}, {"carrying"})
+    wants = not own or bool(own & ASKING) or verb.classes in ({"placing"}, {"carrying"})
     if not wants or "on" not in said or said & (BESIDE | {"from"}):
         return None
     one, other = (
@@ -301,6 +370,11 @@ def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]
 
 
 _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
+    _called,
+    _robot_asked,
+    _held,
+    _aboard,
+    _named_first,
     _verbless,
     _goes,
     _light,

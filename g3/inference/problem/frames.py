@@ -31,6 +31,7 @@ from g3.language.lexicon.word_sets import (
     EMPTYING,
     FILLING,
     HANDLING_VERBS,
+    KEEPING,
     LEAVING,
     PURPOSES,
     SENDING,
@@ -187,7 +188,7 @@ def _purposes(tree: Tree, node: int) -> list[int]:
     found = []
     for n in tree.below(node, _ARGUMENTS, "EVENT"):
         words = [bare(word.text) for word in tree.nodes[n].relation]
-        begins = bool(words) and words[0] in PURPOSES
+        begins = not PURPOSES.isdisjoint((*words[:1], *_relation(tree, node)[-1:]))
         ends = not UNTIL.isdisjoint(words) or not UNTIL.isdisjoint(_relation(tree, node))
         if (begins or connects or verb.leads_on) and not ends:
             found.append(n)
@@ -242,7 +243,7 @@ def _frame(tree: Tree, node: int) -> Frame:
     outer = tree.once(_leads).get(node, ())
     named = tuple(objects(tree, node))
     if verb.start:
-        named = tuple(n for n in named if not names_robot(tree.nodes[n]))  # "help me lift it"
+        named = tuple(n for n in named if not _is_robot(tree, n))  # "help me lift it"
     tools = [n for n in tree.below(node, _ARGUMENTS, "PATH") if is_company(tree.nodes[n])]
     used = [n for own in tools for n in tree.below(own, _ARGUMENTS, "OBJECT")]
     used = [n for n in used if names_forks(tree.nodes[n])]
@@ -260,6 +261,9 @@ def _frame(tree: Tree, node: int) -> Frame:
     elif said & EMPTYING and not classes and named:
         classes = frozenset(("taking", "placing"))
     elif said & FILLING and not leads and _is_spoken_of(tree, named) and _has_led(tree, node):
+        classes = frozenset(("placing",))
+    aboard = (m for n in places for m in tree.nodes[n].landmark1)
+    if said & KEEPING and named and places and not any(map(names_forks, aboard)):
         classes = frozenset(("placing",))
     leads = leads or len(named) > 1
     wordless = tree.nodes[node].type == "EVENT" and not said

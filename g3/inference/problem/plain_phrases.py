@@ -14,9 +14,25 @@ from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import BESIDE, FLOOR, HAVING, IT, WORD_CLASSES, words
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    BESIDE,
+    FLOOR,
+    HAVING,
+    IT,
+    ONES,
+    PARTS,
+    PRONOUNS,
+    SIDES,
+    WORD_CLASSES,
+    YOU,
+    words,
+)
 from g3.sdc.clauses import SDC, Span, all_words
 
+COMMA = len(" - ")
+"""Two phrases so far apart have nothing between them but a comma or a dash."""
+_CLOSED = ARTICLES | PRONOUNS | YOU
 _WHICH = words(WORD_CLASSES["relative"])
 _BEING = words(WORD_CLASSES["being"]) | {"s", "'s"}
 
@@ -29,13 +45,98 @@ def plain_phrases(sdc: SDC) -> SDC:
         landmark1=tuple(map(plain_phrases, sdc.landmark1)),
         landmark2=tuple(map(plain_phrases, sdc.landmark2)),
     )
+    sdc = replace(sdc, landmark1=_said_once(sdc.landmark1), landmark2=_said_once(sdc.landmark2))
     if sdc.type == "OBJECT":
-        return _without_copula(sdc)
+        return _with_none(_without_copula(sdc))
     if sdc.type == "PLACE":
         return _beside(sdc)
     if sdc.type == "EVENT":
-        return _picked_up_there(_one_place(sdc))
+        return _picked_up_there(_one_place(_being_there(_put_there(_with_side(sdc)))))
     return sdc
+
+
+def _said_once(parts: tuple[SDC, ...]) -> tuple[SDC, ...]:
+    """One OBJECT where a second one says more of it: "the crate, the one by the gate"."""
+    found: list[SDC] = []
+    for part in parts:
+        if found and _says_more(found[-1], part):
+            found[-1] = replace(part, figure=(found[-1],))
+        else:
+            found.append(part)
+    return tuple(found)
+
+
+def _says_more(sdc: SDC, following: SDC) -> bool:
+    """Whether an OBJECT is "the one" that another tells of, with nothing but a comma between."""
+    if sdc.type != "OBJECT" or following.type != "OBJECT" or not following.figure:
+        return False
+    own, more = all_words(sdc), all_words(following)
+    noun = noun_leaf(following).words
+    if not (own and noun and ONES.intersection([_bare(noun[-1])])):
+        return False
+    return 0 < more[0].start - own[-1].end <= COMMA
+
+
+def _with_none(sdc: SDC) -> SDC:
+    """A clause that says itself what there is not: "the truck with no crates"."""
+    mark = next(iter(sdc.landmark1), None)
+    if mark is None or len(mark.words) < 2 or HAVING.isdisjoint(map(_bare, sdc.relation)):
+        return sdc
+    no, *noun = mark.words
+    if _bare(no) != "no":
+        return sdc
+    return replace(sdc, relation=(*sdc.relation, no), landmark1=(replace(mark, words=tuple(noun)),))
+
+
+def _with_side(event: SDC) -> SDC:
+    """A clause whose thing has the side that was taken for the verb's: "grab left crate"."""
+    words = event.relation
+    if len(words) < 2 or not event.landmark1 or event.landmark1[0].type != "OBJECT":
+        return event
+    theme, leaf = event.landmark1[0], noun_leaf(event.landmark1[0])
+    if not leaf.words:
+        return event
+    beside = 0 < leaf.words[0].start - words[-1].end <= 1
+    sides = concepts(field_words(words[-1:])) & SIDES
+    verb = verb_of(tuple(map(_bare, words)))
+    if not (beside and sides) or verb.classes != {"taking"} or _bare(leaf.words[0]) in _CLOSED:
+        return event
+    named = _replaced(theme, replace(leaf, words=(words[-1], *leaf.words)))
+    return replace(event, relation=words[:-1], landmark1=(named, *event.landmark1[1:]))
+
+
+def _replaced(sdc: SDC, leaf: SDC) -> SDC:
+    """An OBJECT with another leaf for its noun."""
+    return replace(sdc, figure=(_replaced(sdc.figure[0], leaf),)) if sdc.figure else leaf
+
+
+def _put_there(event: SDC) -> SDC:
+    """A clause that says where a thing goes, as nothing is told of "it" itself."""
+    theme = next(iter(event.landmark1), None)
+    if theme is None or theme.type != "OBJECT" or not (theme.figure and theme.landmark1):
+        return event
+    if len(event.landmark1) > 1 or not _is_spoken_of(theme.figure[0]):
+        return event
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    return replace(event, landmark1=theme.figure, landmark2=(place, *event.landmark2))
+
+
+def _is_spoken_of(sdc: SDC) -> bool:
+    return len(sdc.words) == 1 and _bare(sdc.words[0]) in IT
+
+
+def _being_there(event: SDC) -> SDC:
+    """A clause whose theme is said to be somewhere: "lift whichever crate is by the gate"."""
+    parts = (*event.landmark1, *event.landmark2)
+    if [part.type for part in parts[:2]] != ["OBJECT", "PLACE"]:
+        return event
+    theme, place, *others = parts
+    said = list(map(_bare, place.relation))
+    where = concepts(field_words(place.relation))
+    if not said or said[0] not in _BEING or not (where and place.landmark1):
+        return event
+    theme = replace(place, type="OBJECT", relation=place.relation[1:], figure=(theme,))
+    return replace(event, landmark1=(theme,), landmark2=tuple(others))
 
 
 def _without_copula(sdc: SDC) -> SDC:
@@ -54,6 +155,12 @@ def _is_floor(sdc: SDC) -> bool:
     return sdc.type == "OBJECT" and bool(FLOOR.intersection(field_words(noun_leaf(sdc).words)))
 
 
+def _is_part(sdc: SDC) -> bool:
+    """Whether a clause means a side or the middle: "on the near side, in front of the gate"."""
+    noun = field_words(noun_leaf(sdc).words)[-1:]
+    return sdc.type == "OBJECT" and bool(PARTS.intersection(noun) or "between" in concepts(noun))
+
+
 def _says_beside(sdc: SDC) -> bool:
     """Whether a relation leads beside something, so that nothing is on top of it."""
     said = concepts(field_words(sdc.relation))
@@ -65,7 +172,9 @@ def _beside(place: SDC) -> SDC:
     if len(place.landmark1) != 1 or place.landmark2:
         return place
     (mark,) = place.landmark1
-    if not (mark.figure and _is_floor(mark) and _says_beside(mark)):
+    if mark.figure and _is_floor(mark) and len(mark.landmark1) == 1:
+        mark = mark if _says_beside(mark) else mark.landmark1[0]  # "in the middle between"
+    if not (mark.figure and (_is_floor(mark) or _is_part(mark)) and _says_beside(mark)):
         return place
     return replace(
         place, relation=mark.relation, landmark1=mark.landmark1, landmark2=mark.landmark2
@@ -75,7 +184,7 @@ def _beside(place: SDC) -> SDC:
 def _one_place(event: SDC) -> SDC:
     """A clause without "on the ground", where another place is beside something."""
     arguments = (*event.landmark1, *event.landmark2)
-    places = [part for part in arguments if part.type == "PLACE"]
+    places = [part for part in arguments if part.type in ("PLACE", "PATH")]
     floors = [p for p in places if len(p.landmark1) == 1 and _is_floor(p.landmark1[0])]
     if not any(_says_beside(p) for p in places if p not in floors):
         floors = []
@@ -110,6 +219,6 @@ def _picked_up_there(event: SDC) -> SDC:
         return event
     theme, place = arguments
     leads = "to" in concepts(field_words(place.relation))
-    if theme.is_implicit or leads or not place.landmark1:
+    if theme.is_implicit or leads or not place.landmark1 or _is_spoken_of(theme):
         return event
     return replace(event, landmark1=(replace(place, type="OBJECT", figure=(theme,)),), landmark2=())

@@ -8,7 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from g3.actions.robot_state import start_state
-from g3.inference.problem.alternations import Nouns, plain
+from g3.inference.problem.alternations import plain
+from g3.inference.problem.world_nouns import Nouns
 from g3.language.parsing.parser import parse
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import format_brackets, parse_brackets
@@ -74,6 +75,21 @@ def made(notation, nouns=NOUNS):
         ),
         ("EVENT(r = Unload, l = OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = bricks)))", None),
         ("EVENT(r = Offload, l = OBJ(f = OBJ(f = a skid), r = of, l = OBJ(f = bricks)))", None),
+        # Who is asked is no load.
+        (
+            "EVENT(r = lift, l = OBJ(f = the forklift), l2 = OBJ(f = the crate))",
+            "EVENT(r = lift, l2 = OBJ(f = the crate))",
+        ),
+        # What is on the forks isn't there before it is lifted.
+        (
+            "EVENT(r = get, l = OBJ(f = OBJ(f = bricks), r = on, l = OBJ(f = your forks)))",
+            "EVENT(r = get, l = OBJ(f = bricks), l2 = PLACE(r = on, l = OBJ(f = your forks)))",
+        ),
+        # A noun that nobody knows, before a verb.
+        (
+            "EVENT(r = gensets go, l = PATH(r = to, l = OBJ(f = the truck)))",
+            "EVENT(f = OBJ(f = gensets), r = go, l = PATH(r = to, l = OBJ(f = the truck)))",
+        ),
         # A noun tells what to do.
         (
             "EVENT(r = Make, l = OBJ(f = a sharp turn), l2 = PATH(r = to, l = OBJ(f = the gate)))",

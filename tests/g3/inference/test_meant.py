@@ -89,6 +89,22 @@ def test_a_noun_that_is_a_label_of_a_load_means_such_a_load():
     assert costs("the truck") == costs("the load") == [0, 0]
 
 
+@pytest.mark.parametrize("parts", ["generator accessories pallet", "generator accessories"])
+def test_a_noun_that_is_all_of_a_label_means_no_thing_that_it_only_begins(parts):
+    whole = thing("whole", parts.replace(" accessories", ""), 6, 2, (1, 1))
+    others = thing("parts", parts, 4, -2, (1, 1))
+    problem = problem_in(Context("yard", (whole, others, robot()), (), "robot"))
+
+    def costs(noun):
+        return of_groups("own-label", f"OBJ(f = {noun})", [(whole,), (others,)], problem).tolist()
+
+    dear = WEIGHT["own-label"]
+    assert costs("the generator") == [0, dear]
+    assert costs("the generator accessories") == [dear, 0]
+    # Both stand on pallets.
+    assert costs("the pallet") == [0, 0] or "pallet" not in parts
+
+
 def test_a_row_is_all_that_stands_in_it():
     row_of = [thing(f"p{i}", "tire pallet", 5, 4 * i, (1.2, 1.2)) for i in range(3)]
     boxes, far = thing("b", "box pallet", 5, 12, (1.2, 1.2)), thing("f", "tire pallet", 5, 40)

@@ -9,6 +9,10 @@ from tests.g3.inference.following_commands import did, end_of, under, world
 
 DRUM, GATE = "OBJ(f = the drum)", "OBJ(f = the gate)"
 THERE = f"PLACE(r = next to, l = {GATE})"
+ONE_BY = f"OBJ(f = OBJ(f = the one), r = by, l = {GATE})"
+BY = f"OBJ(f = {DRUM}, r = by, l = {GATE})"
+BETWEEN = f"PLACE(r = between, l = {DRUM}, l2 = {GATE})"
+MIDDLE = f"OBJ(f = OBJ(f = the middle), r = between, l = {DRUM}, l2 = {GATE})"
 FLOOR = "PLACE(r = on, l = OBJ(f = the ground))"
 
 
@@ -47,6 +51,41 @@ def of(figure, relation, landmark):
         (f"EVENT(r = Pick up, l = {DRUM}, l2 = PLACE(f = there))", None),
         (f"EVENT(r = Lift, l = {DRUM}, l2 = PLACE(r = onto, l = {GATE}))", None),
         (f"EVENT(r = Put, l = {DRUM}, l2 = PLACE(r = on, l = {GATE}))", None),
+        # "The one" says more of what was just named, if nothing but a comma is between.
+        (
+            f"EVENT(r = Lift, l = [{DRUM}, {ONE_BY}])",
+            f"EVENT(r = Lift, l = {of(DRUM, 'by', GATE)})",
+        ),
+        (f"EVENT(r = Lift, l = [{DRUM}, {of(DRUM, 'by', GATE)}])", None),
+        # "No drums" is no drums, not some.
+        (
+            of(GATE, "with", "OBJ(f = no drums)"),
+            of(GATE, "with no", "OBJ(f = drums)"),
+        ),
+        # Nothing is told of "it" itself.
+        (
+            f"EVENT(r = Get up, l = {of('OBJ(f = it)', 'on', GATE)})",
+            f"EVENT(r = Get up, l = OBJ(f = it), l2 = PLACE(r = on, l = {GATE}))",
+        ),
+        # What is somewhere, not what is put there.
+        (
+            f"EVENT(r = Put, l = OBJ(f = whichever drum), l2 = [PLACE(r = is near, l = {GATE}), "
+            f"PLACE(r = on, l = {DRUM})])",
+            f"EVENT(r = Put, l = {of('OBJ(f = whichever drum)', 'near', GATE)}, "
+            f"l2 = PLACE(r = on, l = {DRUM}))",
+        ),
+        (f"EVENT(r = Put, l = {DRUM}, l2 = PLACE(r = is for, l = {GATE}))", None),
+        # The ground, and a side or the middle, are where the thing beside them says.
+        (
+            put(f"PLACE(r = on, l = {of('OBJ(f = the near side)', 'in front of', GATE)})"),
+            put(f"PLACE(r = in front of, l = {GATE})"),
+        ),
+        (put(f"PLACE(r = on, l = {of('OBJ(f = the ground)', 'in', MIDDLE)})"), put(BETWEEN)),
+        (put("PATH(r = to, l = OBJ(f = the ground))", THERE), put(THERE)),
+        # A side before a noun is the thing's.
+        ("EVENT(r = Grab left, l = OBJ(f = drum))", "EVENT(r = Grab, l = OBJ(f = left drum))"),
+        ("EVENT(r = Grab left, l = OBJ(f = the drum))", None),
+        ("EVENT(r = Turn left, l = OBJ(f = drum))", None),
     ],
 )
 def test_phrases_are_said_plainly(said, plainly):

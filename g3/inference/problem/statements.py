@@ -1,0 +1,94 @@
+"""Sentences that ask for nothing: "there are two crates by the gate", "forklift 4", "thank you".
+
+People say what they see, whom they speak to, and why. What such a sentence names is spoken of
+then, but nothing is to be done about it. A command that has nothing else keeps them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from g3.inference.problem.phrases import is_pronoun, names_robot
+from g3.inference.problem.world_nouns import Nouns
+from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.word_sets import (
+    ASKING,
+    EXISTENTIAL,
+    HANDLING_VERBS,
+    PAST,
+    REGARDING,
+    STATING,
+)
+from g3.sdc.clauses import SDC
+
+
+def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
+    """The clauses that ask for something, and of the others what they name.
+
+    Parameters
+    ----------
+    sdcs
+        The top-level clauses.
+    nouns
+        What words may name in the world.
+    """
+    states = [_states(sdc, nouns) for sdc in sdcs]
+    for i, (sdc, following) in enumerate(pairwise(sdcs)):
+        states[i] = states[i] or _wishes(sdc, following)
+    if all(stated or sdc.type != "EVENT" for sdc, stated in zip(sdcs, states, strict=True)):
+        return tuple(sdcs)
+    return tuple(
+        part
+        for sdc, stated in zip(sdcs, states, strict=True)
+        for part in (_named(sdc, nouns) if stated else (sdc,))
+    )
+
+
+def _states(sdc: SDC, nouns: Nouns) -> bool:
+    """Whether a clause only states or calls something."""
+    words = [bare(word.text) for word in sdc.relation]
+    parts = (*sdc.landmark1, *sdc.landmark2)
+    if sdc.type != "EVENT" or not words or any(part.type == "EVENT" for part in parts):
+        return False
+    named = [p for p in parts if not (p.is_implicit or names_robot(p))]
+    subjects = [p for p in sdc.figure if not (p.is_implicit or names_robot(p))]
+    verb = verb_of(tuple(words))
+    head = words[verb.start] if verb.start < len(words) else ""
+    if verb.is_open and nouns.call_robot(sdc.relation) and all(p.type == "OBJECT" for p in parts):
+        return True
+    if normalise(head) in REGARDING:
+        return True
+    if subjects and (head in STATING or words[0] in PAST):
+        return True
+    if EXISTENTIAL.issuperset(words):
+        return bool(named)
+    return not (named or subjects or verb.classes)
+
+
+def _wishes(sdc: SDC, following: SDC) -> bool:
+    """Whether a clause says what is wanted, and the next one what is to be done about it.
+
+    "I want the crate by the gate. Lift it."
+    """
+    if sdc.type != "EVENT" or following.type != "EVENT":
+        return False
+    parts = [p for p in (*sdc.landmark1, *sdc.landmark2) if not p.is_implicit]
+    verb = verb_of(tuple(bare(word.text) for word in sdc.relation))
+    asks = ASKING.intersection(normalise(word.text) for word in sdc.relation[verb.start :][:1])
+    if not asks or [p.type for p in parts] != ["OBJECT"] or names_robot(parts[0]):
+        return False
+    others = [p for p in (*following.landmark1, *following.landmark2) if p.type == "OBJECT"]
+    handles = verb_of(tuple(bare(word.text) for word in following.relation)).classes
+    return bool(handles & HANDLING_VERBS) and all(map(is_pronoun, others))
+
+
+def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
+    """The OBJECTs that a statement names, or the load that was taken for its verb."""
+    parts = (*sdc.figure, *sdc.landmark1, *sdc.landmark2)
+    if all(p.is_implicit for p in parts) and nouns.name_load(sdc.relation):
+        return (SDC("OBJECT", words=sdc.relation),)
+    if nouns.call_robot(sdc.relation):
+        return ()
+    return tuple(p for p in parts if p.type == "OBJECT" and not (p.is_implicit or names_robot(p)))

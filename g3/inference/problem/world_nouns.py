@@ -1,0 +1,72 @@
+"""What nouns may name in a world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from g3.actions.grounding_candidates import carrier
+from g3.actions.loads import is_load
+from g3.actions.robot_state import State
+from g3.language.lexicon.field_words import bare, normalise
+from g3.language.similarity.presence import best_naming, is_called
+from g3.sdc.clauses import Span
+from g3.short_repr import short_repr
+
+LIKELY = 0.6
+"""A word that is so like a label of a load may name it."""
+
+
+@short_repr
+@dataclass(frozen=True)
+class Nouns:
+    """What words may name in a world.
+
+    Parameters
+    ----------
+    state
+        The world.
+    """
+
+    state: State
+
+    @cached_property
+    def _labels(self) -> dict[str, frozenset[str]]:
+        """Normal forms of the labels of each thing, by id."""
+        return {o.id: frozenset(map(normalise, o.labels)) for o in self.state.context.objects}
+
+    @cached_property
+    def loads(self) -> frozenset[str]:
+        """Normal forms of the labels of what the forks can lift."""
+        names = (name for name in self._labels if is_load(self.state, name))
+        return frozenset(label for name in names for label in self._labels[name])
+
+    @cached_property
+    def others(self) -> frozenset[str]:
+        """Normal forms of the labels that no load has."""
+        return frozenset().union(*self._labels.values()) - self.loads
+
+    def name_load(self, words: Sequence[Span]) -> bool:
+        """Whether words name a load: by a label, by its form, or by what is like it."""
+        said = list(filter(None, (bare(word.text) for word in words)))
+        if not self.loads.isdisjoint(map(normalise, said)):
+            return True
+        known = [o.labels for o in self.state.context.objects if is_load(self.state, o.id)]
+        likely = bool(said) and best_naming(said[-1], known) >= LIKELY
+        return likely and not self.call_robot(words)
+
+    def call_robot(self, words: Sequence[Span]) -> bool:
+        """Whether words are a name of the robot: "forklift"."""
+        robot = self.state.context.agent.labels
+        return bool(words) and all(is_called(bare(word.text), robot) for word in words)
+
+    def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
+        """Whether something of one name stands on something of another."""
+        above = (n for n, own in self._labels.items() if own.intersection(upper))
+        on = (
+            carrier(self.state, n)
+            for n in above
+            if n not in (self.state.held, self.state.context.agent_id)
+        )
+        return any(self._labels[c.id].intersection(lower) for c in on if c is not None)
