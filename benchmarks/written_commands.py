@@ -41,6 +41,7 @@ FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
+SETS = ("first", "second", "third", "fourth")
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], Sequence[Action]]
 """From a command and a state to what to do."""
@@ -161,7 +162,7 @@ def main() -> None:
     parser.add_argument(
         "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
     )
-    parser.add_argument("--set", action="append", choices=("first", "second"), dest="sets")
+    parser.add_argument("--set", action="append", choices=SETS, dest="sets")
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
     parser.add_argument("--wrong", action="store_true", help="show which commands go wrong")
     options = parser.parse_args()
@@ -172,7 +173,7 @@ def main() -> None:
         "random costs": _by_model(Grounder(RandomCost())),
         "the model": _by_model(Grounder(cost, without=options.ablate)),
     }
-    for name in options.sets or ("first", "second"):
+    for name in options.sets or SETS:
         lines = (FOLDER / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
         records = [json.loads(line) for line in lines]
         yards = np.array([record["world"] for record in records])
