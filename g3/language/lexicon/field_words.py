@@ -7,8 +7,11 @@ from functools import lru_cache
 
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.stemming import stem
-from g3.language.lexicon.word_sets import SHORT_FORMS
+from g3.language.lexicon.word_sets import CONTRACTED, SHORT_FORMS
 from g3.sdc.clauses import SDC, Span, all_words
+
+_AROUND = '"`.,;:!?()[]{}<>*-'
+"""Punctuation around words, but for apostrophes."""
 
 
 @lru_cache(maxsize=65536)
@@ -27,8 +30,19 @@ def bare(word: str) -> str:
     >>> bare("Pallets,"), bare("'em")
     ('pallets', 'them')
     """
-    written = word.lower().strip("\"'`’.,;:!?()[]{}<>*-")
-    return SHORT_FORMS.get(written, written)
+    return unshortened(word.strip(_AROUND))
+
+
+def unshortened(word: str) -> str:
+    """A word in lower case, written out if it is a short form; a capital is a name.
+
+    >>> unshortened("'re"), unshortened("ur"), unshortened("n"), unshortened("N")
+    ('are', 'your', 'and', 'n')
+    """
+    own = word.strip("'’").lower()
+    if word[:1] in ("'", "’") and word[-1:] not in ("'", "’"):
+        return CONTRACTED.get(own, own)
+    return own if len(word) == 1 and word.isupper() else SHORT_FORMS.get(own, own)
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:

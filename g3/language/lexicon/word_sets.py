@@ -341,15 +341,13 @@ SHORT_FORMS = {
     "ya": "you",
     "em": "them",
     "r": "are",
-    "re": "are",
-    "ve": "have",
-    "ll": "will",
-    "d": "would",
     "n": "and",
     "thru": "through",
     "til": "till",
 }
-"""Words that people type or say shorter, and what stands after an apostrophe."""
+"""Words that people type or say shorter."""
+CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}
+"""What stands after an apostrophe."""
 ASIDES = words(
     "lol lmao pls plz rn asap thx thanks cheers ty tks boss bud buddy mate pal dude bro sir maam"
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 from g3.language.lexicon.spelling import one_letter_away
-from g3.language.lexicon.word_sets import SHORT_FORMS
 
 ALIASES = {
     "tailor": "trailer",
@@ -20,8 +19,6 @@ ALIASES = {
     "thats": "that",
     "foward": "forward",
     "grey": "gray",
-    **SHORT_FORMS,
-    **{f"'{word}": meant for word, meant in SHORT_FORMS.items()},
 }
 """Words that are words, or that people write in more than one way."""
 

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
+from g3.language.lexicon.field_words import unshortened
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
     ARTICLES,
@@ -238,8 +239,10 @@ def _cut(chunk: str) -> tuple[tuple[int, int, str], ...]:
 
 
 def _plain(word: str) -> str:
-    """A word in lower case, with the apostrophe of typewriters."""
-    return word.lower().replace("’", "'")
+    """A word in lower case, with the apostrophe of typewriters, and not shortened."""
+    typed = word.replace("’", "'")
+    lower, whole = typed.lower(), unshortened(typed)
+    return lower if whole == lower.strip("'") else whole
 
 
 def _analysis(

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from g3.language.lexicon.field_words import field_words, figure_words, normalise
+from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.word_sets import CONCEPT_WORDS, ORDINALS, WHERE, WORD_CLASSES
 from g3.language.similarity.resources import wordnet
@@ -52,6 +52,27 @@ def test_normalise_does_not_see_capitals_or_punctuation_around(word: str) -> Non
 
 def spans(text: str) -> tuple[Span, ...]:
     return tuple(Span(10 * i, word) for i, word in enumerate(text.split()))
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("'em", "them"),
+        ("em,", "them"),
+        ("’re", "are"),
+        ("'d", "would"),
+        # A letter by itself may name a place.
+        ("D", "d"),
+        ("d", "d"),
+        ("R", "r"),
+        ("'d'", "d"),
+        ("'s", "s"),
+        ("don't", "don't"),
+        ("crate's", "crate's"),
+    ],
+)
+def test_words_are_written_out_but_for_names(typed: str, meant: str) -> None:
+    assert bare(typed) == meant
 
 
 def test_field_words_keep_their_order_and_drop_what_is_empty() -> None:
