@@ -20,7 +20,7 @@ from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.phrases import is_bare
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import field_words
+from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.word_sets import (
     ALONE,
     DISTANT,
@@ -42,7 +42,7 @@ OPPOSITE = 0.2
 def is_alone(sdc: SDC) -> bool:
     """Whether an OBJECT's own words say that it stands alone: "lonely", "by itself"."""
     own = field_words([*noun_leaf(sdc).words, *sdc.relation])
-    marks = [word.text.lower() for mark in sdc.landmark1 for word in all_words(mark)]
+    marks = [bare(word.text) for mark in sdc.landmark1 for word in all_words(mark)]
     return bool(ALONE.intersection(own)) or bool(SELVES.intersection(marks))
 
 

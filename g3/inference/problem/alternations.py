@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from g3.inference.problem.clause_roles import is_goal
-from g3.inference.problem.phrases import is_pronoun, names_forks, names_robot
+from g3.inference.problem.phrases import is_pronoun, names_forks, names_robot, side_by_side
 from g3.inference.problem.plain_phrases import plain_phrases
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
@@ -107,7 +107,7 @@ def _joined(before: SDC, sdc: SDC) -> SDC | None:
     "The drum" and "to the gate"; "make sure the drum" and "ends up on the truck"; "gensets" and
     "go to the gate".
     """
-    if not _side_by_side(before, sdc, _JOINED):
+    if not side_by_side(before, sdc, _JOINED):
         return None
     if before.type == "OBJECT" and sdc.type in ("PATH", "PLACE") and sdc.landmark1:
         return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(sdc,))
@@ -115,7 +115,7 @@ def _joined(before: SDC, sdc: SDC) -> SDC | None:
         return None
     words = _words(before)
     theme, verb = _only(before), verb_of(tuple(words))
-    if not _arguments(before) and verb.is_open and _side_by_side(before, sdc, len(" ")):
+    if not _arguments(before) and verb.is_open and side_by_side(before, sdc, len(" ")):
         theme = SDC("OBJECT", words=before.relation)
     elif verb.classes or not (verb.leads_on or "that" in words or INTERJECTIONS.issuperset(words)):
         return None
@@ -132,14 +132,8 @@ def _shared(before: SDC, sdc: SDC) -> SDC | None:
     if sdc.type != "EVENT" or _subject(sdc) or not _leads(sdc):
         return None
     goes = verb_of(tuple(_words(sdc))).classes == {"going"}
-    near = _side_by_side(before, sdc, len(" and "))
+    near = side_by_side(before, sdc, len(" and "))
     return replace(sdc, figure=(subject,)) if goes and near else None
-
-
-def _side_by_side(before: SDC, sdc: SDC, most: int) -> bool:
-    """Whether a clause begins so many characters at most after another one ends."""
-    own, following = all_words(before), all_words(sdc)
-    return bool(own and following) and 0 <= following[0].start - own[-1].end <= most
 
 
 def _leads(sdc: SDC) -> bool:
@@ -154,7 +148,8 @@ def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
     if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
         return None
     before = first.words[0].start < sdc.relation[0].start
-    if not before or names_robot(first) or is_pronoun(first) or nouns.name_load(first.words):
+    named = nouns.name_load(first.words) or nouns.name_other(first.words)
+    if not before or named or names_robot(first) or is_pronoun(first):
         return None
     if sdc.landmark1:
         return replace(sdc, landmark1=sdc.landmark1[1:])

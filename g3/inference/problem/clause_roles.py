@@ -131,7 +131,7 @@ def told_ways(tree: Tree, root: int) -> frozenset[str]:
     """Ways that a clause names, it or what in it has no landmark but who is spoken to."""
     said = set(field_words(tree.nodes[root].relation))
     for node in tree.below(root, _ARGUMENTS, "PATH", "PLACE"):
-        marks = [w.text.lower() for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
+        marks = [bare(w.text) for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
         if not marks or YOU.intersection(marks):
             said.update(field_words(all_words(tree.nodes[node])))
     around: frozenset[str] = frozenset(("around",) if AROUND.intersection(said) else ())

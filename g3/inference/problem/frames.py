@@ -23,7 +23,13 @@ from g3.inference.problem.clause_roles import (
     ways,
 )
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.phrases import is_measure, is_pronoun, names_forks, names_robot
+from g3.inference.problem.phrases import (
+    is_measure,
+    is_pronoun,
+    names_forks,
+    names_robot,
+    side_by_side,
+)
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, figure_words, normalise
 from g3.language.lexicon.word_sets import (
@@ -219,8 +225,7 @@ def _passes_on(tree: Tree, root: int) -> bool:
     bare_turn = tree.verbs[root].classes <= {"turning", "going"} and _is_purpose(tree, after)
     if not (tree.verbs[root].leads_on or bare_turn):
         return False
-    own, following = all_words(tree.nodes[root]), all_words(tree.nodes[after])
-    if not own or not following or not 0 <= following[0].start - own[-1].end <= _JOINED:
+    if not side_by_side(tree.nodes[root], tree.nodes[after], _JOINED):
         return False
     named = tree.below(root, _ARGUMENTS, "OBJECT", "PLACE", "PATH")
     if not all(_is_robot(tree, n) for n in named):

@@ -87,13 +87,13 @@ def is_there(sdc: SDC) -> bool:
 
 def names_same(sdc: SDC) -> bool:
     """Whether a leaf names what has been spoken of: "this table"."""
-    words = [word.text.lower() for word in sdc.words]
+    words = [bare(word.text) for word in sdc.words]
     return len(words) > 1 and words[0] in THESE
 
 
 def names_other(sdc: SDC) -> bool:
     """Whether a leaf names something else than what was meant before: "the other truck"."""
-    return any(w.text.lower().strip(".,;:!") in OTHERS for w in sdc.words)
+    return any(bare(w.text) in OTHERS for w in sdc.words)
 
 
 def names_origin(sdc: SDC) -> bool:
@@ -142,8 +142,14 @@ def names_robot(sdc: SDC) -> bool:
 
 def is_pronoun(sdc: SDC) -> bool:
     """Whether an OBJECT is a pronoun that stands for something spoken of before."""
-    words = [w.text.lower().strip(".,;:!") for w in sdc.words]
+    words = [bare(word.text) for word in sdc.words]
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in IT
+
+
+def side_by_side(before: SDC, sdc: SDC, most: int) -> bool:
+    """Whether a clause begins so many characters at most after another one ends."""
+    own, following = all_words(before), all_words(sdc)
+    return bool(own and following) and 0 <= following[0].start - own[-1].end <= most
 
 
 def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:

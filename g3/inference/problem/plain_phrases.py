@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+from g3.inference.problem.phrases import is_pronoun, side_by_side
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
@@ -70,11 +71,10 @@ def _says_more(sdc: SDC, following: SDC) -> bool:
     """Whether an OBJECT is "the one" that another tells of, with nothing but a comma between."""
     if sdc.type != "OBJECT" or following.type != "OBJECT" or not following.figure:
         return False
-    own, more = all_words(sdc), all_words(following)
     noun = noun_leaf(following).words
-    if not (own and noun and ONES.intersection([_bare(noun[-1])])):
+    if not (noun and ONES.intersection([_bare(noun[-1])])):
         return False
-    return 0 < more[0].start - own[-1].end <= COMMA
+    return side_by_side(sdc, following, COMMA)
 
 
 def _with_none(sdc: SDC) -> SDC:
@@ -115,14 +115,10 @@ def _put_there(event: SDC) -> SDC:
     theme = next(iter(event.landmark1), None)
     if theme is None or theme.type != "OBJECT" or not (theme.figure and theme.landmark1):
         return event
-    if len(event.landmark1) > 1 or not _is_spoken_of(theme.figure[0]):
+    if len(event.landmark1) > 1 or not is_pronoun(theme.figure[0]):
         return event
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
     return replace(event, landmark1=theme.figure, landmark2=(place, *event.landmark2))
-
-
-def _is_spoken_of(sdc: SDC) -> bool:
-    return len(sdc.words) == 1 and _bare(sdc.words[0]) in IT
 
 
 def _being_there(event: SDC) -> SDC:
@@ -219,6 +215,6 @@ def _picked_up_there(event: SDC) -> SDC:
         return event
     theme, place = arguments
     leads = "to" in concepts(field_words(place.relation))
-    if theme.is_implicit or leads or not place.landmark1 or _is_spoken_of(theme):
+    if theme.is_implicit or leads or not place.landmark1 or is_pronoun(theme):
         return event
     return replace(event, landmark1=(replace(place, type="OBJECT", figure=(theme,)),), landmark2=())

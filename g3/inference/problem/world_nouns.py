@@ -9,7 +9,7 @@ from functools import cached_property
 from g3.actions.grounding_candidates import carrier
 from g3.actions.loads import is_load
 from g3.actions.robot_state import State
-from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.similarity.presence import best_naming, is_called
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
@@ -55,6 +55,10 @@ class Nouns:
         known = [o.labels for o in self.state.context.objects if is_load(self.state, o.id)]
         likely = bool(said) and best_naming(said[-1], known) >= LIKELY
         return likely and not self.call_robot(words)
+
+    def name_other(self, words: Sequence[Span]) -> bool:
+        """Whether words are a label of something else than a load and the robot."""
+        return not self.others.isdisjoint(field_words(words)) and not self.call_robot(words)
 
     def call_robot(self, words: Sequence[Span]) -> bool:
         """Whether words are a name of the robot: "forklift"."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from g3.language.lexicon.field_words import bare
 from g3.language.lexicon.word_sets import (
     COLLECTIVES,
     COUNTS,
@@ -89,7 +90,7 @@ def group(sdc: SDC) -> Group:
 
 def noun_words(sdc: SDC) -> list[str]:
     """The words of the noun itself, in lower case, without what modifies it."""
-    return [word.text.lower() for word in noun_leaf(sdc).words]
+    return [bare(word.text) for word in noun_leaf(sdc).words]
 
 
 def noun_leaf(sdc: SDC) -> SDC:

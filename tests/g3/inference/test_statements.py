@@ -1,5 +1,6 @@
 """Sentences that ask for nothing."""
 
+import numpy as np
 import pytest
 
 from g3.actions.robot_state import start_state
@@ -86,6 +87,12 @@ def test_a_command_of_statements_alone_is_kept():
 def test_nothing_is_done_about_a_statement(text, widely_trained):
     yard = world(crate_1=("crate", (9, 4)), crate_2=("crate", (9, -4)), cone_1=("cone", (15, 0)))
     assert did(widely_trained.follow(text, yard, least=0.0)) == [("pick up", "crate-1")]
+
+
+def test_a_thing_that_is_named_first_is_spoken_of(widely_trained):
+    yard = world(crate_1=("crate", (9, 6)), truck_1=("truck", (15, -6)))
+    found = widely_trained.follow("Truck, drive to it", yard, least=0.0)
+    assert np.linalg.norm(found.plan.state.pose[:2] - (15, -6)) < np.hypot(15, 6) / 2
 
 
 def test_the_load_that_the_robot_is_holding(widely_trained):
