@@ -57,12 +57,12 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
         joined = _joined(last, sdc) if last is not None else None
         shared = _shared(last, sdc) if last is not None else None
         found[len(found) - (joined is not None) :] = [joined or shared or sdc]
-    asking = without_statements(found, nouns)
-    return tuple(_plain(_mentioned(plain_phrases(sdc), nouns), nouns) for sdc in asking)
+    asking = without_statements([_wanted(plain_phrases(sdc), nouns) for sdc in found], nouns)
+    return tuple(_plain(sdc, nouns) for sdc in asking)
 
 
-def _mentioned(sdc: SDC, nouns: Nouns) -> SDC:
-    """A clause that is nothing but a thing, or where that shall be: "the drum on the truck"."""
+def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
+    """A thing that is named where it isn't is wanted there: "the drum on the truck, please"."""
     if sdc.type != "OBJECT":
         return sdc
     return _result(SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(sdc,)), nouns) or sdc

@@ -80,6 +80,7 @@ def test_a_command_of_statements_alone_is_kept():
         "There are two crates. Pick up the left one.",
         "Forklift, pick up the left crate.",
         "Operator, pick up the left crate.",
+        "There are two crates on the cone. Pick up the left one.",
         "See the cone over there? Never mind. Pick up the left crate, thank you.",
         "Pick up the left crate pls, the boss has no time.",
     ],
