@@ -98,6 +98,7 @@ def _only(sdc: SDC) -> SDC | None:
 
 
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:
+    """Whether a noun is a label of a load, and not only like one."""
     return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
 
 
@@ -148,8 +149,9 @@ def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
     if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
         return None
     before = first.words[0].start < sdc.relation[0].start
-    named = nouns.name_load(first.words) or nouns.name_other(first.words)
-    if not before or named or names_robot(first) or is_pronoun(first):
+    if not before or names_robot(first) or is_pronoun(first):
+        return None
+    if nouns.name_other(first.words) or nouns.name_load(first.words):
         return None
     if sdc.landmark1:
         return replace(sdc, landmark1=sdc.landmark1[1:])
@@ -228,12 +230,11 @@ def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
     theme, *goals = _arguments(sdc) or (None,)
     if theme is None or theme.type != "OBJECT" or not goals or _subject(sdc) or not sdc.relation:
         return None
-    named = nouns.name_load(noun_leaf(theme).words)
-    if all_words(theme)[0].start > sdc.relation[-1].start or not named:
-        return None
-    verb = verb_of(tuple(_words(sdc)))
+    first = all_words(theme)[0].start <= sdc.relation[-1].start
     others = any(part.type not in ("PATH", "PLACE") for part in goals)
-    if verb.classes != {"going"} or others:
+    if not first or others or verb_of(tuple(_words(sdc))).classes != {"going"}:
+        return None
+    if not nouns.name_load(noun_leaf(theme).words):
         return None
     return replace(sdc, figure=(theme,), landmark1=tuple(goals), landmark2=())
 
