@@ -34,14 +34,14 @@ from g3.actions.robot_state import State, start_state
 from g3.geometry.footprints import centre
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
-from g3.inference.problem.costs import RandomCost
+from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.problem.loads_of_state import loads_of
 
 FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
-SETS = ("first", "second", "third", "fourth")
+SETS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh")
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], Sequence[Action]]
 """From a command and a state to what to do."""
@@ -139,6 +139,18 @@ def state_of(record: dict[str, Any]) -> State:
     return start_state(scenario_context(Scenario("yard", "", YARD, things, {}, robot, ())))
 
 
+def records_of(name: str) -> list[dict[str, Any]]:
+    """The commands of a set with their yards and ends."""
+    lines = (FOLDER / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
+    return [json.loads(line) for line in lines]
+
+
+def learned_cost(corpora: Sequence[str]) -> Scorer:
+    """What a model has learned from corpora."""
+    known = [open_corpus(name) for name in corpora]
+    return costs_without(data_of(known), load_choices_of(known))("")
+
+
 def _by_model(grounder: Grounder) -> Plan:
     def plan(text: str, start: State) -> Sequence[Action]:
         found = grounder.follow(text, start, least=0.0, insist=True).plan
@@ -166,16 +178,14 @@ def main() -> None:
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
     parser.add_argument("--wrong", action="store_true", help="show which commands go wrong")
     options = parser.parse_args()
-    known = [open_corpus(name) for name in options.train.split(",")]
-    cost = costs_without(data_of(known), load_choices_of(known))("")
+    cost = learned_cost(options.train.split(","))
     ways = {
         **{name: _by_baseline(name) for name in BASELINES if name not in missing()},
         "random costs": _by_model(Grounder(RandomCost())),
         "the model": _by_model(Grounder(cost, without=options.ablate)),
     }
     for name in options.sets or SETS:
-        lines = (FOLDER / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
-        records = [json.loads(line) for line in lines]
+        records = records_of(name)
         yards = np.array([record["world"] for record in records])
         for how, plan in ways.items():
             right = np.array([_is_followed(record, plan) for record in records])

@@ -22,8 +22,8 @@ from g3.inference.calibration import plan_probability
 from g3.inference.clarification import Question, question_about
 from g3.inference.named_models import open_model
 from g3.inference.plan_marks import plan_marks
-from g3.inference.potentials.cases import CommandCase
-from g3.inference.potentials.potential_registry import check_potentials, refusal
+from g3.inference.potentials.cases import CommandCase, PlanCase
+from g3.inference.potentials.potential_registry import added, check_potentials, refusal
 from g3.inference.problem.alternations import plain
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import counts_said
@@ -37,7 +37,17 @@ from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
 from g3.inference.search.thing_search import ground_others
-from g3.inference.tree_choice import PARSES, best_plans, does_something
+from g3.inference.tree_choice import (
+    EVIDENCE,
+    LOOKED_AT,
+    PARSES,
+    Choice,
+    all_plans,
+    best_plans,
+    does_something,
+    plan_case,
+)
+from g3.language.lexicon.field_words import bare
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.scene_drawing import scene_svg
@@ -290,9 +300,11 @@ class Grounder:
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
         found = [(chance, reading.found) for chance, reading in readings]
-        chosen = best_plans(found, top)
-        if not chosen:
+        words = _words(command)
+        choices = all_plans(found, top if len(found) == 1 and not words else max(top, LOOKED_AT))
+        if not choices:
             return readings[0][1].refused()
+        chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
         reading = readings[chosen[0].tree][1]
         plans = tuple(
             _plan(reading, c.hypothesis, c.seen, self.cost if explain else None) for c in chosen
@@ -336,6 +348,38 @@ class Grounder:
             return _Reading(tree, problem, (), why)
         return _Reading(tree, problem, found, missing=missing)
 
+    def compared(
+        self, text: str, state: State, *, parses: int = PARSES
+    ) -> tuple[list[Choice], PlanCase]:
+        """The plans that are compared for a text, for who learns to choose among them.
+
+        Parameters
+        ----------
+        text
+            A command.
+        state
+            What it is asked in.
+        parses
+            How many trees of it are tried at most.
+        """
+        how = partial(
+            self._search, start=state, width=WIDTH, answers=None, explain=False, insist=True
+        )
+        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(text, parses)]
+        choices = all_plans([(chance, reading.found) for chance, reading in readings], LOOKED_AT)
+        return choices, plan_case(choices, _words(text), readings[0][1].problem)
+
+    def _odds(
+        self, choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
+    ) -> FloatArray:
+        """How good each plan is; plans for one tree that was given stay in their order."""
+        if not words and choices[0].tree == choices[-1].tree:
+            return -np.arange(len(choices), dtype=float)
+        odds = EVIDENCE * np.array([choice.seen[1] for choice in choices])
+        if not (words and isinstance(self.cost, Scorer)):
+            return odds
+        return odds + added(plan_case(choices, words, problem))
+
     @property
     def _lexicon(self) -> Lexicon | None:
         """What the model has learned of words and labels."""
@@ -367,6 +411,12 @@ def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float
 
         command = parse_unsure(command, n_best=count)
     return [(tree.probability, tree.sdcs) for tree in command.trees] or [(1.0, ())]
+
+
+def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
+    """All words of a text; none of trees without one."""
+    text = command if isinstance(command, str) else getattr(command, "text", "")
+    return tuple(word for part in text.split() if (word := bare(part)))
 
 
 def _guessed(tree: Tree) -> list[str]:

@@ -1,7 +1,8 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
 The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
-probably wrong decides nothing by itself.
+probably wrong decides nothing by itself. Then all words of the text tell, whatever its trees are
+(:mod:`g3.inference.potentials.plan_words`).
 """
 
 from __future__ import annotations
@@ -9,15 +10,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
-from g3.inference.calibration import evidence, plan_probability, share_alike
+from g3.inference.calibration import evidence, share_alike
+from g3.inference.potentials.cases import PlanCase, PlanEnd
+from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.search.action_search import Hypothesis
 
 PARSES = 3
 """How many trees of a text are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
 """How many plans of each tree may be the best."""
+EVIDENCE = 8.0
+"""The weight of a plan's evidence beside potentials of plans. They were learned with this one."""
 
 
 class Choice(NamedTuple):
@@ -43,25 +50,46 @@ def does_something(plan: Hypothesis) -> bool:
     return any(action.kind is not WAIT for action in plan.actions)
 
 
-def best_plans(found: Sequence[tuple[float, Sequence[Hypothesis]]], top: int) -> list[Choice]:
-    """The plans of the tree that has the best one, the best first.
+def all_plans(found: Sequence[tuple[float, Sequence[Hypothesis]]], most: int) -> list[Choice]:
+    """Plans of all trees, tree by tree, the best of each first.
 
     Parameters
     ----------
     found
         The probability of each tree, and the plans for it, the best first.
-    top
-        How many plans to give. Those of a single tree stay in their order.
+    most
+        How many plans of each tree. Of several trees those that only wait are left out.
     """
-    choices = [
+    return [
         Choice(number, plan, _evidence(plan, number, found))
         for number, (_, plans) in enumerate(found)
-        for plan in plans[: top if len(found) == 1 else max(top, LOOKED_AT)]
+        for plan in plans[:most]
         if len(found) == 1 or does_something(plan)
     ]
-    if len(found) > 1:
-        choices.sort(key=lambda choice: -plan_probability(choice.seen))
-    return [choice for choice in choices if choice.tree == choices[0].tree][:top]
+
+
+def plan_case(
+    choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
+) -> PlanCase:
+    """Plans as potentials see them."""
+    plans = [PlanEnd(c.hypothesis.actions, c.hypothesis.state) for c in choices]
+    return PlanCase(words, plans, problem)
+
+
+def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Choice]:
+    """The plans of the tree that has the best one, the best first.
+
+    Parameters
+    ----------
+    choices
+        The plans.
+    odds
+        How good each is, shape (choices,).
+    top
+        How many plans to give.
+    """
+    order = [choices[i] for i in np.argsort(-odds, kind="stable")]
+    return [choice for choice in order if choice.tree == order[0].tree][:top]
 
 
 def _evidence(

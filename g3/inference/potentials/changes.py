@@ -10,9 +10,11 @@ import numpy as np
 from g3.actions.grounding_candidates import beneath
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, PhysicalObject, Place
-from g3.inference.potentials.cases import ActionCase
+from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.place_rules import stands_at
 from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.clause_roles import is_source
+from g3.inference.problem.grounding_problem import things_of
 from g3.sdc.clauses import SDCType
 
 _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
@@ -35,6 +37,22 @@ def moved(case: ActionCase) -> BoolArray:
             stood[action.object_id] = thing, beneath(Place(thing.prism), start, thing.id)
         same[i] = stands_at([action.place], *stood[action.object_id])[0]
     return same
+
+
+@potential(
+    "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.05)
+)
+def taken_from(case: PathCase) -> Measured:
+    """What is taken "off the truck" stands on it, where anything does."""
+    if not is_source(case.sdc):
+        return False
+    under = case.problem.carriers
+    marks = [things_of(mark.group) if mark else [] for mark in case.marks]
+    laden = [{thing.id for thing in own}.intersection(under.values()) for own in marks]
+    taken = [a.object_id if a.object_id != case.state.held else "" for a in case.actions]
+    return np.array(
+        [[bool(load and own) and under.get(load) not in own for own in laden] for load in taken]
+    )
 
 
 @potential("many-spots", kind="action", types=_CLAUSES, weight=-0.6)

@@ -18,6 +18,7 @@ from g3.features.sets.order import is_ordinal
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Scorer
 from g3.inference.problem.frames import asked, frame, spares
@@ -38,7 +39,8 @@ def command_load(case: CandidateCase) -> Measured:
     """What is handled first is the load that all words of the command tell, as learned."""
     if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
         return False
-    behind = _behind(case.tree, case.problem, _says_more(case.sdc))
+    taken_off = any(is_source(case.tree.nodes[n]) for n in frame(case.tree, case.within).ways)
+    behind = _behind(case.tree, case.problem, taken_off or _says_more(case.sdc))
     if not behind:
         return False
     most = max(behind.values())

@@ -12,7 +12,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import things_of
-from g3.inference.problem.phrases import is_bare
+from g3.inference.problem.phrases import is_uncounted
 from g3.language.lexicon.field_words import field_words, figure_words
 from g3.language.similarity.word_similarity import labels_in
 
@@ -66,8 +66,8 @@ def _says_something(tree: Tree, node: int, cost: Cost) -> bool:
 
 @potential("load-as-theme", kind="argument", types=("EVENT",), roles=("theme",), weight=log(0.1))
 def load_as_theme(case: CandidateCase) -> Measured:
-    """A plain noun means the load on the forks: "put the pallet down"."""
+    """A plain noun means the load on the forks: "put the pallet down", "put your tires down"."""
     held = case.problem.held
-    if held is None or not is_bare(case.sdc):
+    if held is None or not is_uncounted(case.sdc):
         return False
     return case.each(lambda g: [t.id for t in things_of(g)] != [held])

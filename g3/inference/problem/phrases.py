@@ -66,6 +66,14 @@ def is_bare(sdc: SDC) -> bool:
     return sdc.type == "OBJECT" and not is_singled_out(sdc) and group(sdc).number == "singular"
 
 
+def is_uncounted(sdc: SDC) -> bool:
+    """Whether an OBJECT names by its kind one thing or what counts as one: "the tires"."""
+    said = group(sdc)
+    if sdc.type != "OBJECT" or is_singled_out(sdc):
+        return False
+    return said.number == "singular" or not (said.count or said.quantifier or said.collective)
+
+
 def is_singled_out(sdc: SDC) -> bool:
     """Whether an OBJECT says more than its kind: "the left pallet", "the one by the truck"."""
     if not (sdc.is_leaf or is_complement(sdc)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from g3.language.lexicon.word_sets import NOTHING
 from g3.sdc.clauses import SDC
 
 _PATTERN = r"not|never|without|nor|neither|no|cannot|n['’]?t|(?:[a-z]+n['’]t)|dont|doesnt|cant|wont"
@@ -36,6 +37,8 @@ def negated(sdc: SDC, text: str = "") -> bool:
     True
     """
     words = sdc.relation
+    if sdc.type == "EVENT" and NOTHING.intersection(word.text.lower() for word in words[:1]):
+        return True  # "nothing to lift"
     for place, word in enumerate(words):
         if _NEGATION.fullmatch(word.text):
             following = "".join(w.text.lower() for w in words[place + 1 : place + 2])

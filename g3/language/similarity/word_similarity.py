@@ -77,8 +77,12 @@ _SYNONYMS = {
     "trailer": "trailer tailor truck lorry flatbed flat bed platform table cart trolley wagon dock "
     "bench conveyor rig semi van vehicle deck loading",
     "forklift": "forklift fork lift robot machine driver you your yourself me my i",
-    "person": "person man woman worker people human guy",
+    "person": "person man woman worker people human guy lady fellow employee pedestrian",
     "barrel": "barrel drum keg",
+    "berm": "berm mound hill heap bank ridge embankment dirt mud earth soil",
+    "shelf": "shelf shelves shelving rack",
+    "sign": "sign signpost signboard post board",
+    "cone": "cone pylon",
 }
 """Words for kinds of things in a warehouse, hand-made from general knowledge."""
 

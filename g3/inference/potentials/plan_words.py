@@ -1,0 +1,221 @@
+"""What all words of a text say of a whole plan: evidence that survives a wrong parse.
+
+The clauses' factors see the words of a clause. Where the clauses are wrong, plans for several trees
+of a text are compared, and these potentials say which of them does what the words speak of. Weights
+are learned together, as a conditional logit over plans, from commands that imitate people
+(``python -m benchmarks.plan_weights``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from g3.actions.grounding_candidates import carrier
+from g3.actions.loads import is_load
+from g3.actions.robot_state import State
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray
+from g3.inference.potentials.cases import PlanCase, PlanEnd
+from g3.inference.potentials.potential_registry import potential
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    BESIDE,
+    EXISTENTIAL,
+    FLOOR,
+    FORKS,
+    GENERIC,
+    PLACE_PREPOSITIONS,
+    PRONOUNS,
+    QUANTIFIERS,
+)
+from g3.language.similarity.presence import best_naming
+
+NAMES, ALIKE = 0.6, 0.03
+"""A word names things that it is so likely for, and what is as likely but for so much."""
+NEAR_M, NEAR_LARGE_M = 5.0, 7.0
+"""What is so near to the middle of a load or of the robot is about it: loads, and larger things."""
+ENDS = ("lifted", "on a thing", "on the ground", "not handled")
+"""What may have become of a load."""
+CUES = (
+    *("placing", "taking", "carrying", "going"),
+    *("last placing", "last taking", "last going"),
+    *("on", "to", "floor", "beside", "up", "down", "forks", "any"),
+)
+"""What words may speak of: verbs by class, the class of the last one, and where to."""
+THINGS = ("unnamed", "explained", "last", "named deck", "other deck")
+"""What `of_things` measures."""
+
+THING_WEIGHTS = {
+    "unnamed": -0.33,
+    "explained": 0.74,
+    "last": 0.32,
+    "named deck": 0.19,
+    "other deck": -1.02,
+}
+END_WEIGHTS = {
+    "placing": (-0.01, 0.11, -0.03, -0.07),
+    "taking": (0.23, -0.05, -0.17, -0.08),
+    "carrying": (-0.74, 0.09, -0.04, 0.27),
+    "going": (0.07, 0.25, -0.25, 0.02),
+    "last placing": (-0.59, 0.18, -0.01, 0.02),
+    "last taking": (0.3, -0.52, -0.26, -0.16),
+    "last going": (-0.01, 0.15, -0.05, -0.04),
+    "on": (-0.08, 0.16, -0.03, -0.09),
+    "to": (-0.02, 0.22, -0.07, -0.04),
+    "floor": (-0.34, -0.32, 0.13, -0.38),
+    "beside": (0.17, -0.01, 0.0, -0.18),
+    "up": (0.5, -0.04, -0.58, 0.16),
+    "down": (-0.23, -0.1, 0.1, -0.28),
+    "forks": (0.22, -0.73, -0.44, 0.37),
+    "any": (0.21, 0.1, -0.12, -0.11),
+}
+
+
+@potential("plan-things", kind="plan", types=("EVENT",), weight=1.0)
+def plan_things(case: PlanCase) -> FloatArray:
+    """What words name is handled, is where that comes from, or where it ends; as learned."""
+    result: FloatArray = of_things(case) @ np.array([THING_WEIGHTS[name] for name in THINGS])
+    return result
+
+
+@potential("plan-end", kind="plan", types=("EVENT",), weight=1.0)
+def plan_end(case: PlanCase) -> FloatArray:
+    """A load ends on the forks, on a thing or on the ground as verbs and "on" ask; as learned."""
+    result: FloatArray = of_ends(case) @ np.array([END_WEIGHTS[cue] for cue in CUES]).reshape(-1)
+    return result
+
+
+def of_ends(case: PlanCase) -> FloatArray:
+    """Which cues there are, at the end that each plan has; (plans, `CUES` times `ENDS`)."""
+    there = cues(case.words)
+    seen = np.zeros((len(case.plans), len(CUES), len(ENDS)))
+    for row, plan in zip(seen, case.plans, strict=True):
+        row[:, _end(plan)] = [cue in there for cue in CUES]
+    return seen.reshape(len(seen), -1)
+
+
+def of_things(case: PlanCase) -> FloatArray:
+    """How far plans are about what words name, shape (plans, `THINGS`).
+
+    How many named things have no part in the plan, and the share that has one; whether the last one
+    is where it ends; whether that is a deck that is named, or one that isn't.
+    """
+    state = case.problem.state
+    named = named_things(case.words, state)
+    return np.array([_of_things(plan, named, state) for plan in case.plans])
+
+
+def _of_things(
+    plan: PlanEnd, named: Sequence[Collection[str]], start: State
+) -> tuple[float, float, float, float, float]:
+    handled, ends = set(plan.handled), _where_it_ends(plan)
+    about = handled | ends | _where_it_begins(plan, start)
+    explained = [not about.isdisjoint(things) for things in named]
+    under = carrier(plan.state, plan.put) if plan.put else None
+    is_named = under is not None and any(under.id in things for things in named)
+    return (
+        float(len(named) - sum(explained)),
+        float(np.mean(explained)) if named else 1.0,
+        float(bool(named) and not ends.isdisjoint(named[-1])),
+        float(is_named),
+        float(under is not None and not is_named),
+    )
+
+
+def _where_it_ends(plan: PlanEnd) -> set[str]:
+    """Ids of what is near where a load is put, and of what it is put on; without loads, the robot.
+
+    Nothing where a load is lifted.
+    """
+    state = plan.state
+    if plan.put:
+        under = carrier(state, plan.put)
+        near = _near(state, centre(state.thing(plan.put).prism), {plan.put})
+        return near if under is None else near | {under.id}
+    return set() if plan.handled else _near(state, state.pose[:2], {state.held})
+
+
+def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
+    """Ids of what is near the loads that are handled, and of what they stand on."""
+    found: set[str] = set()
+    for load in plan.handled:
+        if load != start.held:
+            under = carrier(start, load)
+            found |= _near(start, centre(start.thing(load).prism), {load})
+            found |= {under.id} if under else set()
+    return found
+
+
+def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:
+    return {
+        o.id
+        for o in state.context.objects
+        if o.id not in but
+        and o.id != state.context.agent_id
+        and np.linalg.norm(centre(o.prism) - spot)
+        < (NEAR_M if is_load(state, o.id) else NEAR_LARGE_M)
+    }
+
+
+def _end(plan: PlanEnd) -> int:
+    if not plan.handled:
+        return ENDS.index("not handled")
+    if plan.put is None:
+        return ENDS.index("lifted")
+    on = carrier(plan.state, plan.put)
+    return ENDS.index("on the ground" if on is None else "on a thing")
+
+
+def cues(words: Sequence[str]) -> set[str]:
+    """What some words speak of, some of `CUES`."""
+    found = {"any"}
+    for word in words:
+        verb = next((c for c in word_class(word).split("+") if c in CUES), "")
+        if verb:
+            found = {cue for cue in found if not cue.startswith("last ")}
+            found |= {verb, f"last {'placing' if verb == 'carrying' else verb}"}
+        stem = normalise(word)
+        spoken = concepts([stem])
+        found |= {"on", "to"} & spoken
+        found |= {"beside"} if spoken & BESIDE else set()
+        found |= {"floor"} if stem in FLOOR else set()
+        found |= {"forks"} if stem in FORKS else set()
+        found |= {"up", "down"} & {word}
+        found |= {"down"} if word == "off" else set()
+    return found
+
+
+def named_things(words: Sequence[str], state: State) -> list[frozenset[str]]:
+    """Ids of the things that each noun names as well as any; words that name nothing are left out.
+
+    The robot has no part in it.
+    """
+    labels = {
+        o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
+    }
+    found = []
+    for word in filter(_may_name, words):
+        likely = {name: _naming(word, own) for name, own in labels.items()}
+        best = max(likely.values(), default=0.0)
+        if best >= NAMES:
+            found.append(frozenset(n for n, likeness in likely.items() if likeness >= best - ALIKE))
+    return found
+
+
+@lru_cache(maxsize=65536)
+def _naming(word: str, labels: tuple[str, ...]) -> float:
+    return best_naming(word, [labels])
+
+
+@lru_cache(maxsize=65536)
+def _may_name(word: str) -> bool:
+    """Whether a word is none of those that say how, where or what to do."""
+    others = (PLACE_PREPOSITIONS, ARTICLES, PRONOUNS, QUANTIFIERS, EXISTENTIAL)
+    is_function_word = any(word in known for known in others)
+    return not (is_function_word or word_class(word) or normalise(word) in GENERIC or len(word) < 3)
