@@ -301,7 +301,7 @@ class Grounder:
             return readings[0][1].refused()
         found = [(chance, reading.found) for chance, reading in readings]
         words = _words(command)
-        choices = all_plans(found, top if len(found) == 1 and not words else max(top, LOOKED_AT))
+        choices = all_plans(found, top if len(found) == 1 else max(top, LOOKED_AT))
         if not choices:
             return readings[0][1].refused()
         chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
@@ -349,14 +349,14 @@ class Grounder:
         return _Reading(tree, problem, found, missing=missing)
 
     def compared(
-        self, text: str, state: State, *, parses: int = PARSES
+        self, text: str | Parse, state: State, *, parses: int = PARSES
     ) -> tuple[list[Choice], PlanCase]:
         """The plans that are compared for a text, for who learns to choose among them.
 
         Parameters
         ----------
         text
-            A command.
+            A command, or its trees.
         state
             What it is asked in.
         parses
@@ -372,8 +372,8 @@ class Grounder:
     def _odds(
         self, choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
     ) -> FloatArray:
-        """How good each plan is; plans for one tree that was given stay in their order."""
-        if not words and choices[0].tree == choices[-1].tree:
+        """How good each plan is; plans for a single tree stay in their order."""
+        if choices[0].tree == choices[-1].tree:
             return -np.arange(len(choices), dtype=float)
         odds = EVIDENCE * np.array([choice.seen[1] for choice in choices])
         if not (words and isinstance(self.cost, Scorer)):

@@ -23,7 +23,7 @@ PARSES = 3
 """How many trees of a text are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
 """How many plans of each tree may be the best."""
-EVIDENCE = 8.0
+EVIDENCE = 6.0
 """The weight of a plan's evidence beside potentials of plans. They were learned with this one."""
 
 

@@ -47,33 +47,33 @@ CUES = (
     *("last placing", "last taking", "last going"),
     *("on", "to", "floor", "beside", "up", "down", "forks", "any"),
 )
-"""What words may speak of: verbs by class, the class of the last one, and where to."""
+"""What words may speak of: verbs by class, the last one's class, and where to from there on."""
 THINGS = ("unnamed", "explained", "last", "named deck", "other deck")
 """What `of_things` measures."""
 
 THING_WEIGHTS = {
-    "unnamed": -0.33,
-    "explained": 0.74,
-    "last": 0.32,
-    "named deck": 0.19,
-    "other deck": -1.02,
+    "unnamed": -0.56,
+    "explained": 1.27,
+    "last": 0.61,
+    "named deck": 0.32,
+    "other deck": -1.23,
 }
 END_WEIGHTS = {
-    "placing": (-0.01, 0.11, -0.03, -0.07),
-    "taking": (0.23, -0.05, -0.17, -0.08),
-    "carrying": (-0.74, 0.09, -0.04, 0.27),
-    "going": (0.07, 0.25, -0.25, 0.02),
-    "last placing": (-0.59, 0.18, -0.01, 0.02),
-    "last taking": (0.3, -0.52, -0.26, -0.16),
-    "last going": (-0.01, 0.15, -0.05, -0.04),
-    "on": (-0.08, 0.16, -0.03, -0.09),
-    "to": (-0.02, 0.22, -0.07, -0.04),
-    "floor": (-0.34, -0.32, 0.13, -0.38),
-    "beside": (0.17, -0.01, 0.0, -0.18),
-    "up": (0.5, -0.04, -0.58, 0.16),
-    "down": (-0.23, -0.1, 0.1, -0.28),
-    "forks": (0.22, -0.73, -0.44, 0.37),
-    "any": (0.21, 0.1, -0.12, -0.11),
+    "placing": (-0.14, 0.27, -0.03, -0.21),
+    "taking": (0.38, 0.01, -0.34, -0.03),
+    "carrying": (-0.92, 0.19, -0.13, 0.47),
+    "going": (0.13, 0.32, -0.42, 0.06),
+    "last placing": (-0.69, 0.34, -0.05, -0.05),
+    "last taking": (0.49, -0.68, -0.5, -0.15),
+    "last going": (0.38, 0.12, -0.08, -0.08),
+    "on": (-0.27, 0.27, -0.03, -0.18),
+    "to": (-0.01, 0.37, 0.06, -0.32),
+    "floor": (-0.96, -0.92, 0.27, -0.65),
+    "beside": (0.11, 0.08, 0.07, -0.32),
+    "up": (0.77, -0.66, -0.98, 0.15),
+    "down": (-0.25, -0.12, 0.14, -0.44),
+    "forks": (0.61, -2.13, -1.04, 0.61),
+    "any": (0.42, 0.2, -0.26, -0.21),
 }
 
 
@@ -173,21 +173,20 @@ def _end(plan: PlanEnd) -> int:
 
 
 def cues(words: Sequence[str]) -> set[str]:
-    """What some words speak of, some of `CUES`."""
-    found = {"any"}
-    for word in words:
-        verb = next((c for c in word_class(word).split("+") if c in CUES), "")
-        if verb:
-            found = {cue for cue in found if not cue.startswith("last ")}
-            found |= {verb, f"last {'placing' if verb == 'carrying' else verb}"}
-        stem = normalise(word)
-        spoken = concepts([stem])
-        found |= {"on", "to"} & spoken
-        found |= {"beside"} if spoken & BESIDE else set()
-        found |= {"floor"} if stem in FLOOR else set()
-        found |= {"forks"} if stem in FORKS else set()
-        found |= {"up", "down"} & {word}
-        found |= {"down"} if word == "off" else set()
+    """What some words speak of, some of `CUES`: verbs, and where to from the last verb on."""
+    verbs = [next((c for c in word_class(w).split("+") if c in CUES), "") for w in words]
+    last = max((i for i, verb in enumerate(verbs) if verb), default=0)
+    found = {"any", *filter(None, verbs)}
+    if any(verbs):
+        found.add("last placing" if verbs[last] == "carrying" else f"last {verbs[last]}")
+    stems = list(map(normalise, words[last:]))
+    spoken = concepts(stems)
+    found |= {"on", "to"} & spoken
+    found |= {"beside"} if spoken & BESIDE else set()
+    found |= {"floor"} if FLOOR.intersection(stems) else set()
+    found |= {"forks"} if FORKS.intersection(stems) else set()
+    found |= {"up", "down"} & set(words[last:])
+    found |= {"down"} if "off" in words[last:] else set()
     return found
 
 

@@ -18,6 +18,7 @@ from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
     ARTICLES,
     BESIDE,
+    BRINGING,
     FLOOR,
     HAVING,
     IT,
@@ -209,12 +210,15 @@ def _bare(word: Span) -> str:
 
 def _picked_up_there(event: SDC) -> SDC:
     """A clause about a thing that stands somewhere, where what is picked up is said to be there."""
-    verb = verb_of(tuple(map(_bare, event.relation)))
+    said = tuple(map(_bare, event.relation))
+    verb = verb_of(said)
     arguments = (*event.landmark1, *event.landmark2)
     if verb.classes != {"taking"} or [part.type for part in arguments] != ["OBJECT", "PLACE"]:
         return event
     theme, place = arguments
-    leads = "to" in concepts(field_words(place.relation))
+    where = concepts(field_words(place.relation))
+    brings = not BRINGING.isdisjoint(said) or not where & BESIDE
+    leads = "to" in where and brings  # "lift it next to the gate" says where it is
     if theme.is_implicit or leads or not place.landmark1 or is_pronoun(theme):
         return event
     return replace(event, landmark1=(replace(place, type="OBJECT", figure=(theme,)),), landmark2=())

@@ -282,6 +282,8 @@ ASKING = stems("need want require")
 """These ask for what they have as their object: "we need the crate on the truck"."""
 KEEPING = words("keep keeping")
 """Verbs that put a thing somewhere where a place follows, in English as it is spoken in India."""
+BRINGING = words("take taking get getting remove removing pull pulling")
+"""Verbs of taking that may also say where to: "get the crate next to the truck"."""
 LEAVING = words("leave leaving")
 RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
 LOWERING = words("lower lowering drop dropping")
