@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import flask
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
@@ -12,7 +14,7 @@ from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard import dashboard_charts as charts
 from annotation_app.dashboard.consensus import agreement
-from annotation_app.dashboard.disagreements import disagreements
+from annotation_app.dashboard.disagreements import Disagreement, disagreements
 from annotation_app.dashboard.exports import export_response
 from annotation_app.dashboard.study_statistics import (
     collected,
@@ -28,7 +30,8 @@ from annotation_app.people.participants import RANKS, subject_of
 from annotation_app.store.audit import name_of
 from annotation_app.store.installation import now
 from annotation_app.store.models import Person, Study
-from annotation_app.tasks.task_registry import tasks
+from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS
+from annotation_app.tasks.task_registry import task_of, tasks
 from annotation_app.web.needs_login import refused
 from annotation_app.web.who_asks import changed_by, seen_by
 from annotation_app.work.handing_out import find_study
@@ -84,6 +87,29 @@ def overview(study_name: str) -> str:
             disputes=queue.disputes(session, study.id) if sees_all else [],
             sees_all=sees_all,
         )
+
+
+@blueprint.get("/<study_name>/disagreements", endpoint="disagreements")
+def disagreements_page(study_name: str) -> str:
+    """On what people disagree most, and where it can be looked at."""
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        found = disagreements(session, study.id)
+        linked = [(one, _link(study.name, one)) for one in found]
+        return _page("disagreements.html", person, study=study, found=linked)
+
+
+def _link(study_name: str, one: Disagreement) -> str:
+    if one.kind == "item" and task_of(one.task).adjudication is not None:
+        return flask.url_for("adjudication.dispute", study_name=study_name, item_id=one.what)
+    asked: dict[str, Any] = {"study_name": study_name, "task": one.task}
+    if one.kind == WORDS:
+        asked["text"] = one.what
+    elif one.kind == "item":
+        asked |= {"text": one.command, "video": one.video}
+    elif one.kind not in ("task", CLAUSE_TYPE):
+        asked["video"] = one.video
+    return flask.url_for("answer_pages.answers", **asked)
 
 
 @blueprint.get("/<study_name>/people")

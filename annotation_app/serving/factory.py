@@ -20,11 +20,8 @@ from annotation_app.dashboard import (
     adjudication_pages,
     answer_pages,
     answers_api,
-    audit_pages,
-    disagreement_pages,
     login_admin,
-    token_pages,
-    webhook_pages,
+    program_pages,
 )
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
@@ -82,13 +79,10 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     of_dashboard = (
         dashboard,
         adjudication_pages,
-        disagreement_pages,
         answer_pages,
         answers_api,
         login_admin,
-        token_pages,
-        webhook_pages,
-        audit_pages,
+        program_pages,
         interface,
     )
     modules = (api, openapi, media, crowds, *of_dashboard, trying)
