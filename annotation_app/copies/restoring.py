@@ -27,7 +27,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from annotation_app.copies.backup_file import Contents, Reader, Row, check
+from annotation_app.copies.backups import BATCH, Contents, Reader, Row, check
 from annotation_app.core.config import DATABASE_FILE, UNFINISHED
 from annotation_app.core.key_file import KEY_FILE, Keys, read_keys, write_keys
 from annotation_app.core.sealed_keys import unseal
@@ -43,7 +43,6 @@ from annotation_app.store.tombstones import Tombstone
 from g3.errors import FormatError
 from g3.storage.atomic_file import flush_folder, write_bytes
 
-_BATCH = 1000
 _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")
 """What names SQLite's files have after the database's own, and this program's."""
 
@@ -244,7 +243,7 @@ def _fill(connection: Connection, reader: Reader, contents: Contents) -> None:
 
 
 def _insert(connection: Connection, table: Table, rows: Iterator[Row]) -> None:
-    while batch := [row for _, row in islice(rows, _BATCH)]:
+    while batch := [row for _, row in islice(rows, BATCH)]:
         connection.execute(insert(table), batch)
 
 

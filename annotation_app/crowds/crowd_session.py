@@ -16,8 +16,7 @@ from sqlalchemy import Engine
 from annotation_app.core.config import Config, open_instance
 from annotation_app.crowds.crowd_registry import Provider
 from annotation_app.crowds.doubts import decide, read_decisions, resolve
-from annotation_app.crowds.ledger import Ledger
-from annotation_app.crowds.one_at_a_time import one_at_a_time
+from annotation_app.crowds.ledger import Ledger, one_at_a_time
 from annotation_app.crowds.platform import Bonus, Platform
 from annotation_app.crowds.reconciliation import CENT, Finding, reconcile
 from annotation_app.crowds.settlement import Deed, Wishes, settle

@@ -197,14 +197,12 @@ def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt
 
 def _state(participation: Participation, count: int, submission: Submission | None) -> State:
     is_received = participation.received_at is not None
-    if submission is None:
+    if submission is None or submission.standing == "working":
         return "not confirmed" if is_received else "working"
     if submission.standing in ("approved", "rejected"):
         return "settled"
     if submission.standing == "returned":
         return "given back"
-    if submission.standing == "working":
-        return "not confirmed" if is_received else "working"
     if is_received:
         return "ready"
     return "incomplete" if count else "nothing received"

@@ -28,7 +28,7 @@ from annotation_app.dashboard import dashboard_pages as dashboard
 from annotation_app.items import media
 from annotation_app.making import BLUEPRINTS as MAKING
 from annotation_app.pages import BLUEPRINTS
-from annotation_app.people.session_cookies import LONGEST, SessionCookies, wants_json
+from annotation_app.people.browser_sessions import LONGEST, SessionCookies, wants_json
 from annotation_app.serving import openapi
 from annotation_app.serving.record_types import learn_types
 from annotation_app.store.database import open_database

@@ -12,8 +12,8 @@ from annotation_app.core.config import Config
 from annotation_app.store.models import Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.study_setup.coco_things import read_things
+from annotation_app.study_setup.corpus_study import put_commands
 from annotation_app.study_setup.every_problem import gathering, together
-from annotation_app.study_setup.given_commands import put_commands
 from annotation_app.study_setup.own_videos import (
     GivenCommand,
     OwnVideo,
