@@ -80,12 +80,7 @@ def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iter
 def existing(place: Place) -> Iterator[Session | None]:
     """An installation's database, only read; None if there is none yet.
 
-    Nothing is made: not the folder, nor the key.
-
-    Raises
-    ------
-    FormatError
-        If an older or a newer program has made it.
+    Nothing is made: not the folder, nor the key. An error says if another program has made it.
     """
     from annotation_app.core.config import DATABASE_FILE
     from annotation_app.store.database import opened, reading

@@ -106,7 +106,7 @@ def add(
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
         name = person.login
     told = f"added {name}, {role}; by this link they set their password:"
-    _tell_link(form, _link(url, token), days, told, login=name, role=role)
+    _tell_link(form, url, token, days, told, login=name, role=role)
 
 
 @people.command()
@@ -131,7 +131,7 @@ def invite(*, role: Role, url: str, days: int, place: Place, form: str) -> None:
     with changing(place) as session:
         token = account_links.invite(session, role, days, actor=COMMAND_LINE)
     told = f"by this link somebody becomes {role}:"
-    _tell_link(form, _link(url, token), days, told, role=role)
+    _tell_link(form, url, token, days, told, role=role)
 
 
 @people.command("list")
@@ -237,7 +237,7 @@ def reset(*, login: str, url: str, days: int, place: Place, form: str) -> None:
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
         name = person.login
     told = f"by this link {name} sets a new password:"
-    _tell_link(form, _link(url, token), days, told, login=name)
+    _tell_link(form, url, token, days, told, login=name)
 
 
 @people.command()
@@ -269,7 +269,10 @@ def _change(form: str, place: Place, login: str, change: str, done: str, **more:
     tell(form, {"login": name, **(more or {"done": done})}, f"{name}: {done}")
 
 
-def _tell_link(form: str, link: str, days: int, what: str, **record: Any) -> None:
+def _tell_link(form: str, url: str, token: str, days: int, what: str, **record: Any) -> None:
+    from annotation_app.people.account_links import path_of
+
+    link = f"{url.rstrip('/')}{path_of(token)}"
     tell(
         form,
         {**record, "link": link, "days": days},
@@ -277,12 +280,6 @@ def _tell_link(form: str, link: str, days: int, what: str, **record: Any) -> Non
         link,
         f"It works once, within {days} day{'s' if days > 1 else ''}; it is not shown again.",
     )
-
-
-def _link(url: str, token: str) -> str:
-    from annotation_app.people.account_links import path_of
-
-    return f"{url.rstrip('/')}{path_of(token)}"
 
 
 people.add_command(erase)

@@ -50,27 +50,18 @@ Row: TypeAlias = tuple[str, Record]
 
 
 class Head(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The first line.
-
-    Parameters
-    ----------
-    version
-        Of the file's form.
-    schema
-        Which tables the rows are of.
-    made_at
-        Seconds since 1970.
-    keys
-        The encrypted keys; none if they were left out.
-    key
-        Version 1: the secret key.
-    """
+    """The first line."""
 
     version: int
+    """Of the file's form."""
     schema: str = OLDEST_SCHEMA
+    """Which tables the rows are of."""
     made_at: float | None = None
+    """Seconds since 1970."""
     keys: dict[str, str] | None = None
+    """The encrypted keys; none if they were left out."""
     key: str | None = None
+    """Version 1: the secret key."""
 
 
 class End(msgspec.Struct, frozen=True):
@@ -82,26 +73,18 @@ class End(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What is known of a backup after all of it was read.
-
-    Parameters
-    ----------
-    counts
-        Rows by table.
-    sha256
-        Of all lines but the last; empty for version 1, of which nobody knows whether it is
-        complete.
-    salt
-        Version 1: the salt, which lay among the rows.
-    check
-        By what the salt is known.
-    """
+    """What is known of a backup after all of it was read."""
 
     head: Head
     counts: Mapping[str, int]
+    """Rows by table."""
     sha256: str
+    """Of all lines but the last; empty for version 1, of which nobody knows whether it is
+    complete."""
     salt: bytes | None
+    """Version 1: the salt, which lay among the rows."""
     check: bytes | None
+    """By what the salt is known."""
 
     @property
     def rows(self) -> int:
@@ -116,19 +99,10 @@ class Contents:
 
 
 def back_up(config: Config, archive: Path, passphrase: str | None) -> int:
-    """Write all rows to a file that only its owner may read, from the moment it is made.
+    """Write all rows to a file that only its owner may read, from the moment it is made; how many.
 
-    It holds one moment of the database, which may be served meanwhile.
-
-    Parameters
-    ----------
-    passphrase
-        What the key and the salt are encrypted with; if there is none they are left out.
-
-    Returns
-    -------
-    int
-        How many rows it holds.
+    It holds one moment of the database, which may be served meanwhile. The key and the salt are
+    encrypted with the passphrase; if there is none they are left out.
 
     Raises
     ------
@@ -152,7 +126,7 @@ def back_up(config: Config, archive: Path, passphrase: str | None) -> int:
             gzip.GzipFile("", "wb", LEVEL, file, mtime=0) as lines,
             reading(engine, one_state=True) as session,
         ):
-            line = encoded_head(head)
+            line = msgspec.json.encode(head) + b"\n"
             digest.update(line)
             lines.write(line)
             for table, row in _rows(session):
@@ -165,13 +139,7 @@ def back_up(config: Config, archive: Path, passphrase: str | None) -> int:
 
 
 def check(file: BinaryIO, where: str) -> Contents:
-    """Read all of a backup, and see that it is complete and as it was written.
-
-    Raises
-    ------
-    FormatError
-        If it isn't, with what is wrong.
-    """
+    """Read all of a backup; a FormatError if it isn't complete and as it was written."""
     counts: Counter[str] = Counter()
     secrets: dict[str, bytes] = {}
     reader = Reader(file, where)
@@ -203,10 +171,7 @@ class Reader:
     def rows(self) -> Iterator[Row]:
         """Each row as the database has it, checked against its table.
 
-        Raises
-        ------
-        FormatError
-            If something is wrong, at the latest after the last row.
+        A FormatError says what is wrong, at the latest after the last row.
         """
         tables = {str(table.name): table for table in tables_at(self.head.schema)}
         counts = dict.fromkeys(tables, 0)
@@ -291,11 +256,6 @@ class Reader:
     def _error(self, what: str, fix: str = TAKE_ANOTHER) -> FormatError:
         where = f"{self.where}, line {self.line}" if self.line else self.where
         return FormatError(what, where=where, fix=fix)
-
-
-def encoded_head(head: Head) -> bytes:
-    """The first line as it is written."""
-    return msgspec.json.encode(head) + b"\n"
 
 
 def encoded_row(table: str, row: Mapping[Any, Any]) -> bytes:

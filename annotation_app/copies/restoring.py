@@ -49,26 +49,14 @@ _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """What was restored.
-
-    Parameters
-    ----------
-    erased
-        How many people's data were erased again, which the backup still had.
-    """
+    """What was restored, and how many people's data that the backup had were erased again."""
 
     contents: Contents
     erased: int
 
 
 def verify(archive: Path) -> Contents:
-    """Read a backup, and see that all of it is there as it was written.
-
-    Raises
-    ------
-    FormatError
-        If it isn't.
-    """
+    """Read a backup; a FormatError if not all of it is there as it was written."""
     with archive.open("rb") as file:
         return check(file, str(archive))
 

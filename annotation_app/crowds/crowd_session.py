@@ -69,15 +69,8 @@ class CrowdSession:
     ) -> list[Deed]:
         """Look at what is in doubt; then approve, reject and pay.
 
-        Parameters
-        ----------
-        confirm_paid, pay_again
-            Entries of the ledger in doubt that somebody has decided about.
-
-        Raises
-        ------
-        FormatError
-            If there are no such entries in doubt.
+        `confirm_paid` and `pay_again` are entries of the ledger in doubt that somebody has decided
+        about; a FormatError says if there are no such entries.
         """
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         with one_at_a_time(self.engine, self.study.id):
@@ -112,13 +105,7 @@ def open_session(
     sandbox: bool = False,
     endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
-    """A study, and the platform with credentials from the environment.
-
-    Raises
-    ------
-    FormatError
-        If there is no such study, or no credentials.
-    """
+    """A study, and the platform with the environment's credentials; an error if one is missing."""
     config = open_instance(instance, database)
     with ExitStack() as opened:
         engine = open_database(config.database)
@@ -144,13 +131,7 @@ def read_wishes(
     pay_bonus: bool,
     pay_partial: bool,
 ) -> Wishes:
-    """What somebody wants done.
-
-    Raises
-    ------
-    FormatError
-        If an amount isn't one, or the study has no bonus.
-    """
+    """What somebody wants done; an error if an amount isn't one, or the study has no bonus."""
     with reading(session.engine, one_state=True) as reader:
         flagged = frozenset(flagged_people(reader, session.study.id))
     return Wishes(

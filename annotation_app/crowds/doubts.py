@@ -27,13 +27,7 @@ class Decisions:
 def read_decisions(
     ledger: Ledger, confirm_paid: tuple[int, ...], pay_again: tuple[int, ...]
 ) -> Decisions:
-    """Find the calls that somebody has decided about.
-
-    Raises
-    ------
-    FormatError
-        If there is no such call, or it isn't in doubt.
-    """
+    """Find the calls that somebody has decided about; an error if one isn't there or in doubt."""
     both = set(confirm_paid) & set(pay_again)
     if both:
         raise FormatError(

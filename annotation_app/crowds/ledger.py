@@ -49,29 +49,20 @@ LONGEST = 2000
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What is to be done at a platform.
-
-    Parameters
-    ----------
-    key
-        Distinguishes calls of a kind: the same thing is done once.
-    assignment
-        The platform's id of the assignment that is approved or paid by.
-    participation_id
-        The assignment here that it is for.
-    amount
-        What it pays; None if nothing, or nobody knows.
-    listed_before
-        How many bonuses of this amount the assignment had before.
-    """
+    """What is to be done at a platform."""
 
     what: What
     key: str
+    """Distinguishes calls of a kind: the same thing is done once."""
     assignment: str = ""
+    """The platform's id of the assignment that is approved or paid by."""
     participation_id: int | None = None
+    """The assignment here that it is for."""
     amount: Decimal | None = None
+    """What it pays; None if nothing, or nobody knows."""
     reason: str = ""
     listed_before: int | None = None
+    """How many bonuses of this amount the assignment had before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,13 +85,7 @@ class InDoubtError(PlatformError):
 
 @dataclass(frozen=True, slots=True)
 class Ledger:
-    """A study's calls to one platform.
-
-    Parameters
-    ----------
-    provider
-        The platform's name; its sandbox has another one.
-    """
+    """A study's calls to one platform, whose sandbox has another name as `provider`."""
 
     engine: Engine
     study_id: str
@@ -272,16 +257,11 @@ def _entry(row: LedgerEntry, person: Person | None) -> Entry:
 
 @contextmanager
 def one_at_a_time(engine: Engine, study_id: str) -> Iterator[None]:
-    """Keep other programs from a study's platforms.
+    """Keep other programs from a study's platforms; a CorpusError if another one is at work.
 
     The lock ends with the process, however that ends. So whoever holds it knows that calls
     which the ledger has as attempted are nobody's any more. On Windows an SQLite database has
     no such lock; there the ledger's own rows keep two programs from paying the same bonus.
-
-    Raises
-    ------
-    CorpusError
-        If another program has the lock.
     """
     locked = _server_lock if engine.dialect.name == "postgresql" else _file_lock
     with locked(engine, study_id) as is_mine:

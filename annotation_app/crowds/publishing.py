@@ -86,13 +86,7 @@ class Offers:
 
 
 def offer_again(ledger: Ledger, numbers: tuple[int, ...]) -> None:
-    """Note that somebody has seen that offers in doubt aren't at the platform.
-
-    Raises
-    ------
-    FormatError
-        If there is no such offer in doubt.
-    """
+    """Note that somebody has seen that offers in doubt aren't there; an error if one isn't so."""
     known = {entry.id: entry for entry in ledger.entries("in doubt")}
     for number in numbers:
         entry = known.get(number)
@@ -168,10 +162,7 @@ def publish_links(
 ) -> Iterator[str]:
     """The open link of a study, or new links for each person who is invited.
 
-    Raises
-    ------
-    FormatError
-        If the study has no such task, or several links are wanted of one that is open.
+    An error if the study has no such task, or several links are wanted of one that is open.
     """
     study = restored(session.study.config)
     offer = _offer(session, study, task, items)

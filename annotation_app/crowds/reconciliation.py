@@ -53,34 +53,24 @@ LONGEST_S = 86_400.0
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """How an assignment stands on both sides.
-
-    Parameters
-    ----------
-    submission
-        What the platform has; None if it doesn't list the assignment.
-    participation_id
-        The assignment here, if somebody came with it.
-    done, items
-        How many items were received, of how many.
-    due
-        What the items are worth that no reward is paid for.
-    is_over
-        Whether the worker can't send the assignment in any more.
-    part
-        Whether `due` has been paid as a bonus.
-    """
+    """How an assignment stands on both sides."""
 
     assignment: str
     state: State
     submission: Submission | None
+    """What the platform has; None if it doesn't list the assignment."""
     participation_id: int | None
+    """The assignment here, if somebody came with it."""
     person_id: str | None
     done: int = 0
     items: int = 0
+    """How many items were received, of how many."""
     due: Decimal = Decimal(0)
+    """What the items are worth that no reward is paid for."""
     is_over: bool = False
+    """Whether the worker can't send the assignment in any more."""
     part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
+    """Whether `due` has been paid as a bonus."""
 
 
 def reconcile(
@@ -94,11 +84,8 @@ def reconcile(
 ) -> list[Finding]:
     """Bring both sides together, and note what the platform has confirmed.
 
-    Parameters
-    ----------
-    there
-        All that the platform knows of the study's assignments. It is read before the database
-        is locked.
+    `there` is all that the platform knows of the study's assignments. It is read before the
+    database is locked.
     """
     known = {submission.assignment: submission for submission in there}
     with transaction(engine) as session:
@@ -160,13 +147,7 @@ def unpaid_part(finding: Finding) -> Decimal:
 
 
 def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
-    """An assignment of each person by which a platform can pay them: one that they sent in.
-
-    Returns
-    -------
-    dict
-        By the ids of people here.
-    """
+    """By the ids of people here, an assignment that they sent in: by it a platform can pay them."""
     sent = {
         f.person_id: f.submission
         for f in findings

@@ -30,50 +30,32 @@ HOUR_S = 3600
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What is to be done with what has been sent in.
-
-    Parameters
-    ----------
-    approve
-        Approve what is ready.
-    approve_also
-        Assignments to approve though not all of them was received.
-    flagged
-        Ids of people whose work somebody is to look at first.
-    hold_flagged
-        Leave their assignments for somebody to decide.
-    quality_bonus
-        For everybody else's approved assignments.
-    reject
-        Reasons by assignment.
-    bonuses
-        By assignment.
-    pay_partial
-        Pay for the part that was received of what was never confirmed.
-    """
+    """What is to be done with what has been sent in."""
 
     approve: bool = True
+    """Approve what is ready."""
     approve_also: frozenset[str] = frozenset()
+    """Assignments to approve though not all of them was received."""
     flagged: frozenset[str] = frozenset()
+    """Ids of people whose work somebody is to look at first."""
     hold_flagged: bool = False
+    """Leave their assignments for somebody to decide."""
     quality_bonus: Bonus | None = None
+    """For everybody else's approved assignments."""
     reject: Mapping[str, str] = field(default_factory=dict)
+    """Reasons by assignment."""
     bonuses: Sequence[tuple[str, Bonus]] = ()
+    """By assignment."""
     pay_partial: bool = False
+    """Pay for the part that was received of what was never confirmed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deed:
     """Something that was done, or found out, or could not be done.
 
-    Parameters
-    ----------
-    problem
-        Why it wasn't done; empty if it was.
-    note
-        What else there is to say.
-    in_doubt
-        Whether nobody knows if it was done.
+    `problem` says why it wasn't, and `note` what else there is to say. Nobody knows whether it was
+    done if it is `in_doubt`.
     """
 
     assignment: str
@@ -243,12 +225,8 @@ def pay(
     """Pay a bonus by a submission.
 
     Two payments of the same amount by the same submission are never under way together.
-    Platforms list amounts, and nobody could see which of the two arrived.
-
-    Parameters
-    ----------
-    instead_of
-        The same payment in doubt, of which somebody has decided that it is made again.
+    Platforms list amounts, and nobody could see which of the two arrived. `instead_of` is the same
+    payment in doubt, of which somebody has decided that it is made again.
 
     Raises
     ------
@@ -286,12 +264,7 @@ def was_paid(ledger: Ledger, platform: Platform, submission: Submission, entry: 
     """Whether a payment in doubt was made, as the ledger notes then.
 
     Where the platform knows the payment by its token, it is made again to find out. False
-    says nothing: platforms pay later than they answer.
-
-    Raises
-    ------
-    PlatformError
-        If the platform can't be asked.
+    says nothing: platforms pay later than they answer. A PlatformError says that it can't be asked.
     """
     if entry.reference is None:
         ledger.end(entry, "refused", f"{entry.problem}; nothing had been ordered yet")

@@ -36,16 +36,9 @@ _REPORTS = ("flag", "skip")
 class Wanted:
     """Which answers to show; what is empty leaves out nothing.
 
-    Parameters
-    ----------
-    person
-        The beginning of what exports call them.
-    flagged
-        Whether somebody has reported a problem with the item.
-    text
-        A part of the command, in small or capital letters.
-    before
-        Only answers with a lower id.
+    `person` is the beginning of what exports call them, `text` a part of the command, in small or
+    capital letters. Answers have a lower id than `before`, and if `flagged` items of which somebody
+    has reported a problem.
     """
 
     task: str = ""
@@ -108,13 +101,7 @@ class Report:
 
 
 def read_wanted(asked: Mapping[str, str]) -> Wanted:
-    """What the parameters of an address ask for.
-
-    Raises
-    ------
-    Refusal
-        If there is no such task or state.
-    """
+    """What the parameters of an address ask for; refused if there is no such task or state."""
     task, state = asked.get("task", ""), asked.get("state", "")
     if task and task not in task_names():
         raise Refusal(404, "There is no such task.")

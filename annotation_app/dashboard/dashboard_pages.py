@@ -13,8 +13,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard import dashboard_charts as charts
-from annotation_app.dashboard.consensus import agreement
-from annotation_app.dashboard.disagreements import Disagreement, disagreements
+from annotation_app.dashboard.consensus import Disagreement, agreement, disagreements
 from annotation_app.dashboard.exports import export_response
 from annotation_app.dashboard.study_statistics import (
     collected,

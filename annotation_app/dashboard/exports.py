@@ -32,10 +32,7 @@ FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
 def export_response(study_name: str, form: str) -> Response:
     """A file, for whoever may have it; the audit trail notes who had it.
 
-    Raises
-    ------
-    Refusal
-        If they may not, there is no such study or form, or something for it isn't installed.
+    Refused if they may not, there is no such study or form, or something for it isn't installed.
     """
     with reading(installation().engine, one_state=True) as session:
         reader = required_reader(session, "adjudicator")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
-
 import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
@@ -11,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.answer_browsing import read_before
+from annotation_app.dashboard.dashboard_charts import in_utc
 from annotation_app.people import account_links, accounts
 from annotation_app.store.audit import actions, name_of, trail
 from annotation_app.store.models import Person, Role
@@ -199,13 +198,7 @@ def audit() -> str:
 @blueprint.app_template_filter("moment")
 def moment(at: float | None) -> str:
     """A time for people, in UTC, as the server can't know where they are."""
-    if at is None:
-        return "never"
-    try:
-        found = datetime.datetime.fromtimestamp(at, datetime.timezone.utc)
-    except (OverflowError, OSError, ValueError):  # a clock that was far out
-        return "?"
-    return found.strftime("%Y-%m-%d %H:%M UTC")
+    return "never" if at is None else in_utc(at, "%Y-%m-%d %H:%M UTC")
 
 
 def _another(session: Session, admin: Person, person_id: str) -> Person:

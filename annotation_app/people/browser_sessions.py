@@ -96,11 +96,8 @@ def current_person(session: Session) -> Person | None:
 def required_person(session: Session, role: Role = "worker") -> Person:
     """Whose request this is, who must have a role.
 
-    Raises
-    ------
-    Refusal
-        If nobody is known here, or they haven't the role, or have it no more. Workers who
-        are blocked may still send what they have.
+    Refused if nobody is known here, or they haven't the role, or have it no more. Workers who
+    are blocked may still send what they have.
     """
     person = current_person(session)
     if person is None:
@@ -132,12 +129,8 @@ class CookieSession(SecureCookieSession):
 class SessionCookies(SecureCookieSessionInterface):
     """Cookies that hold from the last page that was opened, not from each request of its script.
 
-    To sign one anew takes a tenth of an answer's time.
-
-    Parameters
-    ----------
-    idle_s
-        How long somebody with a login may do nothing.
+    To sign one anew takes a tenth of an answer's time. Somebody with a login may do nothing for
+    `idle_s` seconds.
     """
 
     session_class = CookieSession

@@ -52,38 +52,26 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class Traces:
-    """What there is of a person, and what was made of it.
-
-    Parameters
-    ----------
-    answers
-        Ids of their own answers.
-    items
-        Ids of items that show their words or what they marked, in the order they were found.
-    others
-        Ids of other people's answers to those items.
-    drafts, events
-        How many of their own.
-    participations
-        Ids of their assignments at platforms that no payment refers to.
-    paid
-        Ids of those that the books refer to: they stay.
-    unpaid
-        How many assignments were sent in for which there is no payment in the books.
-    has_profile
-        Whether they have said something of themselves.
-    """
+    """What there is of a person, and what was made of it."""
 
     person_id: str
     answers: list[int] = field(default_factory=list)
+    """Ids of their own answers."""
     items: list[str] = field(default_factory=list)
+    """Ids of items that show their words or what they marked, in the order they were found."""
     others: list[int] = field(default_factory=list)
+    """Ids of other people's answers to those items."""
     drafts: int = 0
     events: int = 0
+    """How many drafts and events of their own."""
     participations: list[int] = field(default_factory=list)
+    """Ids of their assignments at platforms that no payment refers to."""
     paid: list[int] = field(default_factory=list)
+    """Ids of those that the books refer to: they stay."""
     unpaid: int = 0
+    """How many assignments were sent in for which there is no payment in the books."""
     has_profile: bool = False
+    """Whether they have said something of themselves."""
 
     def counts(self) -> Record:
         """What is erased, for people to see before and for the audit trail after."""
@@ -100,14 +88,9 @@ class Traces:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What was erased.
+    """What was erased, and the file in which it was noted.
 
-    Parameters
-    ----------
-    tombstones
-        The file in which it was noted.
-    is_compacted
-        Whether the database's files hold nothing of it any more.
+    If it `is_compacted`, the database's files hold nothing of it any more.
     """
 
     traces: Traces
@@ -116,17 +99,9 @@ class Done:
 
 
 def preview(engine: Engine, config: Config, who: str, platform: str | None) -> Traces:
-    """What there is of a person.
+    """What there is of a person; a FormatError if nobody is meant, or several people.
 
-    Parameters
-    ----------
-    who
-        Their code, what exports call them, or their login; with a platform, their id there.
-
-    Raises
-    ------
-    FormatError
-        If nobody is meant, or several people.
+    `who` is their code, what exports call them, or their login; with a platform, their id there.
     """
     check_current(engine)
     wanted = _wanted(who)
@@ -233,10 +208,7 @@ def unlink(person: Person) -> None:
 def erase_again(session: Session, gone: Collection[Tombstone]) -> int:
     """Erase those whose data were erased after a backup was made, which has just been restored.
 
-    Returns
-    -------
-    int
-        How many of them it had data of.
+    How many of them it had data of is given.
     """
     before = {row.person_id for row in session.scalars(select(Erasure))}
     wanted = joined(gone)

@@ -26,38 +26,25 @@ WHY = "its mask is no run-length encoding of COCO"
 
 @dataclass(frozen=True, slots=True)
 class PictureThings:
-    """The things in a video's picture.
-
-    Parameters
-    ----------
-    picture
-        A still; None for the first frame.
-    width, height
-        Of the picture, in pixels.
-    things
-        ``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
-        ``polygons`` of each.
-    """
+    """The things in a video's picture."""
 
     picture: Path | None
+    """A still; None for the first frame."""
     width: int
     height: int
+    """Width and height are the picture's, in pixels."""
     things: tuple[Mapping[str, Any], ...]
+    """``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
+    ``polygons`` of each."""
 
 
 class Mask(msgspec.Struct, frozen=True):
-    """A mask: runs of pixels outside and inside a thing, in turn.
-
-    Parameters
-    ----------
-    size
-        Height and width of the picture, in pixels.
-    counts
-        The runs' lengths, or the string into which COCO's tools compress them.
-    """
+    """A mask: runs of pixels outside and inside a thing, in turn."""
 
     size: tuple[int, int]
+    """Height and width of the picture, in pixels."""
     counts: list[int] | str
+    """The runs' lengths, or the string into which COCO's tools compress them."""
 
 
 class _Image(msgspec.Struct, frozen=True):
@@ -89,17 +76,8 @@ class _Coco(msgspec.Struct, frozen=True):
 def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThings]:
     """The things in the pictures of videos, by the videos' names.
 
-    An image is of the video that has its name, or whose file has it, without the ending.
-
-    Parameters
-    ----------
-    videos
-        Their files, by their names.
-
-    Raises
-    ------
-    CorpusError
-        If it is no such file, or something in it can't be. The error lists all that is wrong.
+    An image is of the video that has its name, or whose file in `videos` has it, without the
+    ending. A CorpusError lists all that is wrong with the file and what is in it.
     """
     coco = _decoded(path)
     files = {file.stem: name for name, file in videos.items()}
@@ -214,10 +192,7 @@ def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
 def outlines(mask: Mask) -> list[list[list[float]]]:
     """Around a mask: polygons of (x, y) in pixels, without holes; none around nothing.
 
-    Raises
-    ------
-    ValueError
-        If the runs don't fill the picture.
+    A ValueError says that the runs don't fill the picture.
     """
     height, width = mask.size
     runs = _expanded(mask.counts) if isinstance(mask.counts, str) else mask.counts

@@ -53,7 +53,7 @@ def import_corpus(
     name: str,
     salt: bytes,
 ) -> Mapping[str, int]:
-    """Add a study that holds a corpus.
+    """Add a study that holds a corpus; how many of what there are.
 
     Parameters
     ----------
@@ -61,11 +61,6 @@ def import_corpus(
         Where the corpus is; the study goes on reading its contexts there.
     videos
         Replays of its contexts.
-
-    Returns
-    -------
-    mapping
-        How many of what there are.
 
     Raises
     ------
@@ -131,12 +126,8 @@ class GivenAnswer:
 class AnswerLoader:
     """Adds items with answers, those of one task after those of the other.
 
-    Parameters
-    ----------
-    corpus_hash
-        Of what names people: the same name elsewhere is somebody else.
-    salt
-        Of the installation.
+    `corpus_hash` is of what names people: the same name elsewhere is somebody else. The salt is the
+    installation's.
     """
 
     session: Session
