@@ -102,12 +102,8 @@ def back_up(config: Config, archive: Path, passphrase: str | None) -> int:
     """Write all rows to a file that only its owner may read, from the moment it is made; how many.
 
     It holds one moment of the database, which may be served meanwhile. The key and the salt are
-    encrypted with the passphrase; if there is none they are left out.
-
-    Raises
-    ------
-    FormatError
-        If there is no database of this program's, or the passphrase is too short.
+    encrypted with the passphrase; if there is none they are left out. A FormatError says that there
+    is no database of this program's, or that the passphrase is too short.
     """
     counts = {str(table.name): 0 for table in Base.metadata.sorted_tables}
     digest = hashlib.sha256()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from hashlib import sha256
@@ -23,7 +23,7 @@ from annotation_app.crowds.settlement import Deed, Wishes, settle
 from annotation_app.dashboard.workers import flagged_people
 from annotation_app.export.corpus_export import find_only_study
 from annotation_app.store.audit import COMMAND_LINE, note
-from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import check_current
@@ -107,16 +107,15 @@ def open_session(
 ) -> Iterator[CrowdSession]:
     """A study, and the platform with the environment's credentials; an error if one is missing."""
     config = open_instance(instance, database)
-    with ExitStack() as opened:
-        engine = open_database(config.database)
-        opened.callback(engine.dispose)
+    with ExitStack() as stack:
+        engine = stack.enter_context(opened(config.database))
         check_current(engine)
         with reading(engine) as session:
             study = find_only_study(session, study_name)
         connect = provider.load().connect
         platform = None if connect is None else connect(sandbox=sandbox, endpoint=endpoint)
         if platform is not None:
-            opened.callback(platform.close)
+            stack.enter_context(closing(platform))
         yield CrowdSession(config, engine, provider, study, platform)
 
 

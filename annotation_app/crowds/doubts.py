@@ -6,7 +6,7 @@ What the platform doesn't settle, somebody has to decide.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from annotation_app.crowds.ledger import PAYMENTS, Entry, Ledger
 from annotation_app.crowds.platform import LostReplyError, Platform, PlatformError, Submission
@@ -16,12 +16,11 @@ from g3.errors import FormatError
 CONFIRM, AGAIN = "--confirm-paid", "--pay-again"
 
 
-@dataclass(frozen=True, slots=True)
-class Decisions:
+class Decisions(NamedTuple):
     """What somebody says of calls in doubt: that they were carried out, or are to be made again."""
 
-    confirmed: tuple[Entry, ...] = ()
-    again: tuple[Entry, ...] = ()
+    confirmed: tuple[Entry, ...]
+    again: tuple[Entry, ...]
 
 
 def read_decisions(
@@ -70,7 +69,8 @@ def decide(
             yield deed_of(entry.call, note=f"{entry.id} is confirmed")
     for entry in decisions.again:
         if entry.id not in still:
-            if _is_done(ledger, entry):
+            found = ledger.find(entry.call.what, entry.call.key)
+            if found is not None and found.state == "done":
                 yield deed_of(
                     entry.call, f"{entry.id} was carried out before, so it isn't done again"
                 )
@@ -120,11 +120,6 @@ def _look_at_standing(ledger: Ledger, submission: Submission, entry: Entry) -> I
         yield deed_of(entry.call, note=f"the platform says that it is {wanted}")
     else:
         ledger.end(entry, "refused", f"{entry.problem}; the platform says {submission.standing}")
-
-
-def _is_done(ledger: Ledger, entry: Entry) -> bool:
-    found = ledger.find(entry.call.what, entry.call.key)
-    return found is not None and found.state == "done"
 
 
 def _paid_again(

@@ -198,8 +198,10 @@ class Ledger:
                     row.attempted_at, row.reference = now(), None
                 else:
                     doubted = repeats or instead_of
-                    if doubted is None or not _is_still(row, doubted):
-                        raise _in_doubt(row)
+                    still = (row.id, row.state, row.attempted_at)
+                    if doubted is None or still != (doubted.id, "in doubt", doubted.attempted_at):
+                        what = f"entry {row.id} is {row.state} already"
+                        raise InDoubtError(what, fix="look at it first")
                     if doubted is instead_of:
                         row.attempted_at = now()
                         _note_decision(session, row, "paid again")
@@ -208,14 +210,6 @@ class Ledger:
                 return _entry(row, None)
         except IntegrityError:
             raise InDoubtError("another program is just doing this", fix="wait for it") from None
-
-
-def _is_still(row: LedgerEntry, entry: Entry) -> bool:
-    return (row.id, row.state, row.attempted_at) == (entry.id, "in doubt", entry.attempted_at)
-
-
-def _in_doubt(row: LedgerEntry) -> InDoubtError:
-    return InDoubtError(f"entry {row.id} is {row.state} already", fix="look at it first")
 
 
 def _fill(row: LedgerEntry, call: Call) -> None:

@@ -15,7 +15,7 @@ from sqlalchemy import Engine, select
 from sqlalchemy.orm import Session
 
 from annotation_app.crowds.participation import done, receive
-from annotation_app.crowds.platform import Submission
+from annotation_app.crowds.platform import Standing, Submission
 from annotation_app.people.participants import hashed
 from annotation_app.privacy.erasure import ERASED
 from annotation_app.store.crowd_models import LedgerEntry, Participation
@@ -127,18 +127,14 @@ def reconcile(
                     parts.get(participation.id, "unpaid"),
                 )
             )
-    unknown = [
-        Finding(
-            s.assignment,
-            "settled" if s.standing in ("approved", "rejected") else "unknown here",
-            s,
-            None,
-            None,
-        )
-        for s in known.values()
-        if s.standing in ("submitted", "approved", "rejected")
-    ]
-    return findings + unknown
+    states: dict[Standing, State] = {
+        "submitted": "unknown here",
+        "approved": "settled",
+        "rejected": "settled",
+    }
+    unknown = (one for one in known.values() if one.standing in states)
+    findings += (Finding(s.assignment, states[s.standing], s, None, None) for s in unknown)
+    return findings
 
 
 def unpaid_part(finding: Finding) -> Decimal:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
 from sqlalchemy import Integer, bindparam, case, func, or_, select
@@ -55,8 +55,7 @@ class Worker:
     reasons: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Median:
+class _Median(NamedTuple):
     """Of the seconds for an item, and of how many items."""
 
     seconds: float

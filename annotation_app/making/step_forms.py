@@ -70,12 +70,9 @@ def _tasks(value: Value, form: Form) -> None:
             _put(of_task, "suggestions", suggestions, usual["suggestions"])
     if "attention" in form:
         _put(value, "attention_checks", number_of(form, "attention"), 0)
-        rows = (_known_command(form, f"known-{i}") for i in range(MOST_ROWS))
+        names = ("text", "video", "wrong_video")
+        rows = ({n: text_of(form, f"known-{i}-{n}") for n in names} for i in range(MOST_ROWS))
         _put(value, "known_commands", [row for row in rows if any(row.values())], [])
-
-
-def _known_command(form: Form, prefix: str) -> Value:
-    return {name: text_of(form, f"{prefix}-{name}") for name in ("text", "video", "wrong_video")}
 
 
 def _people(value: Value, form: Form) -> None:

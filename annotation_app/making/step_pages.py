@@ -227,14 +227,6 @@ def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     }
 
 
-def _about_people(session: Session, _draft: StudyDraft) -> dict[str, Any]:
-    return {"logins": people_by_role(session)}
-
-
-def _about_tasks(_session: Session, draft: StudyDraft) -> dict[str, Any]:
-    return {"videos": videos_of(draft)}
-
-
 def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     named = [(language, language_name(language)) for language in languages()]
     return {"videos": videos_of(draft), "languages": named}
@@ -248,8 +240,8 @@ def videos_of(draft: StudyDraft) -> list[str]:
 
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
     "videos": _about_videos,
-    "tasks": _about_tasks,
-    "people": _about_people,
+    "tasks": lambda _session, draft: {"videos": videos_of(draft)},
+    "people": lambda session, _draft: {"logins": people_by_role(session)},
     "texts": _about_texts,
 }
 

@@ -149,14 +149,10 @@ def _message(problem: Any) -> str:
     if not what:
         fix = "" if problem.fix.startswith("see docs/") else _sentence(problem.fix)
         what = f"{_sentence(problem.what)} {fix}".strip()
-    else:
-        what = re.sub(r"{(\w+)}", lambda m: _number(problem.what), what)
+    elif "{n}" in what:
+        number = re.search(r"[0-9.]*$", problem.what)
+        what = what.replace("{n}", number[0] if number else "")
     return f"{_label(problem.field)}: {what}"
-
-
-def _number(what: str) -> str:
-    found = re.search(r"[0-9.]+$", what)
-    return found[0] if found else ""
 
 
 def _label(field: Field) -> str:

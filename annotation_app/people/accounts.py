@@ -130,7 +130,7 @@ def set_password(session: Session, person: Person, password: str, *, actor: str)
 
 
 def change_role(session: Session, person: Person, role: Role, *, actor: str) -> None:
-    """Let somebody do what a role may; they must sign in again. Refused of the last admin."""
+    """Let somebody do what a role may; they must sign in again. Refused for the last admin."""
     if role == person.role:
         return
     if role != "admin":
@@ -141,7 +141,7 @@ def change_role(session: Session, person: Person, role: Role, *, actor: str) -> 
 
 
 def block(session: Session, person: Person, *, actor: str) -> None:
-    """Let somebody do no more. Workers may still send what they have. Refused of the last admin."""
+    """Let somebody but the last admin do no more. Workers may still send what they have."""
     _keep_an_admin(session, person)
     person.blocked_at = now()
     if person.login is not None:
@@ -165,7 +165,7 @@ def reset(session: Session, person: Person, *, actor: str) -> None:
 
 
 def remove(session: Session, person: Person, *, actor: str) -> None:
-    """Take somebody's login away. What they have answered stays. Refused of the last admin."""
+    """Take somebody's login away. What they have answered stays. Refused for the last admin."""
     _keep_an_admin(session, person)
     _forget_access(session, person)
     note(session, actor, "removed", name_of(person))

@@ -6,7 +6,7 @@ import re
 import secrets
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TypeVar
 
@@ -138,7 +138,9 @@ def traces_of(session: Session, person: Person) -> Traces:
         new = [item for item in dict.fromkeys(_made_of(session, found)) if item not in known]
         known.update(new)
         traces.items += new
-        found = list(_answers_to(session, new))
+        answers = select(Answer).order_by(Answer.id)
+        some = (session.scalars(answers.where(Answer.item_id.in_(ids))) for ids in _batches(new))
+        found = list(chain.from_iterable(some))
         traces.others += [answer.id for answer in found if answer.person_id != person.id]
     traces.drafts = _count(session, Draft, person)
     traces.events = _count(session, Event, person)
@@ -284,13 +286,6 @@ def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
 def _locked(session: Session, *where: ColumnElement[bool]) -> list[str]:
     # Nobody answers them meanwhile.
     return list(session.scalars(select(Item.id).where(*where).order_by(Item.id).with_for_update()))
-
-
-def _answers_to(session: Session, items: Iterable[str]) -> Iterator[Answer]:
-    for ids in _batches(items):
-        yield from session.scalars(
-            select(Answer).where(Answer.item_id.in_(ids)).order_by(Answer.id)
-        )
 
 
 def _delete_items(session: Session, items: Iterable[str]) -> None:

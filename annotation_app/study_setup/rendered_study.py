@@ -67,12 +67,8 @@ def put_study(
     """Add a study, or bring the one of the same name up to date.
 
     What is in the database stays there: new videos are added, and slots where more answers
-    are asked for than before. The study's file stays the one that it was if it is left out.
-
-    Raises
-    ------
-    FormatError
-        If an attention check or a pair names a video that isn't there.
+    are asked for than before. The study's file stays the one that it was if it is left out. A
+    CorpusError comes from :func:`check_videos`.
     """
     # Several processes may start at once, each with the study's file.
     lock_set_up(session.connection())

@@ -43,9 +43,7 @@ def video_choices(root: Path) -> list[VideoChoice]:
     for folder, files in _folders(root):
         path = folder.relative_to(root).as_posix()
         own = sum(Path(name).suffix.lower() in SUFFIXES for name in files)
-        rendered = sum(
-            (folder / name / FILES["manifest"]).is_file() for name in _subfolders(folder)
-        )
+        rendered = sum(file.is_file() for file in folder.glob(f"*/{FILES['manifest']}"))
         if rendered and not own:
             found.append(VideoChoice(path, f"{_count(rendered)} of ct render-videos"))
         elif own and FILES["manifest"] not in files:
@@ -165,11 +163,6 @@ def _folders(root: Path) -> Iterator[tuple[Path, list[str]]]:
         depth = len(folder.relative_to(root).parts)
         folders[:] = sorted(f for f in folders if not f.startswith(".")) if depth < DEEPEST else []
         yield folder, sorted(name for name in files if not name.startswith("."))
-
-
-def _subfolders(folder: Path) -> Iterator[str]:
-    with os.scandir(folder) as entries:
-        yield from (entry.name for entry in entries if entry.is_dir())
 
 
 def _count(videos: int) -> str:
