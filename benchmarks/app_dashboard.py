@@ -24,8 +24,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.dashboard.adjudication_queue import disputes
-from annotation_app.dashboard.consensus import agreement
-from annotation_app.dashboard.disagreements import disagreements
+from annotation_app.dashboard.consensus import agreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,

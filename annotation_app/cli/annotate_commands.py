@@ -7,14 +7,12 @@ from typing import Any
 
 import click
 
-from annotation_app.cli.audit_commands import audit
-from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.export_commands import export, import_corpus
-from annotation_app.cli.people_commands import people
-from annotation_app.cli.study_commands import check, init
-from annotation_app.cli.token_commands import tokens
-from annotation_app.cli.webhook_commands import webhooks
+from annotation_app.cli.installation_commands import INSTALLATION, Place
+from annotation_app.cli.people_commands import audit, people
+from annotation_app.cli.program_commands import tokens, webhooks
+from annotation_app.cli.study_commands import STUDY_FILES, VIDEOS, check, init
 from corpus_tools.runtime.terminal import note, say
 
 
@@ -46,18 +44,11 @@ def annotate() -> None:
 
 
 @annotate.command()
-@click.argument(
-    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
-)
+@STUDY_FILES
 @click.option(
     "--demo", is_flag=True, help="A study on the bundled scenarios, in a folder of its own."
 )
-@click.option(
-    "--videos",
-    type=click.Path(path_type=Path, exists=True),
-    help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
-    "instead of the study's.",
-)
+@VIDEOS
 @click.option(
     "--studies",
     type=click.Path(path_type=Path, file_okay=False),

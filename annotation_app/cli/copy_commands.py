@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place
+from annotation_app.cli.installation_commands import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, tell
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION
+from annotation_app.cli.installation_commands import INSTALLATION
 from annotation_app.crowds.crowd_registry import Provider, providers
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -119,7 +119,7 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
     if provider_name not in known:
         raise FormatError.unknown("platform", provider_name, known)
     from annotation_app.crowds.crowd_session import open_session
-    from annotation_app.crowds.ledger_report import doubt_lines, entry_records, total_lines
+    from annotation_app.crowds.ledger import doubt_lines, entry_records, total_lines
 
     with open_session(known[provider_name], study_name, **_whereabouts(options)) as session:
         findings, entries = session.findings(), session.ledger.entries()
@@ -259,8 +259,7 @@ def _collect_command(provider: Provider) -> click.Command:
         **options: Any,
     ) -> None:
         from annotation_app.crowds.crowd_session import open_session, read_wishes
-        from annotation_app.crowds.ledger import OPEN
-        from annotation_app.crowds.ledger_report import doubt_lines, entry_records
+        from annotation_app.crowds.ledger import OPEN, doubt_lines, entry_records
 
         if dry_run and (confirm_paid or pay_again):
             raise click.UsageError("--dry-run decides nothing: leave it out.")

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from annotation_app.cli.command_options import DATABASE_VARIABLE
+from annotation_app.cli.installation_commands import DATABASE_VARIABLE
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:

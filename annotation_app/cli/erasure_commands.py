@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place
+from annotation_app.cli.installation_commands import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, tell
 from corpus_tools.runtime.terminal import note
 
@@ -77,12 +77,12 @@ def _erase_person(
     import sys
     import time
 
-    from annotation_app.privacy import erasing
+    from annotation_app.privacy import erasure
     from annotation_app.store.database import opened
     from g3.errors import FormatError
 
     with opened(config.database) as engine:
-        traces = erasing.preview(engine, config, who, platform)
+        traces = erasure.preview(engine, config, who, platform)
         lines = _lines(traces)
         if dry_run:
             record = {**traces.counts(), "erased": False}
@@ -96,7 +96,7 @@ def _erase_person(
                 )
             note(*lines)
             click.confirm("Erase it? This can't be undone.", abort=True, err=True)
-        done = erasing.erase_person(engine, config, traces.person_id, now=time.time())
+        done = erasure.erase_person(engine, config, traces.person_id, now=time.time())
     record = {**done.traces.counts(), "erased": True, "compacted": done.is_compacted}
     advice = f"Keep a copy of {done.tombstones} outside this machine, as you keep backups."
     lines = ["erased:", *_lines(done.traces), advice]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place
+from annotation_app.cli.installation_commands import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
 from corpus_tools.runtime.terminal import note
 

@@ -1,19 +1,26 @@
-"""``ct annotate people``: who may sign in, as what, and whose data are kept."""
+"""``ct annotate people`` and ``audit``: who may sign in, as what, and who did what."""
 
 from __future__ import annotations
 
+import datetime
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from annotation_app.cli.changing_commands import changing, moment
-from annotation_app.cli.command_options import INSTALLATION, Place
 from annotation_app.cli.erasure_commands import erase
+from annotation_app.cli.installation_commands import (
+    INSTALLATION,
+    Place,
+    changing,
+    existing,
+    no_installation,
+)
 from corpus_tools.options.format_option import FORMAT, tell
 
 if TYPE_CHECKING:
-    from annotation_app.store.models import Role
+    from annotation_app.store.models import AuditEntry, Role
 
+NOTHING = "nothing like this was noted"
 LOGIN = click.argument("login", metavar="LOGIN")
 ROLE = click.option(
     "--role",
@@ -99,7 +106,7 @@ def add(
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
         name = person.login
     told = f"added {name}, {role}; by this link they set their password:"
-    _tell_link(form, _link(url, token), days, told, login=name, role=role)
+    _tell_link(form, url, token, days, told, login=name, role=role)
 
 
 @people.command()
@@ -124,7 +131,7 @@ def invite(*, role: Role, url: str, days: int, place: Place, form: str) -> None:
     with changing(place) as session:
         token = account_links.invite(session, role, days, actor=COMMAND_LINE)
     told = f"by this link somebody becomes {role}:"
-    _tell_link(form, _link(url, token), days, told, role=role)
+    _tell_link(form, url, token, days, told, role=role)
 
 
 @people.command("list")
@@ -138,22 +145,20 @@ def list_(*, place: Place, form: str) -> None:
       ct annotate people list
       ct annotate people list --json
     """
+    from annotation_app.dashboard.login_admin import moment
     from annotation_app.people import account_links, accounts
 
     with changing(place, is_new_fine=False) as session:
         found = accounts.accounts(session)
         links = account_links.open_invitations(session)
-        invitations = [
-            {"role": link.role, "made_by": link.made_by, "expires_at": link.expires_at}
-            for link in links
-        ]
     lines = [
         f"{a.login}: {a.role}, {a.state}, last signed in {moment(a.last_signed_in)}" for a in found
     ]
     lines += [
-        f"an invitation: {i['role']}, by {i['made_by']}, until {moment(i['expires_at'])}"
-        for i in invitations
+        f"an invitation: {i.role}, by {i.made_by}, until {moment(i.expires_at)}" for i in links
     ]
+    names = ("role", "made_by", "expires_at")
+    invitations = [{name: getattr(link, name) for name in names} for link in links]
     tell(
         form,
         {"people": found, "invitations": invitations},
@@ -172,10 +177,7 @@ def block(*, login: str, place: Place, form: str) -> None:
     Example:
       ct annotate people block maria
     """
-    from annotation_app.people import accounts
-
-    name = _change(login, place, accounts.block)
-    tell(form, {"login": name, "done": "blocked"}, f"{name}: blocked")
+    _change(form, place, login, "block", "blocked")
 
 
 @people.command()
@@ -191,10 +193,7 @@ def unblock(*, login: str, place: Place, form: str) -> None:
     Example:
       ct annotate people unblock maria
     """
-    from annotation_app.people import accounts
-
-    name = _change(login, place, accounts.unblock)
-    tell(form, {"login": name, "done": "unblocked"}, f"{name}: unblocked")
+    _change(form, place, login, "unblock", "unblocked")
 
 
 @people.command()
@@ -209,10 +208,7 @@ def role(*, login: str, role: Role, place: Place, form: str) -> None:
     Example:
       ct annotate people role maria adjudicator
     """
-    from annotation_app.people import accounts
-
-    name = _change(login, place, accounts.change_role, role=role)
-    tell(form, {"login": name, "role": role}, f"{name}: now {role}")
+    _change(form, place, login, "change_role", f"now {role}", role=role)
 
 
 @people.command()
@@ -241,7 +237,7 @@ def reset(*, login: str, url: str, days: int, place: Place, form: str) -> None:
         token = account_links.password_link(session, person, days, actor=COMMAND_LINE)
         name = person.login
     told = f"by this link {name} sets a new password:"
-    _tell_link(form, _link(url, token), days, told, login=name)
+    _tell_link(form, url, token, days, told, login=name)
 
 
 @people.command()
@@ -256,27 +252,27 @@ def remove(*, login: str, yes: bool, place: Place, form: str) -> None:
     Example:
       ct annotate people remove maria --yes
     """
-    from annotation_app.people import accounts
-
     if not yes:
         click.confirm(f"Remove the login {login}? This can't be undone", abort=True, err=True)
-    name = _change(login, place, accounts.remove)
-    tell(form, {"login": name, "done": "removed"}, f"{name}: removed")
+    _change(form, place, login, "remove", "removed")
 
 
-def _change(login: str, place: Place, change: Any, **more: Any) -> str:
-    """Change somebody's login; the login as it is kept."""
+def _change(form: str, place: Place, login: str, change: str, done: str, **more: Any) -> None:
+    """Change somebody's login, and tell what was done."""
     from annotation_app.people import accounts
     from annotation_app.store.audit import COMMAND_LINE
 
     with changing(place, login, is_new_fine=False) as session:
         person = accounts.required_login(session, login)
-        name = str(person.login)
-        change(session, person, actor=COMMAND_LINE, **more)
-    return name
+        name = person.login
+        getattr(accounts, change)(session, person, actor=COMMAND_LINE, **more)
+    tell(form, {"login": name, **(more or {"done": done})}, f"{name}: {done}")
 
 
-def _tell_link(form: str, link: str, days: int, what: str, **record: Any) -> None:
+def _tell_link(form: str, url: str, token: str, days: int, what: str, **record: Any) -> None:
+    from annotation_app.people.account_links import path_of
+
+    link = f"{url.rstrip('/')}{path_of(token)}"
     tell(
         form,
         {**record, "link": link, "days": days},
@@ -286,10 +282,42 @@ def _tell_link(form: str, link: str, days: int, what: str, **record: Any) -> Non
     )
 
 
-def _link(url: str, token: str) -> str:
-    from annotation_app.people.account_links import path_of
-
-    return f"{url.rstrip('/')}{path_of(token)}"
-
-
 people.add_command(erase)
+
+
+@click.command()
+@click.option("--person", default="", metavar="NAME", help="Only of this login, study or subject.")
+@click.option("--action", default="", help='Only this, such as "signed in" or "exported".')
+@click.option(
+    "--most", type=click.IntRange(1), default=100, show_default=True, help="How many entries."
+)
+@INSTALLATION
+@FORMAT
+def audit(*, person: str, action: str, most: int, place: Place, form: str) -> None:
+    """List what people with a login did, and when, newest first.
+
+    Signing in, exporting, paying, blocking and erasing are listed, for example.
+
+    \b
+    Examples:
+      ct annotate audit
+      ct annotate audit --person maria --action "signed in" --json
+    """
+    from annotation_app.store.audit import trail
+
+    with existing(place) as session:
+        if session is None:
+            raise no_installation(place)
+        entries = trail(session, person=person, action=action, most=most)
+    records = [
+        {name: getattr(entry, name) for name in ("id", "at", "actor", "action", "about", "details")}
+        for entry in entries
+    ]
+    tell(form, {"entries": records}, *(map(_line, entries) if entries else [NOTHING]))
+
+
+def _line(entry: AuditEntry) -> str:
+    at = datetime.datetime.fromtimestamp(entry.at, datetime.timezone.utc)
+    details = "; ".join(f"{name}: {value}" for name, value in entry.details.items())
+    told = " ".join(filter(None, (entry.actor, entry.action, entry.about)))
+    return f"{at:%Y-%m-%d %H:%M:%S UTC} {told}{f' ({details})' if details else ''}"

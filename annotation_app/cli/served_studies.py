@@ -41,13 +41,7 @@ def put_demo(config: Config, videos: Path | None) -> int:
 
 
 def put_file(config: Config, file: Path, videos: Path | None = None) -> None:
-    """Add the study that a file describes to an installation, or bring it up to date.
-
-    Raises
-    ------
-    CorpusError
-        If something is wrong with it. The error lists all that is wrong.
-    """
+    """Add the study that a file describes, or update it; an error lists all that is wrong."""
     put(config, read_parts(file, videos))
 
 

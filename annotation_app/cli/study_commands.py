@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from annotation_app.cli.command_options import INSTALLATION, Place, no_installation
+from annotation_app.cli.installation_commands import INSTALLATION, Place, existing, no_installation
 from corpus_tools.options.format_option import FORMAT, tell
 
-if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
+STUDY_FILES = click.argument(
+    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
+)
+VIDEOS = click.option(
+    "--videos",
+    type=click.Path(path_type=Path, exists=True),
+    help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
+    "instead of the study's.",
+)
 
 
 @click.command()
@@ -50,15 +54,8 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
 
 
 @click.command()
-@click.argument(
-    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
-)
-@click.option(
-    "--videos",
-    type=click.Path(path_type=Path, exists=True),
-    help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
-    "instead of the study's.",
-)
+@STUDY_FILES
+@VIDEOS
 @INSTALLATION
 @FORMAT
 @click.pass_context
@@ -133,28 +130,3 @@ def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
     has = videos.suffix.lower() in TABLES and has_commands(videos)
     commands = f"commands: {path}" if has else "# commands: commands.csv"
     return OWN_TEMPLATE.format(name=name, videos=path, commands=commands), len(found)
-
-
-@contextmanager
-def existing(place: Place) -> Iterator[Session | None]:
-    """An installation's database, only read; None if there is none yet.
-
-    Nothing is made: not the folder, nor the key.
-
-    Raises
-    ------
-    FormatError
-        If an older or a newer program has made it.
-    """
-    from annotation_app.core.config import DATABASE_FILE
-    from annotation_app.store.database import opened, reading
-    from annotation_app.store.schema import check_current
-
-    file = place.instance / DATABASE_FILE
-    if place.database is None and not file.is_file():
-        yield None
-        return
-    with opened(place.database or file) as engine:
-        check_current(engine)
-        with reading(engine, one_state=True) as session:
-            yield session

@@ -26,22 +26,9 @@ Put = Callable[[Path, str, str], bool]
 
 
 def copy_media(session: Session, target: str, on_progress: OnProgress = no_progress) -> int:
-    """Copy all videos and pictures that aren't there yet, under names that say nothing.
+    """Copy all videos and pictures that aren't there yet, under names that say nothing; how many.
 
-    Parameters
-    ----------
-    target
-        A folder, or ``s3://bucket/prefix``.
-
-    Returns
-    -------
-    int
-        How many were copied.
-
-    Raises
-    ------
-    CorpusError
-        If the object store refuses.
+    The target is a folder, or ``s3://bucket/prefix``. An error says that the object store refuses.
     """
     put = _store(target) if urlsplit(target).scheme == STORE else _folder(Path(target))
     files = list(_files(session))

@@ -27,7 +27,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from annotation_app.copies.backup_file import Contents, Reader, Row, check
+from annotation_app.copies.backups import BATCH, Contents, Reader, check
 from annotation_app.core.config import DATABASE_FILE, UNFINISHED
 from annotation_app.core.key_file import KEY_FILE, Keys, read_keys, write_keys
 from annotation_app.core.sealed_keys import unseal
@@ -36,40 +36,27 @@ from annotation_app.store import tombstones
 from annotation_app.store.compaction import compact_if_asked
 from annotation_app.store.database import lock_set_up, opened
 from annotation_app.store.migrating import changing_tables, upgrade
-from annotation_app.store.models import Base, Secret
+from annotation_app.store.models import Base, Record, Secret
 from annotation_app.store.salt import SALT, keep_check
 from annotation_app.store.schema import NEWEST
 from annotation_app.store.tombstones import Tombstone
 from g3.errors import FormatError
 from g3.storage.atomic_file import flush_folder, write_bytes
 
-_BATCH = 1000
 _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")
 """What names SQLite's files have after the database's own, and this program's."""
 
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """What was restored.
-
-    Parameters
-    ----------
-    erased
-        How many people's data were erased again, which the backup still had.
-    """
+    """What was restored, and of how many people it still had data, which were erased again."""
 
     contents: Contents
     erased: int
 
 
 def verify(archive: Path) -> Contents:
-    """Read a backup, and see that all of it is there as it was written.
-
-    Raises
-    ------
-    FormatError
-        If it isn't.
-    """
+    """Read a backup; a FormatError if not all of it is there as it was written."""
     with archive.open("rb") as file:
         return check(file, str(archive))
 
@@ -238,18 +225,15 @@ def _fill(connection: Connection, reader: Reader, contents: Contents) -> None:
     there = MetaData()
     there.reflect(connection)
     for name, group in groupby(reader.rows(), key=lambda row: row[0]):
-        _insert(connection, there.tables[name], (row for row in group if not _is_salt(row)))
+        rows = (row for _, row in group if name != Secret.__tablename__ or row["name"] != SALT)
+        _insert(connection, there.tables[name], rows)
     if reader.sha256 != contents.sha256:
         raise FormatError("the file was changed meanwhile", where=reader.where, fix="try again")
 
 
-def _insert(connection: Connection, table: Table, rows: Iterator[Row]) -> None:
-    while batch := [row for _, row in islice(rows, _BATCH)]:
+def _insert(connection: Connection, table: Table, rows: Iterator[Record]) -> None:
+    while batch := list(islice(rows, BATCH)):
         connection.execute(insert(table), batch)
-
-
-def _is_salt(row: Row) -> bool:
-    return row[0] == Secret.__tablename__ and row[1]["name"] == SALT
 
 
 def _finish(connection: Connection, keys: Keys, erased: Collection[Tombstone]) -> int:

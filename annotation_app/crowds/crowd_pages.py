@@ -9,9 +9,8 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import gettext, speak
 from annotation_app.core.problems import Refusal
-from annotation_app.crowds.crowd_registry import Provider, find_provider
+from annotation_app.crowds.crowd_registry import find_provider
 from annotation_app.crowds.participation import (
-    Offer,
     begin,
     completion_code,
     done_of,
@@ -26,7 +25,7 @@ from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
-from annotation_app.studies.study_file import StudyConfig, in_its_language, language_of, restored
+from annotation_app.studies.study_file import in_its_language, language_of, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.limits import arrivals, limited
@@ -54,7 +53,15 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
             raise Refusal(404, gettext("There is no such study."))
         speak(language_of(study.config))
         if arrival.is_preview:
-            return _preview(provider, offer, in_its_language(restored(study.config)))
+            config = in_its_language(restored(study.config))
+            return flask.render_template(
+                "crowds/preview.html",
+                title=config.title,
+                provider=provider,
+                offer=offer,
+                words=task_words(config, task_of(offer.task)),
+                config=config,
+            )
         person = _person(session, arrival)
         participation = begin(
             session,
@@ -147,14 +154,3 @@ def _person(session: Session, arrival: Arrival) -> Person:
     if known is not None and known.provider == arrival.provider:
         return known
     return add_anonymous(session)
-
-
-def _preview(provider: Provider, offer: Offer, config: StudyConfig) -> str:
-    return flask.render_template(
-        "crowds/preview.html",
-        title=config.title,
-        provider=provider,
-        offer=offer,
-        words=task_words(config, task_of(offer.task)),
-        config=config,
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from hashlib import sha256
@@ -16,15 +16,14 @@ from sqlalchemy import Engine
 from annotation_app.core.config import Config, open_instance
 from annotation_app.crowds.crowd_registry import Provider
 from annotation_app.crowds.doubts import decide, read_decisions, resolve
-from annotation_app.crowds.ledger import Ledger
-from annotation_app.crowds.one_at_a_time import one_at_a_time
+from annotation_app.crowds.ledger import Ledger, one_at_a_time
 from annotation_app.crowds.platform import Bonus, Platform
 from annotation_app.crowds.reconciliation import CENT, Finding, reconcile
 from annotation_app.crowds.settlement import Deed, Wishes, settle
 from annotation_app.dashboard.workers import flagged_people
 from annotation_app.export.corpus_export import find_only_study
 from annotation_app.store.audit import COMMAND_LINE, note
-from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import check_current
@@ -70,15 +69,8 @@ class CrowdSession:
     ) -> list[Deed]:
         """Look at what is in doubt; then approve, reject and pay.
 
-        Parameters
-        ----------
-        confirm_paid, pay_again
-            Entries of the ledger in doubt that somebody has decided about.
-
-        Raises
-        ------
-        FormatError
-            If there are no such entries in doubt.
+        `confirm_paid` and `pay_again` are entries of the ledger in doubt that somebody has decided
+        about; a FormatError says if there are no such entries.
         """
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         with one_at_a_time(self.engine, self.study.id):
@@ -113,24 +105,17 @@ def open_session(
     sandbox: bool = False,
     endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
-    """A study, and the platform with credentials from the environment.
-
-    Raises
-    ------
-    FormatError
-        If there is no such study, or no credentials.
-    """
+    """A study, and the platform with the environment's credentials; an error if one is missing."""
     config = open_instance(instance, database)
-    with ExitStack() as opened:
-        engine = open_database(config.database)
-        opened.callback(engine.dispose)
+    with ExitStack() as stack:
+        engine = stack.enter_context(opened(config.database))
         check_current(engine)
         with reading(engine) as session:
             study = find_only_study(session, study_name)
         connect = provider.load().connect
         platform = None if connect is None else connect(sandbox=sandbox, endpoint=endpoint)
         if platform is not None:
-            opened.callback(platform.close)
+            stack.enter_context(closing(platform))
         yield CrowdSession(config, engine, provider, study, platform)
 
 
@@ -145,13 +130,7 @@ def read_wishes(
     pay_bonus: bool,
     pay_partial: bool,
 ) -> Wishes:
-    """What somebody wants done.
-
-    Raises
-    ------
-    FormatError
-        If an amount isn't one, or the study has no bonus.
-    """
+    """What somebody wants done; an error if an amount isn't one, or the study has no bonus."""
     with reading(session.engine, one_state=True) as reader:
         flagged = frozenset(flagged_people(reader, session.study.id))
     return Wishes(

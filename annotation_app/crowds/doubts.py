@@ -6,36 +6,27 @@ What the platform doesn't settle, somebody has to decide.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from decimal import Decimal
+from typing import NamedTuple
 
-from annotation_app.crowds.ledger import PAYMENTS, Call, Entry, Ledger
-from annotation_app.crowds.paying import pay, was_paid
+from annotation_app.crowds.ledger import PAYMENTS, Entry, Ledger
 from annotation_app.crowds.platform import LostReplyError, Platform, PlatformError, Submission
-from annotation_app.crowds.settlement import Deed
+from annotation_app.crowds.settlement import Deed, deed_of, pay, was_paid
 from g3.errors import FormatError
 
 CONFIRM, AGAIN = "--confirm-paid", "--pay-again"
 
 
-@dataclass(frozen=True, slots=True)
-class Decisions:
+class Decisions(NamedTuple):
     """What somebody says of calls in doubt: that they were carried out, or are to be made again."""
 
-    confirmed: tuple[Entry, ...] = ()
-    again: tuple[Entry, ...] = ()
+    confirmed: tuple[Entry, ...]
+    again: tuple[Entry, ...]
 
 
 def read_decisions(
     ledger: Ledger, confirm_paid: tuple[int, ...], pay_again: tuple[int, ...]
 ) -> Decisions:
-    """Find the calls that somebody has decided about.
-
-    Raises
-    ------
-    FormatError
-        If there is no such call, or it isn't in doubt.
-    """
+    """Find the calls that somebody has decided about; an error if one isn't there or in doubt."""
     both = set(confirm_paid) & set(pay_again)
     if both:
         raise FormatError(
@@ -75,11 +66,14 @@ def decide(
     for entry in decisions.confirmed:
         if entry.id in still:
             ledger.decide(entry, "done", "confirmed as paid")
-            yield _deed(entry, note=f"{entry.id} is confirmed")
+            yield deed_of(entry.call, note=f"{entry.id} is confirmed")
     for entry in decisions.again:
         if entry.id not in still:
-            if _is_done(ledger, entry):
-                yield _deed(entry, f"{entry.id} was carried out before, so it isn't done again")
+            found = ledger.find(entry.call.what, entry.call.key)
+            if found is not None and found.state == "done":
+                yield deed_of(
+                    entry.call, f"{entry.id} was carried out before, so it isn't done again"
+                )
         elif entry.call.what in PAYMENTS:
             yield _paid_again(ledger, platform, submissions, still[entry.id])
         else:
@@ -88,15 +82,11 @@ def decide(
 
 def _find(known: Mapping[int, Entry], number: int, option: str) -> Entry:
     entry = known.get(number)
-    if entry is None:
+    if entry is None or entry.state != "in doubt":
         raise FormatError(
-            f"the ledger has no entry {number}",
-            where=option,
-            fix="`ct crowd reconcile` shows what is in doubt",
-        )
-    if entry.state != "in doubt":
-        raise FormatError(
-            f"entry {number} is not in doubt but {entry.state}",
+            f"the ledger has no entry {number}"
+            if entry is None
+            else f"entry {number} is not in doubt but {entry.state}",
             where=option,
             fix="`ct crowd reconcile` shows what is in doubt",
         )
@@ -114,25 +104,22 @@ def _look_at_payment(
 ) -> Iterator[Deed]:
     try:
         if was_paid(ledger, platform, submission, entry):
-            yield _deed(entry, note=f"payment {entry.id} was paid")
+            yield deed_of(entry.call, note=f"payment {entry.id} was paid")
         elif entry.reference is None:
-            yield _deed(entry, note=f"payment {entry.id} was not paid: it had not been ordered yet")
+            yield deed_of(
+                entry.call, note=f"payment {entry.id} was not paid: it had not been ordered yet"
+            )
     except PlatformError as error:
-        yield _deed(entry, f"payment {entry.id} could not be looked up: {error}")
+        yield deed_of(entry.call, f"payment {entry.id} could not be looked up: {error}")
 
 
 def _look_at_standing(ledger: Ledger, submission: Submission, entry: Entry) -> Iterator[Deed]:
     wanted = "approved" if entry.call.what == "approve" else "rejected"
     if submission.standing == wanted:
         ledger.end(entry, "done")
-        yield _deed(entry, note=f"the platform says that it is {wanted}")
+        yield deed_of(entry.call, note=f"the platform says that it is {wanted}")
     else:
         ledger.end(entry, "refused", f"{entry.problem}; the platform says {submission.standing}")
-
-
-def _is_done(ledger: Ledger, entry: Entry) -> bool:
-    found = ledger.find(entry.call.what, entry.call.key)
-    return found is not None and found.state == "done"
 
 
 def _paid_again(
@@ -140,23 +127,11 @@ def _paid_again(
 ) -> Deed:
     submission = submissions.get(entry.call.assignment)
     if submission is None:
-        return _deed(entry, "the platform doesn't list this assignment any more")
+        return deed_of(entry.call, "the platform doesn't list this assignment any more")
     try:
         pay(ledger, platform, submission, entry.call, instead_of=entry)
     except LostReplyError as error:
-        return _deed(entry, str(error), in_doubt=True)
+        return deed_of(entry.call, str(error), in_doubt=True)
     except PlatformError as error:
-        return _deed(entry, str(error))
-    return _deed(entry, note="paid again")
-
-
-def _deed(entry: Entry, problem: str = "", *, note: str = "", in_doubt: bool = False) -> Deed:
-    call: Call = entry.call
-    return Deed(
-        call.assignment,
-        call.what,
-        problem,
-        call.amount or Decimal(0),
-        note=note,
-        in_doubt=in_doubt,
-    )
+        return deed_of(entry.call, str(error))
+    return deed_of(entry.call, note="paid again")

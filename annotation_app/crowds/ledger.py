@@ -8,12 +8,16 @@ is done where the platform says otherwise, unless it is a payment.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from decimal import Decimal
+from hashlib import sha256
 from typing import Any, Literal, TypeAlias, TypeVar
 
-from sqlalchemy import Engine, select
+from sqlalchemy import Engine, func, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -23,7 +27,13 @@ from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
-from annotation_app.store.models import Person, Study
+from annotation_app.store.models import Person, Record, Study
+from g3.errors import CorpusError
+
+try:
+    import fcntl
+except ImportError:  # there is none on Windows
+    fcntl = None  # type: ignore[assignment]
 
 What: TypeAlias = Literal["publish", "approve", "reject", "bonus", "partial payment"]
 State: TypeAlias = Literal["attempted", "in doubt", "done", "refused"]
@@ -39,29 +49,20 @@ LONGEST = 2000
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What is to be done at a platform.
-
-    Parameters
-    ----------
-    key
-        Distinguishes calls of a kind: the same thing is done once.
-    assignment
-        The platform's id of the assignment that is approved or paid by.
-    participation_id
-        The assignment here that it is for.
-    amount
-        What it pays; None if nothing, or nobody knows.
-    listed_before
-        How many bonuses of this amount the assignment had before.
-    """
+    """What is to be done at a platform."""
 
     what: What
     key: str
+    """Distinguishes calls of a kind: the same thing is done once."""
     assignment: str = ""
+    """The platform's id of the assignment that is approved or paid by."""
     participation_id: int | None = None
+    """The assignment here that it is for."""
     amount: Decimal | None = None
+    """What it pays; None if nothing, or nobody knows."""
     reason: str = ""
     listed_before: int | None = None
+    """How many bonuses of this amount the assignment had before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +85,7 @@ class InDoubtError(PlatformError):
 
 @dataclass(frozen=True, slots=True)
 class Ledger:
-    """A study's calls to one platform.
-
-    Parameters
-    ----------
-    provider
-        The platform's name; its sandbox has another one.
-    """
+    """A study's calls to one platform, whose sandbox has another name as `provider`."""
 
     engine: Engine
     study_id: str
@@ -180,8 +175,7 @@ class Ledger:
     def doubt_what_stopped(self) -> None:
         """Put calls in doubt that were under way when their program stopped.
 
-        Only for whom no other program can be at work; see
-        :func:`annotation_app.crowds.one_at_a_time.one_at_a_time`.
+        Only for whom no other program can be at work; see :func:`one_at_a_time`.
         """
         for entry in self.entries("attempted"):
             self.end(entry, "in doubt", entry.problem or STOPPED)
@@ -204,8 +198,10 @@ class Ledger:
                     row.attempted_at, row.reference = now(), None
                 else:
                     doubted = repeats or instead_of
-                    if doubted is None or not _is_still(row, doubted):
-                        raise _in_doubt(row)
+                    still = (row.id, row.state, row.attempted_at)
+                    if doubted is None or still != (doubted.id, "in doubt", doubted.attempted_at):
+                        what = f"entry {row.id} is {row.state} already"
+                        raise InDoubtError(what, fix="look at it first")
                     if doubted is instead_of:
                         row.attempted_at = now()
                         _note_decision(session, row, "paid again")
@@ -214,14 +210,6 @@ class Ledger:
                 return _entry(row, None)
         except IntegrityError:
             raise InDoubtError("another program is just doing this", fix="wait for it") from None
-
-
-def _is_still(row: LedgerEntry, entry: Entry) -> bool:
-    return (row.id, row.state, row.attempted_at) == (entry.id, "in doubt", entry.attempted_at)
-
-
-def _in_doubt(row: LedgerEntry) -> InDoubtError:
-    return InDoubtError(f"entry {row.id} is {row.state} already", fix="look at it first")
 
 
 def _fill(row: LedgerEntry, call: Call) -> None:
@@ -259,3 +247,107 @@ def _entry(row: LedgerEntry, person: Person | None) -> Entry:
         ended_at=row.ended_at,
         problem=row.problem,
     )
+
+
+@contextmanager
+def one_at_a_time(engine: Engine, study_id: str) -> Iterator[None]:
+    """Keep other programs from a study's platforms; a CorpusError if another one is at work.
+
+    The lock ends with the process, however that ends. So whoever holds it knows that calls
+    which the ledger has as attempted are nobody's any more. On Windows an SQLite database has
+    no such lock; there the ledger's own rows keep two programs from paying the same bonus.
+    """
+    locked = _server_lock if engine.dialect.name == "postgresql" else _file_lock
+    with locked(engine, study_id) as is_mine:
+        if not is_mine:
+            raise CorpusError(
+                "another `ct crowd publish` or `ct crowd collect` is at work on this study",
+                fix="wait until it is done",
+            )
+        yield
+
+
+@contextmanager
+def _file_lock(engine: Engine, _study_id: str) -> Iterator[bool]:
+    if fcntl is None:
+        yield True
+        return
+    file = f"{engine.url.database}-platforms"
+    descriptor = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _server_lock(engine: Engine, study_id: str) -> Iterator[bool]:
+    name = int.from_bytes(sha256(f"platforms {study_id}".encode()).digest()[:8], "big", signed=True)
+    with engine.connect() as connection:
+        connection.execution_options(to="read")
+        is_mine = bool(connection.scalar(select(func.pg_try_advisory_lock(name))))
+        try:
+            yield is_mine
+        finally:
+            if is_mine:
+                connection.scalar(select(func.pg_advisory_unlock(name)))
+
+
+def entry_records(entries: Sequence[Entry]) -> list[Record]:
+    """Calls as records, for programs."""
+    return [
+        {
+            "id": entry.id,
+            "what": entry.call.what,
+            "state": entry.state,
+            "assignment": _meant(entry),
+            "paid_by": entry.call.assignment if entry.call.what in PAYMENTS else None,
+            "subject": entry.subject,
+            "amount": None if entry.call.amount is None else str(entry.call.amount),
+            "reason": entry.call.reason,
+            "reference": entry.reference,
+            "attempted_at": _moment(entry.attempted_at),
+            "ended_at": None if entry.ended_at is None else _moment(entry.ended_at),
+            "problem": entry.problem,
+        }
+        for entry in entries
+    ]
+
+
+def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
+    """Each call of which nobody knows whether it was carried out, for people."""
+    for entry in entries:
+        if entry.state not in OPEN:
+            continue
+        call = entry.call
+        what = call.what if call.amount is None else f"{call.what} {call.amount}"
+        if call.what == "publish":
+            whom = call.reason
+        else:
+            whom = f"assignment {_meant(entry)}, person {entry.subject or 'unknown'}"
+        why = entry.problem or "under way, or its program has stopped"
+        yield f"in doubt: {entry.id}: {what}, {whom}, {_moment(entry.attempted_at)}: {why}"
+
+
+def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
+    """How many calls of each kind there are in each state, and what they pay."""
+    kinds = sorted({(entry.call.what, entry.state) for entry in entries})
+    for what, state in kinds:
+        amounts = [e.call.amount for e in entries if (e.call.what, e.state) == (what, state)]
+        known = [amount for amount in amounts if amount is not None]
+        total = f", {sum(known, Decimal(0))} in all" if known else ""
+        yield f"{len(amounts):6} {what} {state}{total}"
+
+
+def _meant(entry: Entry) -> str:
+    """The assignment that a call is for: people may be paid by another of theirs."""
+    return "" if entry.call.what == "publish" else entry.call.key.partition(" ")[0]
+
+
+def _moment(at: float) -> str:
+    return datetime.fromtimestamp(at, timezone.utc).isoformat(" ", "seconds")

@@ -228,13 +228,7 @@ class MechanicalTurk:
 
 
 def open_mturk(*, sandbox: bool, endpoint: str | None = None) -> MechanicalTurk:
-    """Sign in with boto3's credentials.
-
-    Raises
-    ------
-    PlatformError
-        If the client can't be made.
-    """
+    """Sign in with boto3's credentials; a PlatformError if the client can't be made."""
 
     def client(attempts: int) -> Any:
         return boto3.client(

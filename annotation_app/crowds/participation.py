@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from itsdangerous import BadSignature, URLSafeSerializer
+from itsdangerous import BadSignature
 from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.assignment import lock_person
+from annotation_app.people.participants import link_signer
 from annotation_app.store.crowd_models import Participation
 from annotation_app.store.models import Answer, Item, Person, Study, TaskName
 from annotation_app.tasks.task_registry import find_task
@@ -34,19 +35,14 @@ class Offer:
 
 def sign_offer(secret_key: bytes, offer: Offer) -> str:
     """The part of an address that names an offer, and that nobody else can make."""
-    return str(_offers(secret_key).dumps([offer.study_id, offer.task, offer.items]))
+    signer = link_signer(secret_key, "offer")
+    return str(signer.dumps([offer.study_id, offer.task, offer.items]))
 
 
 def read_offer(secret_key: bytes, token: str) -> Offer:
-    """What an address offers.
-
-    Raises
-    ------
-    Refusal
-        If nobody here has made it.
-    """
+    """What an address offers; refused if nobody here has made it."""
     try:
-        value: Any = _offers(secret_key).loads(token[:1000])
+        value: Any = link_signer(secret_key, "offer").loads(token[:1000])
     except BadSignature:
         raise Refusal(
             404, gettext("This link is not complete. Open it from the platform again.")
@@ -78,13 +74,7 @@ def begin(
     submit_to: str,
     now: float,
 ) -> Participation:
-    """The person's assignment, which is kept from the first time that it is opened.
-
-    Raises
-    ------
-    Refusal
-        If it is somebody else's.
-    """
+    """The person's assignment, kept since it was first opened; refused if it is somebody else's."""
     lock_person(session, person.id)
     found = session.scalars(
         select(Participation).where(
@@ -117,15 +107,10 @@ def begin(
 def credited(
     participations: Sequence[Participation], answered_at: Iterable[float]
 ) -> dict[int, int]:
-    """How many of somebody's answers count for each of their assignments.
+    """How many of somebody's answers count for each of their assignments, by the assignments' ids.
 
     An answer counts for the assignment that was begun last and isn't full. An answer is
     never paid twice, and none goes to an assignment that was given up before.
-
-    Returns
-    -------
-    dict
-        By the participations' ids.
     """
     counts = {p.id: 0 for p in participations}
     latest_first = sorted(participations, key=lambda p: (p.begun_at, p.id), reverse=True)
@@ -191,9 +176,3 @@ def receive(participation: Participation, *, done: int, nothing_left: bool, now:
         if done < participation.items:
             participation.outcome = {**participation.outcome, "nothing_left": True}
     return participation.received_at is not None
-
-
-def _offers(secret_key: bytes) -> URLSafeSerializer:
-    return URLSafeSerializer(
-        secret_key, salt="offer", signer_kwargs={"digest_method": hashlib.sha256}
-    )

@@ -26,42 +26,29 @@ class LostReplyError(PlatformError):
 
 @dataclass(frozen=True, slots=True)
 class Posting:
-    """Work that is offered at a platform: so many items of a task, to so many people.
-
-    Parameters
-    ----------
-    study_id, title, description
-        Of the study; the last two are what workers read.
-    items
-        How many items of the task an assignment asks for.
-    people
-        How many assignments there are to be, also those that there are already.
-    reward
-        For an assignment, in units of the platform's currency.
-    minutes
-        How long an assignment is expected to take.
-    url
-        Where workers come in.
-    code
-        What the platform takes as a proof that the work was done.
-    min_approval
-        Percentage of somebody's earlier work, for anybody, that was approved; 0 for no matter.
-    min_approved
-        How much of it, in assignments.
-    """
+    """Work that is offered at a platform: so many items of a task, to so many people."""
 
     study_id: str
     title: str
     description: str
+    """Of the study, as the title; workers read both."""
     task: TaskName
     items: int
+    """How many items of the task an assignment asks for."""
     people: int
+    """How many assignments there are to be, also those that there are already."""
     reward: Decimal
+    """For an assignment, in units of the platform's currency."""
     minutes: int
+    """How long an assignment is expected to take."""
     url: str
+    """Where workers come in."""
     code: str
+    """What the platform takes as a proof that the work was done."""
     min_approval: int = 0
+    """Percentage of somebody's earlier work, for anybody, that was approved; 0 for no matter."""
     min_approved: int = 0
+    """How much of it, in assignments."""
 
     @property
     def label(self) -> str:
@@ -81,23 +68,16 @@ class Posted:
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """An assignment as a platform knows it.
-
-    Parameters
-    ----------
-    person
-        The platform's id of the worker. Never stored, only compared by its hash.
-    group
-        The HIT or study that it belongs to.
-    reward
-        What its approval pays; None if the platform doesn't say.
-    """
+    """An assignment as a platform knows it."""
 
     assignment: str
     person: str
+    """The platform's id of the worker. Never stored, only compared by its hash."""
     group: str
+    """The HIT or study that it belongs to."""
     standing: Standing
     reward: Decimal | None = None
+    """What its approval pays; None if the platform doesn't say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,43 +169,28 @@ class Platform(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Somebody who comes in from a platform.
-
-    Parameters
-    ----------
-    provider
-        Whose id it is.
-    person
-        The platform's id of the worker; None is anybody, and somebody new without a cookie.
-    assignment
-        The platform's id of the assignment; None with `person`.
-    is_preview
-        Whether they only look at what the work is like.
-    submit_to
-        Where the platform wants the assignment sent at the end.
-    """
+    """Somebody who comes in from a platform."""
 
     provider: str
+    """Whose id it is."""
     person: str | None
+    """The platform's id of the worker; None is anybody, and somebody new without a cookie."""
     assignment: str | None
+    """The platform's id of the assignment; None with `person`."""
     is_preview: bool = False
+    """Whether they only look at what the work is like."""
     submit_to: str = ""
+    """Where the platform wants the assignment sent at the end."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a worker completes an assignment at the platform.
-
-    Parameters
-    ----------
-    address
-        Where to go, or to send `fields`; empty if the code is all.
-    fields
-        Sent as a form. None for a plain link.
-    """
+    """How a worker completes an assignment at the platform."""
 
     address: str = ""
+    """Where to go, or to send `fields`; empty if the code is all."""
     fields: Mapping[str, str] | None = None
+    """Sent as a form. None for a plain link."""
 
 
 Entrance: TypeAlias = Callable[[Mapping[str, str], str], Arrival]
@@ -245,20 +210,14 @@ class Connect(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Gateway:
-    """All that a provider does.
-
-    Parameters
-    ----------
-    connect
-        None where there is nothing to ask: links.
-    query
-        What is added to the address at which workers come in.
-    """
+    """All that a provider does."""
 
     enter: Entrance
     leave: Exit
     connect: Connect | None = None
+    """None where there is nothing to ask: links."""
     query: str = field(default="")
+    """What is added to the address at which workers come in."""
 
 
 def label_prefix(study_id: str) -> str:

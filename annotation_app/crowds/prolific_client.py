@@ -257,13 +257,7 @@ def _lost(method: str) -> type[PlatformError]:
 
 
 def open_prolific(*, sandbox: bool, endpoint: str | None = None) -> Prolific:
-    """Sign in with the token in ``PROLIFIC_TOKEN``.
-
-    Raises
-    ------
-    FormatError
-        If there is none.
-    """
+    """Sign in with the token in ``PROLIFIC_TOKEN``; an error if there is none."""
     token = os.environ.get(TOKEN)
     if not token:
         raise FormatError(

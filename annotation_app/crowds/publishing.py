@@ -1,24 +1,103 @@
-"""Offering a study's work."""
+"""Offering a study's work. No offer is made twice, also when an answer is lost."""
 
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from decimal import Decimal
 from urllib.parse import urlencode, urlsplit
 
 from annotation_app.core.languages import gettext, speaking
 from annotation_app.crowds.crowd_session import CrowdSession
+from annotation_app.crowds.ledger import OPEN, Call, Entry, Ledger, one_at_a_time
 from annotation_app.crowds.links import INVITATION
-from annotation_app.crowds.offering import Offers, offer_again
-from annotation_app.crowds.one_at_a_time import one_at_a_time
 from annotation_app.crowds.participation import Offer, completion_code, sign_offer
-from annotation_app.crowds.platform import Posted, Posting
+from annotation_app.crowds.platform import LostReplyError, PlatformError, Posted, Posting
+from annotation_app.crowds.reconciliation import CENT
 from annotation_app.people.participants import invitation
+from annotation_app.store.installation import now
 from annotation_app.store.models import TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_registry import task_of
 from g3.errors import FormatError
+
+AGAIN = "--publish-again"
+
+
+@dataclass(frozen=True, slots=True)
+class Offers:
+    """The ledger, as a platform sees it; see :class:`annotation_app.crowds.platform.Calls`."""
+
+    ledger: Ledger
+
+    def reference(self, key: str) -> str | None:
+        """What an earlier call made, as the platform calls it."""
+        entry = self.ledger.find("publish", key)
+        return None if entry is None else entry.reference
+
+    def in_doubt(self) -> list[str]:
+        """The calls of which nobody knows whether they were carried out."""
+        doubts = self.ledger.entries(*OPEN)
+        return [entry.call.key for entry in doubts if entry.call.what == "publish"]
+
+    def settle(self, key: str, reference: str | None) -> None:
+        """Say what the platform shows of a call in doubt."""
+        entry = self.ledger.find("publish", key)
+        if entry is None or entry.state not in OPEN:
+            return
+        if reference is None:
+            self.ledger.end(entry, "refused", f"{entry.problem}; the platform doesn't show it")
+        else:
+            self.ledger.refer(entry, reference)
+            self.ledger.end(entry, "done")
+
+    def make(
+        self, key: str, about: str, call: Callable[[], str], *, token_lasts_s: float = 0.0
+    ) -> str:
+        """Make a call, unless it is in doubt whether an earlier one was carried out."""
+        entry = self.ledger.find("publish", key)
+        repeats = None
+        if entry is not None and entry.state in OPEN:
+            if now() - entry.attempted_at < token_lasts_s:
+                repeats = entry
+            else:
+                raise PlatformError(
+                    f"whether this was offered before is in doubt (entry {entry.id}), and the "
+                    "platform doesn't show it",
+                    where=about,
+                    fix="publish again in some minutes; if you see at the platform that it is "
+                    f"not there, add {AGAIN} {entry.id}",
+                )
+
+        def do(claimed: Entry) -> str:
+            made = call()
+            self.ledger.refer(claimed, made)
+            return made
+
+        try:
+            return self.ledger.carry_out(Call("publish", key, reason=about), do, repeats=repeats)
+        except LostReplyError as error:
+            raise LostReplyError(
+                f"{error.what}; whether this was offered is in doubt",
+                where=about,
+                fix="publish again: that looks first, and offers nothing twice",
+            ) from error
+
+
+def offer_again(ledger: Ledger, numbers: tuple[int, ...]) -> None:
+    """Note that somebody has seen that offers in doubt aren't there; an error if one isn't so."""
+    known = {entry.id: entry for entry in ledger.entries("in doubt")}
+    for number in numbers:
+        entry = known.get(number)
+        if entry is None or entry.call.what != "publish":
+            raise FormatError(
+                f"the ledger has no offer {number} in doubt",
+                where=AGAIN,
+                fix="`ct crowd reconcile` shows what is in doubt",
+            )
+    for number in dict.fromkeys(numbers):
+        ledger.decide(known[number], "refused", "to be offered again")
 
 
 def publish_posting(
@@ -63,7 +142,7 @@ def publish_posting(
         task=offer.task,
         items=items,
         people=people,
-        reward=(Decimal(str(study.payment.amount)) * items).quantize(Decimal("0.01")),
+        reward=(Decimal(str(study.payment.amount)) * items).quantize(CENT),
         minutes=minutes,
         url=_address(session, url, offer, session.provider.load().query),
         code=completion_code(session.config.secret_key, offer),
@@ -83,10 +162,7 @@ def publish_links(
 ) -> Iterator[str]:
     """The open link of a study, or new links for each person who is invited.
 
-    Raises
-    ------
-    FormatError
-        If the study has no such task, or several links are wanted of one that is open.
+    An error if the study has no such task, or several links are wanted of one that is open.
     """
     study = restored(session.study.config)
     offer = _offer(session, study, task, items)

@@ -15,7 +15,7 @@ from sqlalchemy import Engine, select
 from sqlalchemy.orm import Session
 
 from annotation_app.crowds.participation import done, receive
-from annotation_app.crowds.platform import Submission
+from annotation_app.crowds.platform import Standing, Submission
 from annotation_app.people.participants import hashed
 from annotation_app.privacy.erasure import ERASED
 from annotation_app.store.crowd_models import LedgerEntry, Participation
@@ -53,34 +53,24 @@ LONGEST_S = 86_400.0
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """How an assignment stands on both sides.
-
-    Parameters
-    ----------
-    submission
-        What the platform has; None if it doesn't list the assignment.
-    participation_id
-        The assignment here, if somebody came with it.
-    done, items
-        How many items were received, of how many.
-    due
-        What the items are worth that no reward is paid for.
-    is_over
-        Whether the worker can't send the assignment in any more.
-    part
-        Whether `due` has been paid as a bonus.
-    """
+    """How an assignment stands on both sides."""
 
     assignment: str
     state: State
     submission: Submission | None
+    """What the platform has; None if it doesn't list the assignment."""
     participation_id: int | None
+    """The assignment here, if somebody came with it."""
     person_id: str | None
     done: int = 0
     items: int = 0
+    """How many items were received, of how many."""
     due: Decimal = Decimal(0)
+    """What the items are worth that no reward is paid for."""
     is_over: bool = False
+    """Whether the worker can't send the assignment in any more."""
     part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
+    """Whether `due` has been paid as a bonus."""
 
 
 def reconcile(
@@ -94,11 +84,8 @@ def reconcile(
 ) -> list[Finding]:
     """Bring both sides together, and note what the platform has confirmed.
 
-    Parameters
-    ----------
-    there
-        All that the platform knows of the study's assignments. It is read before the database
-        is locked.
+    `there` is all that the platform knows of the study's assignments. It is read before the
+    database is locked.
     """
     known = {submission.assignment: submission for submission in there}
     with transaction(engine) as session:
@@ -140,18 +127,14 @@ def reconcile(
                     parts.get(participation.id, "unpaid"),
                 )
             )
-    unknown = [
-        Finding(
-            s.assignment,
-            "settled" if s.standing in ("approved", "rejected") else "unknown here",
-            s,
-            None,
-            None,
-        )
-        for s in known.values()
-        if s.standing in ("submitted", "approved", "rejected")
-    ]
-    return findings + unknown
+    states: dict[Standing, State] = {
+        "submitted": "unknown here",
+        "approved": "settled",
+        "rejected": "settled",
+    }
+    unknown = (one for one in known.values() if one.standing in states)
+    findings += (Finding(s.assignment, states[s.standing], s, None, None) for s in unknown)
+    return findings
 
 
 def unpaid_part(finding: Finding) -> Decimal:
@@ -160,13 +143,7 @@ def unpaid_part(finding: Finding) -> Decimal:
 
 
 def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
-    """An assignment of each person by which a platform can pay them: one that they sent in.
-
-    Returns
-    -------
-    dict
-        By the ids of people here.
-    """
+    """By the ids of people here, an assignment that they sent in: by it a platform can pay them."""
     sent = {
         f.person_id: f.submission
         for f in findings
@@ -197,14 +174,12 @@ def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt
 
 def _state(participation: Participation, count: int, submission: Submission | None) -> State:
     is_received = participation.received_at is not None
-    if submission is None:
+    if submission is None or submission.standing == "working":
         return "not confirmed" if is_received else "working"
     if submission.standing in ("approved", "rejected"):
         return "settled"
     if submission.standing == "returned":
         return "given back"
-    if submission.standing == "working":
-        return "not confirmed" if is_received else "working"
     if is_received:
         return "ready"
     return "incomplete" if count else "nothing received"

@@ -29,16 +29,10 @@ class Dispute:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """An answer, to be compared with another one.
+    """An answer, the first of which has the number 1, to be compared with others.
 
-    Parameters
-    ----------
-    number
-        1 for the first.
-    shown
-        What the task's template shows of it.
-    same_as
-        The numbers of the other answers that say the same.
+    `shown` is what the task's template shows of it, `same_as` are the numbers of those that say the
+    same.
     """
 
     answer: int
@@ -54,14 +48,8 @@ class Side:
 class Comparison:
     """The answers to an item, side by side.
 
-    Parameters
-    ----------
-    compared
-        What the task makes of them.
-    agreement
-        How much any two agree, on average.
-    is_waiting
-        Whether there is room for one more answer.
+    `agreement` is how much any two agree, on average; `is_waiting` is so if there is room for one
+    more answer.
     """
 
     item: str
@@ -99,10 +87,7 @@ def waiting(session: Session, study_id: str) -> list[Dispute]:
 def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
     """The ids of items with several answers, all that are wanted, none of them adopted.
 
-    Parameters
-    ----------
-    among
-        Ids of items of the study, to look at no others.
+    With `among`, ids of items of the study, it looks at no others.
     """
     here = Item.study_id == study_id if among is None else Item.id.in_(among)
     other = aliased(Answer)

@@ -36,16 +36,9 @@ _REPORTS = ("flag", "skip")
 class Wanted:
     """Which answers to show; what is empty leaves out nothing.
 
-    Parameters
-    ----------
-    person
-        The beginning of what exports call them.
-    flagged
-        Whether somebody has reported a problem with the item.
-    text
-        A part of the command, in small or capital letters.
-    before
-        Only answers with a lower id.
+    `person` is the beginning of what exports call them, `text` a part of the command, in small or
+    capital letters. Answers have a lower id than `before`, and if `flagged` items of which somebody
+    has reported a problem.
     """
 
     task: str = ""
@@ -59,10 +52,8 @@ class Wanted:
     def parameters(self) -> dict[str, str]:
         """For an address that shows the same answers from the first page."""
         found = {name: getattr(self, name) for name in ("task", "person", "video", "state", "text")}
-        return {
-            **{k: v for k, v in found.items() if v},
-            **({"flagged": "1"} if self.flagged else {}),
-        }
+        found["flagged"] = "1" if self.flagged else ""
+        return {name: text for name, text in found.items() if text}
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +99,7 @@ class Report:
 
 
 def read_wanted(asked: Mapping[str, str]) -> Wanted:
-    """What the parameters of an address ask for.
-
-    Raises
-    ------
-    Refusal
-        If there is no such task or state.
-    """
+    """What the parameters of an address ask for; refused if there is no such task or state."""
     task, state = asked.get("task", ""), asked.get("state", "")
     if task and task not in task_names():
         raise Refusal(404, "There is no such task.")
@@ -134,7 +119,7 @@ def read_before(asked: Mapping[str, str]) -> int | None:
 
 
 def find_answers(
-    session: Session, study_id: str, wanted: Wanted, *, most: int = PAGE
+    session: Session, study_id: str, wanted: Wanted
 ) -> tuple[list[FoundAnswer], int | None]:
     """Answers of a study, and the id to go on before, if there are more.
 
@@ -147,10 +132,10 @@ def find_answers(
         .join(Item, Item.id == Answer.item_id)
         .where(study == study_id, *_conditions(session, study_id, wanted))
         .order_by(Answer.id.desc())
-        .limit(most + 1)
+        .limit(PAGE + 1)
     ).all()
-    found = shown(session, study_id, ids[:most])
-    return found, ids[most - 1] if len(ids) > most else None
+    found = shown(session, study_id, ids[:PAGE])
+    return found, ids[PAGE - 1] if len(ids) > PAGE else None
 
 
 def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:

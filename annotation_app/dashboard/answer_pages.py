@@ -108,13 +108,7 @@ def reports(study_name: str) -> str:
 def act(
     session: Session, study: Study, found: Answer, person: Person, *, action: str, text: str
 ) -> None:
-    """Do what a reviewer asks for.
-
-    Raises
-    ------
-    Refusal
-        If there is no such action, or it can't be done.
-    """
+    """Do what a reviewer asks for; refused if there is no such action, or it can't be done."""
     if action in ("exclude", "redo"):
         again = action == "redo"
         reviewing.exclude(session, study, found, person, text, again=again, now=now())
@@ -127,13 +121,7 @@ def act(
 
 
 def answer_of(session: Session, study: Study, answer_id: int) -> Answer:
-    """An answer of a study.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """An answer of a study; refused if there is none."""
     found = session.get(Answer, answer_id) if answer_id < 2**31 else None
     if found is None or session.get_one(Item, found.item_id).study_id != study.id:
         raise Refusal(404, "There is no such answer.")

@@ -11,7 +11,7 @@ from flask import Blueprint, Response
 
 from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.dashboard.answer_pages import act, answer_of
-from annotation_app.dashboard.exports import export_response
+from annotation_app.dashboard.dashboard_pages import export_response
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.web.api import json_reply, read_request

@@ -11,8 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.dashboard.adjudication_queue import Dispute, disputes
-from annotation_app.dashboard.consensus import agreement
-from annotation_app.dashboard.disagreements import Disagreement, disagreements
+from annotation_app.dashboard.consensus import Disagreement, agreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     Duration,
     History,

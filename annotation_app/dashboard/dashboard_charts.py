@@ -170,12 +170,16 @@ def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
 
 def written_time(at: float, span_s: float) -> str:
     """A moment, as finely as a span of time needs it, in UTC."""
-    try:
-        found = datetime.datetime.fromtimestamp(at, datetime.timezone.utc)
-    except (OverflowError, OSError, ValueError):  # a clock that was far out
-        return "?"
     form = "%H:%M:%S" if span_s < SECONDS_BELOW_S else "%H:%M" if span_s < DAY_S else "%d %b"
-    return found.strftime(form)
+    return in_utc(at, form)
+
+
+def in_utc(at: float, form: str) -> str:
+    """A moment as text; a question mark if a clock was far out."""
+    try:
+        return datetime.datetime.fromtimestamp(at, datetime.timezone.utc).strftime(form)
+    except (OverflowError, OSError, ValueError):
+        return "?"
 
 
 def _axis(most: float) -> tuple[float, float]:

@@ -1,19 +1,23 @@
-"""The dashboard's pages, for people with a login."""
+"""The dashboard's pages, for people with a login, and a study's answers as files."""
 
 from __future__ import annotations
+
+import tempfile
+import weakref
+import zipfile
+from typing import IO, Any
 
 import flask
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 from sqlalchemy.orm import Session
+from werkzeug.wsgi import wrap_file
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard import dashboard_charts as charts
-from annotation_app.dashboard.consensus import agreement
-from annotation_app.dashboard.disagreements import disagreements
-from annotation_app.dashboard.exports import export_response
+from annotation_app.dashboard.consensus import Disagreement, agreement, disagreements
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,
@@ -23,15 +27,24 @@ from annotation_app.dashboard.study_statistics import (
 )
 from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
+from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people import accounts
 from annotation_app.people.participants import RANKS, subject_of
-from annotation_app.store.audit import name_of
-from annotation_app.store.installation import now
+from annotation_app.store.audit import name_of, note
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
-from annotation_app.tasks.task_registry import tasks
+from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS
+from annotation_app.tasks.task_registry import task_of, tasks
 from annotation_app.web.needs_login import refused
+from annotation_app.web.readers import required_reader
 from annotation_app.web.who_asks import changed_by, seen_by
 from annotation_app.work.handing_out import find_study
+from corpus_tools.corpus.corpus_writing import corpus_files
+from corpus_tools.exporters.slu_core import slu_core_files
+from g3.errors import CorpusError
+
+FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
 
 blueprint = Blueprint(
     "dashboard",
@@ -86,6 +99,29 @@ def overview(study_name: str) -> str:
         )
 
 
+@blueprint.get("/<study_name>/disagreements", endpoint="disagreements")
+def disagreements_page(study_name: str) -> str:
+    """On what people disagree most, and where it can be looked at."""
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        found = disagreements(session, study.id)
+        linked = [(one, _link(study.name, one)) for one in found]
+        return _page("disagreements.html", person, study=study, found=linked)
+
+
+def _link(study_name: str, one: Disagreement) -> str:
+    if one.kind == "item" and task_of(one.task).adjudication is not None:
+        return flask.url_for("adjudication.dispute", study_name=study_name, item_id=one.what)
+    asked: dict[str, Any] = {"study_name": study_name, "task": one.task}
+    if one.kind == WORDS:
+        asked["text"] = one.what
+    elif one.kind == "item":
+        asked |= {"text": one.command, "video": one.video}
+    elif one.kind not in ("task", CLAUSE_TYPE):
+        asked["video"] = one.video
+    return flask.url_for("answer_pages.answers", **asked)
+
+
 @blueprint.get("/<study_name>/people")
 def people(study_name: str) -> str:
     """Everybody who has answered."""
@@ -127,6 +163,53 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
 def export(study_name: str, form: str) -> Response:
     """All answers as they are, or the corpus that they make."""
     return export_response(study_name, form)
+
+
+def export_response(study_name: str, form: str) -> Response:
+    """A file, for whoever may have it; the audit trail notes who had it.
+
+    Refused if they may not, there is no such study or form, or something for it isn't installed.
+    """
+    with reading(installation().engine, one_state=True) as session:
+        reader = required_reader(session, "adjudicator")
+        study = find_study(session, study_name)
+        # Sent when it is whole: a table that breaks off looks as if there were no more answers.
+        file = tempfile.TemporaryFile()  # noqa: SIM115 - the reply closes it
+        try:
+            name, media_type = _write(session, study, form, file)
+        except BaseException as error:
+            file.close()
+            if isinstance(error, CorpusError):  # something isn't installed
+                raise Refusal(501, str(error)) from error
+            raise
+    with transaction(installation().engine) as session:
+        note(session, reader, "exported", study.name, format=form)
+    # The server sends it from the disk, so that a slow reader keeps no thread.
+    pieces = wrap_file(flask.request.environ, file)
+    weakref.finalize(pieces, file.close)  # also where nobody reads them to the end
+    response = Response(pieces, mimetype=media_type, direct_passthrough=True)
+    response.content_length = file.tell()
+    file.seek(0)
+    response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
+    return response
+
+
+def _write(session: Session, study: Study, form: str, file: IO[bytes]) -> tuple[str, str]:
+    """Write an export; what the file is called, and its type."""
+    table = answer_tables.TABLES.get(form)
+    if table is not None:
+        write = table.write
+        if flask.request.args.get("excluded") == "yes":
+            write = answer_tables.WITH_EXCLUDED.get(form, write)
+        write(session, study, file)
+        return f"{study.name}.{form}", table.media_type
+    if form in FOLDERS:
+        files = FOLDERS[form](export_corpus(session, study))
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in files.items():
+                archive.writestr(f"{study.name}/{name}", content)
+        return f"{study.name}.zip", "application/zip"
+    raise Refusal(404, "There is no such export.")
 
 
 def _person(session: Session, person_id: str) -> Person:

@@ -1,4 +1,4 @@
-"""Pages on which admins add, invite, block, reset and remove people with a login."""
+"""Pages for admins: adding, blocking and removing people with a login, and the audit trail."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from flask.typing import ResponseReturnValue
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.dashboard.answer_browsing import read_before
+from annotation_app.dashboard.dashboard_charts import in_utc
 from annotation_app.people import account_links, accounts
-from annotation_app.store.audit import name_of
+from annotation_app.store.audit import actions, name_of, trail
 from annotation_app.store.models import Person, Role
 from annotation_app.web.needs_login import refused
 from annotation_app.web.who_asks import changed_by, refused_on, seen_by
@@ -22,6 +24,9 @@ ABOUT_ROLES: dict[Role, str] = {
     "adjudicator": "also decides disputes, sees everybody's work, and exports",
     "admin": "also manages logins, blocks people, and reads the audit trail",
 }
+
+ENTRIES = 50
+"""Of the audit trail, on a page."""
 
 
 def _find(session: Session, person_id: str) -> Person:
@@ -169,6 +174,31 @@ def remove(person_id: str) -> ResponseReturnValue:
     with changed_by("admin") as (session, admin):
         accounts.remove(session, _another(session, admin, person_id), actor=name_of(admin))
     return _to_list()
+
+
+@blueprint.get("/audit")
+def audit() -> str:
+    """Who did what and when, newest first."""
+    asked = flask.request.args
+    person, action = asked.get("person", "").strip(), asked.get("action", "")
+    with seen_by("admin") as (session, admin):
+        before = read_before(asked)
+        found = trail(session, person=person, action=action, before=before, most=ENTRIES + 1)
+        return flask.render_template(
+            "dashboard/audit.html",
+            person=admin,
+            entries=found[:ENTRIES],
+            older=found[ENTRIES - 1].id if len(found) > ENTRIES else None,
+            actions=actions(session),
+            asked_person=person,
+            asked_action=action,
+        )
+
+
+@blueprint.app_template_filter("moment")
+def moment(at: float | None) -> str:
+    """A time for people, in UTC, as the server can't know where they are."""
+    return "never" if at is None else in_utc(at, "%Y-%m-%d %H:%M UTC")
 
 
 def _another(session: Session, admin: Person, person_id: str) -> Person:

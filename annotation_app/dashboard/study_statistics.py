@@ -86,15 +86,8 @@ def progress_by_task(by_video: list[Progress]) -> list[Progress]:
     for task in task_names():
         mine = [p for p in by_video if p.task == task]
         if mine:
-            totals.append(
-                Progress(
-                    task,
-                    None,
-                    sum(p.wanted for p in mine),
-                    sum(p.answered for p in mine),
-                    sum(p.in_work for p in mine),
-                )
-            )
+            counts = ((p.wanted, p.answered, p.in_work) for p in mine)
+            totals.append(Progress(task, None, *map(sum, zip(*counts, strict=True))))
     return totals
 
 

@@ -7,10 +7,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
-from sqlalchemy import ColumnElement, Integer, bindparam, case, func, or_, select
+from sqlalchemy import Integer, bindparam, case, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import subject_of
@@ -55,8 +55,7 @@ class Worker:
     reasons: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Median:
+class _Median(NamedTuple):
     """Of the seconds for an item, and of how many items."""
 
     seconds: float
@@ -80,10 +79,7 @@ class _Work:
 def workers(session: Session, study_id: str) -> list[Worker]:
     """Everybody who has answered, those to look at first.
 
-    Parameters
-    ----------
-    session
-        It must read one state: what is counted first must be there when the rest is read.
+    The session must read one state: what is counted first must be there when the rest is read.
     """
     of_one = Answer.person_id, Answer.task
     numbers: _Numbers = session.execute(
@@ -119,8 +115,9 @@ def flagged_people(session: Session, study_id: str) -> Iterator[str]:
 def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
     """For each attention check who had it, and whether they passed."""
     passing = {task.name: task.passes for task in tasks() if task.passes is not None}
+    unless_gist = case((Answer.gist.is_(None), Answer.body))
     rows = session.execute(
-        select(Answer.person_id, Answer.task, Answer.item_id, Answer.gist, _unless_gist())
+        select(Answer.person_id, Answer.task, Answer.item_id, Answer.gist, unless_gist)
         .where(Answer.study_id == study_id, Answer.kind == "attention", Answer.task.in_(passing))
         .order_by(Answer.id)
     )
@@ -130,7 +127,8 @@ def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
     for person_id, task_name, item_id, gist, body in rows:
         key = (item_id, gist or "")
         if gist is None or key not in known:
-            known[key] = passing[task_name](payloads[item_id], _told_by(gist, body))
+            told = body if gist is None else msgspec.json.decode(gist)
+            known[key] = passing[task_name](payloads[item_id], told or {})
         yield person_id, known[key]
 
 
@@ -152,16 +150,6 @@ def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list
         bodies.where(*told, Answer.gist.is_(None)).order_by(Answer.id)
     ):
         yield person_id, task_name, [body]
-
-
-def _unless_gist() -> ColumnElement[Record | None]:
-    """An answer's body, if it has no gist."""
-    return case((Answer.gist.is_(None), Answer.body))
-
-
-def _told_by(gist: str | None, body: Record | None) -> Record:
-    found: Record | None = body if gist is None else msgspec.json.decode(gist)
-    return found or {}
 
 
 def _flags(session: Session, study_id: str) -> Iterator[tuple[str, Iterator[str]]]:
@@ -256,11 +244,9 @@ def _reasons(
         usual = median_of_others(ordered[name], own.seconds)
         if own.items >= FEWEST and usual is not None and own.seconds < FAST * usual:
             yield f"too fast: {own.seconds:.0f} s for an item of {name}, others take {usual:.0f} s"
-    yield from (f"{flag}: {_times(n)}" for flag, n in mine.flags.items() if n >= FEWEST_FLAGS[flag])
+    for flag, count in mine.flags.items():
+        if count >= FEWEST_FLAGS[flag]:
+            yield f"{flag}: {'once' if count == 1 else f'{count} times'}"
     for task in tasks():
         if task.oddities is not None:
             yield from task.oddities(mine.bodies.get(task.name, []))
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"

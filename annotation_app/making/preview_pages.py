@@ -11,7 +11,7 @@ from flask.typing import ResponseReturnValue
 from annotation_app.core.languages import speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items.media import TYPES, WEBM
-from annotation_app.making.step_pages import config_of, opened_draft
+from annotation_app.making.step_pages import config_of, opened_draft, videos_of
 from annotation_app.making.steps import parts_of
 from annotation_app.pages.study_progress import TaskProgress
 from annotation_app.store.installation import installation
@@ -109,8 +109,7 @@ def _task_page(
 
 
 def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
-    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
-    names = [] if parts is None else [known.video for known in parts.videos]
+    names = videos_of(draft)
     if item.video not in names:
         raise Refusal(422, f"There is no video {item.video}. Choose another to practise with.")
     source = flask.url_for(".video", name=draft.name, number=names.index(item.video))

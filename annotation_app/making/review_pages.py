@@ -26,10 +26,16 @@ from annotation_app.study_setup.readiness import (
     study_obstacles,
 )
 from annotation_app.study_setup.study_changes import Change, asked_so_far, changes
-from annotation_app.study_setup.study_drafts import StudyDraft, drop_draft, sha256_of
+from annotation_app.study_setup.study_drafts import (
+    StudyDraft,
+    comments,
+    drop_draft,
+    in_order,
+    sha256_of,
+    write_study,
+)
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.study_setup.study_starting import StudyParts, prepare_parts, put_parts
-from annotation_app.study_setup.study_writing import comments, in_order, write_study
 from annotation_app.tasks.task_registry import find_task
 from annotation_app.web.needs_login import cannot_be_done, refused
 from annotation_app.web.who_asks import changed_by, seen_by
@@ -45,27 +51,17 @@ blueprint.register_error_handler(CorpusError, cannot_be_done)
 
 @dataclass(frozen=True, slots=True)
 class Review:
-    """What there is to know before a draft becomes a study's file.
-
-    Parameters
-    ----------
-    parts
-        What the study would be made of; None if something is wrong.
-    problems
-        What is wrong.
-    changes
-        What it says otherwise than the running study.
-    comments
-        What people wrote into the file for themselves, which is not kept.
-    obstacles
-        What would stop people.
-    """
+    """What there is to know before a draft becomes a study's file."""
 
     parts: StudyParts | None
+    """What the study would be made of; None if something is wrong."""
     problems: list[StepProblem]
     changes: list[Change]
+    """What it says otherwise than the running study."""
     comments: list[str]
+    """What people wrote into the file for themselves, which is not kept."""
     obstacles: list[str]
+    """What would stop people."""
 
     @property
     def altering(self) -> list[Change]:
@@ -156,16 +152,17 @@ def _review(session: Session, draft: StudyDraft) -> Review:
 def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
     """Whether somebody else has made or changed the study meanwhile."""
     if draft.value.get("name") != draft.name:
-        return [StepProblem("videos", "", "The study's name can't be changed any more.")]
-    if draft.is_new and (study is not None or draft.file.exists()):
-        return [StepProblem("videos", "", f"There is a study {draft.name} already.")]
-    if not draft.is_new and sha256_of(draft.file) != draft.base:
-        message = (
+        what = "The study's name can't be changed any more."
+    elif draft.is_new and (study is not None or draft.file.exists()):
+        what = f"There is a study {draft.name} already."
+    elif not draft.is_new and sha256_of(draft.file) != draft.base:
+        what = (
             "Somebody has changed the study's file since you began. Discard these changes and "
             "begin again, so that theirs aren't lost."
         )
-        return [StepProblem("videos", "", message)]
-    return []
+    else:
+        return []
+    return [StepProblem("videos", "", what)]
 
 
 def _sentences(found: Iterable[Obstacle]) -> list[str]:

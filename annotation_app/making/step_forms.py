@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -32,14 +31,11 @@ def read_form(step: str, draft: StudyDraft, form: Form, root: Path) -> Value:
     """What a draft says after a step's form was sent."""
     value = {key: inner for key, inner in draft.value.items() if key != "tasks"}
     value["tasks"] = {name: dict(of) for name, of in draft.value.get("tasks", {}).items()}
-    readers: Mapping[str, Callable[[], None]] = {
-        "videos": lambda: _videos(value, form, draft, root),
-        "tasks": lambda: _tasks(value, form),
-        "people": lambda: _people(value, form),
-        "texts": lambda: _texts(value, form),
-        "consent": lambda: _consent(value, form),
-    }
-    readers[step]()
+    if step == "videos":
+        _videos(value, form, draft, root)
+    else:
+        readers = {"tasks": _tasks, "people": _people, "texts": _texts, "consent": _consent}
+        readers[step](value, form)
     return value
 
 
@@ -74,12 +70,9 @@ def _tasks(value: Value, form: Form) -> None:
             _put(of_task, "suggestions", suggestions, usual["suggestions"])
     if "attention" in form:
         _put(value, "attention_checks", number_of(form, "attention"), 0)
-        rows = (_known_command(form, f"known-{i}") for i in range(MOST_ROWS))
+        names = ("text", "video", "wrong_video")
+        rows = ({n: text_of(form, f"known-{i}-{n}") for n in names} for i in range(MOST_ROWS))
         _put(value, "known_commands", [row for row in rows if any(row.values())], [])
-
-
-def _known_command(form: Form, prefix: str) -> Value:
-    return {name: text_of(form, f"{prefix}-{name}") for name in ("text", "video", "wrong_video")}
 
 
 def _people(value: Value, form: Form) -> None:

@@ -22,10 +22,9 @@ from annotation_app.making.steps import (
     Step,
     StepProblem,
     defaults,
-    find_step,
+    page_after,
     parts_of,
     problems_of,
-    steps_after,
     target,
     task_defaults,
 )
@@ -114,7 +113,7 @@ def save(name: str, step_name: str) -> ResponseReturnValue:
         problems = step_problems(draft, step_name)
         if problems:
             return _step_page(session, admin, draft, step_name, problems), 422
-    following = steps_after(step_name)[0]
+    following = page_after(step_name)
     if following == REVIEW:
         return flask.redirect(flask.url_for("making_review.review", name=name), 303)
     return flask.redirect(flask.url_for(".step", name=name, step_name=following), 303)
@@ -136,13 +135,7 @@ def unfinished() -> list[str]:
 
 
 def opened_draft(session: Session, name: str) -> StudyDraft:
-    """The draft of a study, or a new one of a running study's file.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """The draft of a study, or a new one of a running study's file; refused if there is none."""
     folder = installation().config.studies_folder
     draft = find_draft(folder, name) if is_name(name) else None
     if draft is not None:
@@ -150,10 +143,6 @@ def opened_draft(session: Session, name: str) -> StudyDraft:
     study = session.scalars(select(Study).where(Study.name == name)).first()
     if study is None or not is_name(name):
         raise Refusal(404, "There is no such study.")
-    return _begun(study)
-
-
-def _begun(study: Study) -> StudyDraft:
     if study.file is None:
         raise Refusal(
             422,
@@ -167,10 +156,10 @@ def _begun(study: Study) -> StudyDraft:
 
 
 def _step(name: str) -> Step:
-    found = find_step(name)
-    if found is None:
-        raise Refusal(404, "There is no such step.")
-    return found
+    for one in STEPS:
+        if one.name == name:
+            return one
+    raise Refusal(404, "There is no such step.")
 
 
 def step_problems(draft: StudyDraft, step_name: str) -> list[StepProblem]:
@@ -238,28 +227,21 @@ def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     }
 
 
-def _about_people(session: Session, _draft: StudyDraft) -> dict[str, Any]:
-    return {"logins": people_by_role(session)}
-
-
-def _about_tasks(_session: Session, draft: StudyDraft) -> dict[str, Any]:
-    return {"videos": _videos_of(draft)}
-
-
 def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     named = [(language, language_name(language)) for language in languages()]
-    return {"videos": _videos_of(draft), "languages": named}
+    return {"videos": videos_of(draft), "languages": named}
 
 
-def _videos_of(draft: StudyDraft) -> list[str]:
+def videos_of(draft: StudyDraft) -> list[str]:
+    """The names of a draft's videos; none if something is wrong with them."""
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
     return [] if parts is None else [item.video for item in parts.videos]
 
 
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
     "videos": _about_videos,
-    "tasks": _about_tasks,
-    "people": _about_people,
+    "tasks": lambda _session, draft: {"videos": videos_of(draft)},
+    "people": lambda session, _draft: {"logins": people_by_role(session)},
     "texts": _about_texts,
 }
 

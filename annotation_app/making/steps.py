@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,18 +23,9 @@ from g3.errors import CorpusError, FormatError
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A page of the way.
+    """A page of the way, with its name in addresses and the title that people read.
 
-    Parameters
-    ----------
-    name
-        In addresses.
-    title
-        What people read.
-    fields
-        The fields of the study's file that it fills in.
-    of_tasks
-        The same of each task's part of the file.
+    It fills in these `fields` of the study's file, and those `of_tasks` in each task's part of it.
     """
 
     name: str
@@ -67,26 +57,14 @@ REVIEW = "review"
 
 @dataclass(frozen=True, slots=True)
 class StepProblem:
-    """Something that is wrong, in the words of the page.
+    """Something that is wrong, and what to do about it, in the words of the page.
 
-    Parameters
-    ----------
-    step
-        Where it can be put right.
-    target
-        Id of the control that it is about; empty if there is none.
-    message
-        What is wrong, and what to do about it.
+    It can be put right in the `step`, by the control whose id is `target`; empty if there is none.
     """
 
     step: str
     target: str
     message: str
-
-
-def find_step(name: str) -> Step | None:
-    """The step of a name."""
-    return next((step for step in STEPS if step.name == name), None)
 
 
 def problems_of(draft: StudyDraft) -> list[StepProblem]:
@@ -102,12 +80,8 @@ def parts_of(
 ) -> tuple[StudyParts | None, list[StepProblem]]:
     """A draft's videos and commands, and what is wrong with them.
 
-    Parameters
-    ----------
-    root
-        The folder of studies, which new paths may not lead out of.
-    are_played
-        Whether to look into the videos.
+    New paths may not lead out of `root`, the folder of studies. The videos are looked into if they
+    `are_played`.
     """
     if not draft.value.get("videos"):
         return None, [StepProblem("videos", "f-videos", "Choose the videos.")]
@@ -175,14 +149,10 @@ def _message(problem: Any) -> str:
     if not what:
         fix = "" if problem.fix.startswith("see docs/") else _sentence(problem.fix)
         what = f"{_sentence(problem.what)} {fix}".strip()
-    else:
-        what = re.sub(r"{(\w+)}", lambda m: _number(problem.what), what)
+    elif "{n}" in what:
+        number = re.search(r"[0-9.]*$", problem.what)
+        what = what.replace("{n}", number[0] if number else "")
     return f"{_label(problem.field)}: {what}"
-
-
-def _number(what: str) -> str:
-    found = re.search(r"[0-9.]+$", what)
-    return found[0] if found else ""
 
 
 def _label(field: Field) -> str:
@@ -259,7 +229,7 @@ def _plain(record: Any) -> dict[str, Any]:
     return found
 
 
-def steps_after(name: str) -> Sequence[str]:
-    """The names of the pages that come after a step."""
-    names = [step.name for step in STEPS]
-    return (*names[names.index(name) + 1 :], REVIEW)
+def page_after(name: str) -> str:
+    """The name of the page that comes after a step."""
+    names = [*(step.name for step in STEPS), REVIEW]
+    return names[names.index(name) + 1]

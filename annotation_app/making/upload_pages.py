@@ -7,6 +7,7 @@ from pathlib import Path
 
 import flask
 from flask import Blueprint, Response
+from flask.typing import ResponseReturnValue
 
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_pages import opened_draft
@@ -21,10 +22,8 @@ blueprint = Blueprint("making_uploads", __name__, url_prefix="/admin/studies")
 
 
 @blueprint.errorhandler(Refusal)
-def _refused(refusal: Refusal) -> Response:
-    response = flask.jsonify({"error": refusal.message})
-    response.status_code = refusal.status
-    return response
+def _refused(refusal: Refusal) -> ResponseReturnValue:
+    return flask.jsonify({"error": refusal.message}), refusal.status
 
 
 @blueprint.post("/<name>/upload")

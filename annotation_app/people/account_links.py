@@ -6,7 +6,6 @@ them, and a copy of the database opens nothing.
 
 from __future__ import annotations
 
-import hashlib
 import secrets
 from collections.abc import Sequence
 
@@ -16,12 +15,12 @@ from sqlalchemy.orm import Session
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people.accounts import add_login, has_admin, set_password
+from annotation_app.people.api_tokens import DAY_S, digest_of
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import AccountLink, Person, Role
 
-DAY_S = 86_400.0
 FIRST_ADMIN_S = DAY_S
 INVITATION_DAYS = 7
 
@@ -59,14 +58,8 @@ def password_link(
 
 
 def read_link(session: Session, token: str) -> tuple[AccountLink, Person | None]:
-    """What a link is for, and whose password it sets if it sets one.
-
-    Raises
-    ------
-    Refusal
-        If it isn't one any more.
-    """
-    link = session.get(AccountLink, _digest(token))
+    """What a link is for, and whose password it sets, if any; refused if it isn't one any more."""
+    link = session.get(AccountLink, digest_of(token))
     if link is None or link.expires_at <= now():
         raise _gone(session)
     person = None if link.person_id is None else session.get(Person, link.person_id)
@@ -80,15 +73,8 @@ def read_link(session: Session, token: str) -> tuple[AccountLink, Person | None]
 def use_link(session: Session, token: str, login: str, password: str) -> Person:
     """Make the login, or set the password, that a link is for. The link is used up.
 
-    Parameters
-    ----------
-    login
-        Of no account where only a password is set.
-
-    Raises
-    ------
-    Refusal
-        If the link isn't one any more, or the login or the password can't be one.
+    No login is needed where only a password is set. Refused if the link isn't one any more, or
+    the login or the password can't be one.
     """
     # Two people who open a link at the same time come here one after the other.
     lock_set_up(session.connection())
@@ -116,13 +102,7 @@ def open_invitations(session: Session) -> Sequence[AccountLink]:
 
 
 def withdraw(session: Session, digest: str, *, actor: str) -> None:
-    """Make an invitation void.
-
-    Raises
-    ------
-    Refusal
-        If there is no such invitation any more.
-    """
+    """Make an invitation void; refused if there is no such invitation any more."""
     link = session.get(AccountLink, digest)
     if link is None or link.purpose != "invite":
         raise Refusal(404, "This invitation has been used or has run out.")
@@ -134,7 +114,7 @@ def withdraw(session: Session, digest: str, *, actor: str) -> None:
 def _made(session: Session, link: AccountLink, holds_s: float) -> str:
     session.execute(delete(AccountLink).where(AccountLink.expires_at <= now()))
     token = secrets.token_urlsafe(24)
-    link.digest = _digest(token)
+    link.digest = digest_of(token)
     link.made_at = now()
     link.expires_at = link.made_at + holds_s
     session.add(link)
@@ -152,7 +132,3 @@ def _gone(session: Session) -> Refusal:
     )
     gone = gettext("This link has been used, has run out, or isn't complete.")
     return Refusal(404, f"{gone} {new}")
-
-
-def _digest(token: str) -> str:
-    return hashlib.sha256(token[:1000].encode()).hexdigest()

@@ -38,13 +38,7 @@ _NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """Somebody with a login.
-
-    Parameters
-    ----------
-    last_signed_in
-        When, in seconds since 1970; None if they never have.
-    """
+    """Somebody with a login; times are in seconds since 1970, None if they never have signed in."""
 
     person_id: str
     login: str
@@ -64,10 +58,7 @@ def add_login(
 ) -> Person:
     """Add somebody who signs in, with a password or until they set one by a link.
 
-    Raises
-    ------
-    Refusal
-        If the login is taken or can't be one, or the password can't be one.
+    Refused if the login is taken or can't be one, or the password can't be one.
     """
     name = clean_login(login)
     if not 1 <= len(name) <= LONGEST_LOGIN or not name.isprintable():
@@ -96,13 +87,7 @@ def add_login(
 
 
 def check_password(password: str, login: str) -> None:
-    """Refuse passwords that are too short or too long, or are the login.
-
-    Raises
-    ------
-    Refusal
-        If it is one of these.
-    """
+    """Refuse passwords that are too short or too long, or are the login."""
     if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
         raise Refusal(
             422,
@@ -122,13 +107,7 @@ def find(session: Session, login: str) -> Person | None:
 
 
 def required_login(session: Session, login: str) -> Person:
-    """Who has a login.
-
-    Raises
-    ------
-    Refusal
-        If nobody has.
-    """
+    """Who has a login; refused if nobody has."""
     person = find(session, login)
     if person is None:
         raise Refusal(404, "Nobody has this login. List all with: ct annotate people list.")
@@ -143,13 +122,7 @@ def matching(session: Session, login: str, password: str) -> Person | None:
 
 
 def set_password(session: Session, person: Person, password: str, *, actor: str) -> None:
-    """Give somebody a new password. Their sessions end, and so does any wait.
-
-    Raises
-    ------
-    Refusal
-        If it can't be one.
-    """
+    """Give somebody a new password, if it can be one. Their sessions end, and so does any wait."""
     check_password(password, person.login or "")
     person.password_hash = _hashed(password)
     _forget_access(session, person)
@@ -157,13 +130,7 @@ def set_password(session: Session, person: Person, password: str, *, actor: str)
 
 
 def change_role(session: Session, person: Person, role: Role, *, actor: str) -> None:
-    """Let somebody do what a role may; they must sign in again.
-
-    Raises
-    ------
-    Refusal
-        If they are the last admin.
-    """
+    """Let somebody do what a role may; they must sign in again. Refused for the last admin."""
     if role == person.role:
         return
     if role != "admin":
@@ -174,13 +141,7 @@ def change_role(session: Session, person: Person, role: Role, *, actor: str) -> 
 
 
 def block(session: Session, person: Person, *, actor: str) -> None:
-    """Let somebody do no more. Workers may still send what they have.
-
-    Raises
-    ------
-    Refusal
-        If they are the last admin.
-    """
+    """Let somebody but the last admin do no more. Workers may still send what they have."""
     _keep_an_admin(session, person)
     person.blocked_at = now()
     if person.login is not None:
@@ -204,13 +165,7 @@ def reset(session: Session, person: Person, *, actor: str) -> None:
 
 
 def remove(session: Session, person: Person, *, actor: str) -> None:
-    """Take somebody's login away. What they have answered stays.
-
-    Raises
-    ------
-    Refusal
-        If they are the last admin.
-    """
+    """Take somebody's login away. What they have answered stays. Refused for the last admin."""
     _keep_an_admin(session, person)
     _forget_access(session, person)
     note(session, actor, "removed", name_of(person))
@@ -226,10 +181,7 @@ def has_admin(session: Session) -> bool:
 def admin_from_environment(session: Session, environment: Mapping[str, str]) -> Person | None:
     """Make the first admin as the environment says; None if it doesn't, or there is an admin.
 
-    Raises
-    ------
-    FormatError
-        If the login or the password can't be one.
+    A FormatError says that the login or the password can't be one.
     """
     password = environment.get(ADMIN_PASSWORD)
     if not password:

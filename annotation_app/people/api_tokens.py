@@ -31,15 +31,8 @@ HOUR_S = 3600.0
 def make_token(session: Session, name: str, days: float = DAYS, *, actor: str) -> str:
     """A new token, which nobody can be shown again.
 
-    Parameters
-    ----------
-    name
-        What lists and the audit trail call the program.
-
-    Raises
-    ------
-    Refusal
-        If the name can't be one, or another token has it.
+    Lists and the audit trail call the program by the name. Refused if that can't be one, or another
+    token has it.
     """
     if not NAME.fullmatch(name):
         raise Refusal(
@@ -69,13 +62,7 @@ def tokens(session: Session) -> Sequence[ApiToken]:
 
 
 def revoke_token(session: Session, name: str, *, actor: str) -> None:
-    """Let a token read nothing any more, from now on.
-
-    Raises
-    ------
-    Refusal
-        If there is none of this name.
-    """
+    """Let a token read nothing any more, from now on; refused if there is none of this name."""
     found = session.scalars(select(ApiToken).where(ApiToken.name == name)).first()
     if found is None:
         raise Refusal(404, "There is no such token. Look at the list of tokens.")

@@ -26,15 +26,10 @@ FORGOTTEN_S = 86_400.0
 
 
 def begin(session: Session, login: str, address: str, *, now: float) -> float:
-    """Count an attempt before its password is looked at, or say how long to wait instead.
+    """Count an attempt before its password is looked at, or say how many seconds to wait instead.
 
     Attempts at the same time are counted one after the other, and one that must wait makes
-    the wait no longer.
-
-    Returns
-    -------
-    float
-        Seconds; 0 if the password may be tried now.
+    the wait no longer. 0 is given if the password may be tried now.
     """
     free = {_of_login(login): FREE_BY_LOGIN, _of_address(address): FREE_BY_ADDRESS}
     keys = sorted(free)
@@ -96,11 +91,10 @@ def _of_address(address: str) -> str:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
         return _hashed("address", address)
-    if isinstance(found, ipaddress.IPv6Address):
-        if found.ipv4_mapped is not None:
-            return _hashed("address", str(found.ipv4_mapped))
-        return _hashed("address", str(ipaddress.ip_network((found, 64), strict=False)))
-    return _hashed("address", str(found))
+    if isinstance(found, ipaddress.IPv4Address):
+        return _hashed("address", str(found))
+    network = ipaddress.ip_network((found, 64), strict=False)
+    return _hashed("address", str(found.ipv4_mapped or network))
 
 
 def _hashed(kind: str, value: str) -> str:

@@ -39,7 +39,7 @@ def hashed(salt: bytes, provider: str, external: str) -> str:
     return hmac.new(salt, f"{provider}\0{external}".encode(), hashlib.sha256).hexdigest()
 
 
-def find_or_add(session: Session, provider: str, external: str, role: Role = "worker") -> Person:
+def find_or_add(session: Session, provider: str, external: str) -> Person:
     """The person with an id at a provider."""
     digest = hashed(installation().salt, provider, external)
     known = select(Person).where(Person.provider == provider, Person.external_hash == digest)
@@ -48,7 +48,7 @@ def find_or_add(session: Session, provider: str, external: str, role: Role = "wo
         return found
     try:
         with session.begin_nested():
-            return add_person(session, provider, digest, role)
+            return add_person(session, provider, digest)
     except IntegrityError:  # the same person has come by another request at the same time
         return session.scalars(known).one()
 
@@ -90,25 +90,17 @@ def add_anonymous(session: Session) -> Person:
 def invitation(secret_key: bytes, study_id: str, name: str) -> str:
     """The token of a link that makes whoever opens it the invited person.
 
-    Parameters
-    ----------
-    name
-        Distinguishes people; not readable in the token nor kept.
+    The name distinguishes people; it can't be read in the token, nor is it kept.
     """
     digest = hashed(secret_key, INVITED, name)
-    return str(_invitations(secret_key).dumps([study_id, digest]))
+    return str(link_signer(secret_key, "invitation").dumps([study_id, digest]))
 
 
 def read_invitation(token: str) -> tuple[str, str]:
-    """The study's id and the hash of the person that a link invites.
-
-    Raises
-    ------
-    Refusal
-        If nobody here has made it.
-    """
+    """The study's id and the hash of whom a link invites; refused if nobody here has made it."""
     try:
-        value: Any = _invitations(installation().config.secret_key).loads(token[:1000])
+        signer = link_signer(installation().config.secret_key, "invitation")
+        value: Any = signer.loads(token[:1000])
     except BadSignature:
         raise Refusal(404, gettext("This link is not complete. Copy all of it.")) from None
     return str(value[0]), str(value[1])
@@ -120,10 +112,9 @@ def accept_invitation(session: Session, token: str) -> tuple[str, Person]:
     return study_id, find_or_add(session, INVITED, f"{study_id} {digest}")
 
 
-def _invitations(secret_key: bytes) -> URLSafeSerializer:
-    return URLSafeSerializer(
-        secret_key, salt="invitation", signer_kwargs={"digest_method": hashlib.sha256}
-    )
+def link_signer(secret_key: bytes, what: str) -> URLSafeSerializer:
+    """Signs what links of a kind say, so that nobody else can make them."""
+    return URLSafeSerializer(secret_key, salt=what, signer_kwargs={"digest_method": hashlib.sha256})
 
 
 # What people have said of themselves

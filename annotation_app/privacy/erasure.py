@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
+from pathlib import Path
 from typing import TypeVar
 
-from sqlalchemy import ColumnElement, delete, func, or_, select, update
+from sqlalchemy import ColumnElement, Engine, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
+from annotation_app.core.config import Config
+from annotation_app.core.person_codes import read_code
 from annotation_app.items.assignment import lock_person
 from annotation_app.items.new_items import REPLACED, about_answer
-from annotation_app.store.audit import COMMAND_LINE, forget, note
-from annotation_app.store.compaction import ask
+from annotation_app.people.participants import hashed
+from annotation_app.store import tombstones
+from annotation_app.store.audit import COMMAND_LINE, SUBJECT_CHARACTERS, forget, note
+from annotation_app.store.compaction import ask, compact_if_asked
 from annotation_app.store.crowd_models import LedgerEntry, Participation
+from annotation_app.store.database import transaction
 from annotation_app.store.models import (
     AccountLink,
     Answer,
@@ -30,49 +37,41 @@ from annotation_app.store.models import (
     Slot,
 )
 from annotation_app.store.program_models import WebhookMessage
-from annotation_app.store.tombstones import Tombstone, joined
+from annotation_app.store.salt import installation_salt
+from annotation_app.store.schema import check_current
+from annotation_app.store.tombstones import ERASED_FILE, Tombstone, joined
 from annotation_app.tasks.task_registry import find_task, makers
+from g3.errors import FormatError
 
 ERASED = "erased"
 """The provider of people whose data were erased."""
 _BATCH = 500
+_SUBJECT = re.compile(rf"[0-9a-f]{{{SUBJECT_CHARACTERS},64}}")
 T = TypeVar("T")
 
 
 @dataclass(slots=True)
 class Traces:
-    """What there is of a person, and what was made of it.
-
-    Parameters
-    ----------
-    answers
-        Ids of their own answers.
-    items
-        Ids of items that show their words or what they marked, in the order they were found.
-    others
-        Ids of other people's answers to those items.
-    drafts, events
-        How many of their own.
-    participations
-        Ids of their assignments at platforms that no payment refers to.
-    paid
-        Ids of those that the books refer to: they stay.
-    unpaid
-        How many assignments were sent in for which there is no payment in the books.
-    has_profile
-        Whether they have said something of themselves.
-    """
+    """What there is of a person, and what was made of it."""
 
     person_id: str
     answers: list[int] = field(default_factory=list)
+    """Ids of their own answers."""
     items: list[str] = field(default_factory=list)
+    """Ids of items that show their words or what they marked, in the order they were found."""
     others: list[int] = field(default_factory=list)
+    """Ids of other people's answers to those items."""
     drafts: int = 0
     events: int = 0
+    """How many drafts and events of their own."""
     participations: list[int] = field(default_factory=list)
+    """Ids of their assignments at platforms that no payment refers to."""
     paid: list[int] = field(default_factory=list)
+    """Ids of those that the books refer to: they stay."""
     unpaid: int = 0
+    """How many assignments were sent in for which there is no payment in the books."""
     has_profile: bool = False
+    """Whether they have said something of themselves."""
 
     def counts(self) -> Record:
         """What is erased, for people to see before and for the audit trail after."""
@@ -85,6 +84,42 @@ class Traces:
             "assignments": len(self.participations),
             "payments_kept": len(self.paid),
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What was erased, and the file in which it was noted.
+
+    If it `is_compacted`, the database's files hold nothing of it any more.
+    """
+
+    traces: Traces
+    tombstones: Path
+    is_compacted: bool
+
+
+def preview(engine: Engine, config: Config, who: str, platform: str | None) -> Traces:
+    """What there is of a person; a FormatError if nobody is meant, or several people.
+
+    `who` is their code, what exports call them, or their login; with a platform, their id there.
+    """
+    check_current(engine)
+    wanted = _wanted(who)
+    if platform is not None:
+        digest = hashed(installation_salt(engine, config), platform, who)
+        wanted = (Person.provider == platform) & (Person.external_hash == digest)
+    with transaction(engine) as session:
+        people = session.scalars(
+            select(Person).where(wanted, Person.id.not_in(select(Erasure.person_id))).limit(2)
+        ).all()
+        if len(people) != 1:
+            raise FormatError(
+                "several people are meant" if people else "there is no such person",
+                where=who[:100],
+                fix="give the code that their pages show, what exports call them, or a login; "
+                "for a worker's id at a platform give --platform too",
+            )
+        return traces_of(session, people[0])
 
 
 def traces_of(session: Session, person: Person) -> Traces:
@@ -103,7 +138,9 @@ def traces_of(session: Session, person: Person) -> Traces:
         new = [item for item in dict.fromkeys(_made_of(session, found)) if item not in known]
         known.update(new)
         traces.items += new
-        found = list(_answers_to(session, new))
+        answers = select(Answer).order_by(Answer.id)
+        some = (session.scalars(answers.where(Answer.item_id.in_(ids))) for ids in _batches(new))
+        found = list(chain.from_iterable(some))
         traces.others += [answer.id for answer in found if answer.person_id != person.id]
     traces.drafts = _count(session, Draft, person)
     traces.events = _count(session, Event, person)
@@ -149,6 +186,20 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
     return traces
 
 
+def erase_person(engine: Engine, config: Config, person_id: str, *, now: float) -> Done:
+    """Erase a person's data from the database and its files, and note that it was done.
+
+    The audit trail names the random id by which the database knew them, which nothing leads to
+    any more, and how much was erased.
+    """
+    with transaction(engine) as session:
+        person = session.get_one(Person, person_id, with_for_update=True)
+        traces = erase(session, person, now=now)
+        note(session, COMMAND_LINE, "erased a person's data", person_id, **traces.counts())
+    tombstones.keep(engine, config.instance)
+    return Done(traces, config.instance / ERASED_FILE, compact_if_asked(engine))
+
+
 def unlink(person: Person) -> None:
     """Let nothing show who a person is: no id of a platform, no login, no code, no session."""
     person.provider, person.external_hash = ERASED, secrets.token_hex(32)
@@ -156,16 +207,13 @@ def unlink(person: Person) -> None:
     person.session_number += 1
 
 
-def erase_again(session: Session, tombstones: Collection[Tombstone]) -> int:
+def erase_again(session: Session, gone: Collection[Tombstone]) -> int:
     """Erase those whose data were erased after a backup was made, which has just been restored.
 
-    Returns
-    -------
-    int
-        How many of them it had data of.
+    How many of them it had data of is given.
     """
     before = {row.person_id for row in session.scalars(select(Erasure))}
-    wanted = joined(tombstones)
+    wanted = joined(gone)
     count = 0
     for tombstone in wanted.values():
         if tombstone.person in before:
@@ -179,6 +227,17 @@ def erase_again(session: Session, tombstones: Collection[Tombstone]) -> int:
         count += 1
     session.flush()
     return count
+
+
+def _wanted(who: str) -> ColumnElement[bool]:
+    given = who.strip()
+    meant = [Person.login == given.casefold()]
+    code = read_code(given)
+    if code is not None:
+        meant.append(Person.code == code)
+    if _SUBJECT.fullmatch(given.lower()):
+        meant.append(Person.external_hash.startswith(given.lower(), autoescape=True))
+    return or_(*meant)
 
 
 def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
@@ -227,13 +286,6 @@ def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
 def _locked(session: Session, *where: ColumnElement[bool]) -> list[str]:
     # Nobody answers them meanwhile.
     return list(session.scalars(select(Item.id).where(*where).order_by(Item.id).with_for_update()))
-
-
-def _answers_to(session: Session, items: Iterable[str]) -> Iterator[Answer]:
-    for ids in _batches(items):
-        yield from session.scalars(
-            select(Answer).where(Answer.item_id.in_(ids)).order_by(Answer.id)
-        )
 
 
 def _delete_items(session: Session, items: Iterable[str]) -> None:

@@ -30,16 +30,8 @@ DAY_S = 86_400.0
 class Expired:
     """What was erased of a study, or would be.
 
-    Parameters
-    ----------
-    people
-        From whom all that leads to them was taken.
-    profiles
-        Whose answers about themselves were erased.
-    drafts, assignments
-        How many were erased.
-    payments_unlinked
-        From how many the way to the answers was taken.
+    From `people` all that leads to them was taken, from `profiles` what they said of themselves,
+    and from `payments_unlinked` the way to the answers.
     """
 
     study: str
@@ -55,10 +47,7 @@ def expire(
 ) -> list[Expired]:
     """Do what is due by now in all studies, or in one. Doing it again does nothing.
 
-    Returns
-    -------
-    list of Expired
-        Of the studies in which there was something to do.
+    What was done is given of the studies in which there was something to do.
     """
     with transaction(engine) as session:
         lock_set_up(session.connection())

@@ -20,18 +20,15 @@ from annotation_app.dashboard import (
     adjudication_pages,
     answer_pages,
     answers_api,
-    audit_pages,
-    disagreement_pages,
     login_admin,
-    token_pages,
-    webhook_pages,
+    program_pages,
 )
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
 from annotation_app.items import media
 from annotation_app.making import BLUEPRINTS as MAKING
 from annotation_app.pages import BLUEPRINTS
-from annotation_app.people.session_cookies import LONGEST, SessionCookies, wants_json
+from annotation_app.people.browser_sessions import LONGEST, SessionCookies, wants_json
 from annotation_app.serving import openapi
 from annotation_app.serving.record_types import learn_types
 from annotation_app.store.database import open_database
@@ -82,13 +79,10 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     of_dashboard = (
         dashboard,
         adjudication_pages,
-        disagreement_pages,
         answer_pages,
         answers_api,
         login_admin,
-        token_pages,
-        webhook_pages,
-        audit_pages,
+        program_pages,
         interface,
     )
     modules = (api, openapi, media, crowds, *of_dashboard, trying)

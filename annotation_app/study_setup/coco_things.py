@@ -7,36 +7,44 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+import cv2
 import msgspec
+import numpy as np
+from cv2.typing import MatLike
 
 from annotation_app.study_setup.every_problem import together
-from annotation_app.study_setup.run_length_masks import Mask, outlines
 from g3.errors import FormatError
 
 MOST_THINGS = 200
 """Things in a picture: more nobody can tell apart on a page."""
 FORM = 'COCO has "images", "annotations" and "categories"'
 
+MANY = 100
+"""Corners from which on the steps of pixels are smoothed away."""
+WHY = "its mask is no run-length encoding of COCO"
+
 
 @dataclass(frozen=True, slots=True)
 class PictureThings:
-    """The things in a video's picture.
-
-    Parameters
-    ----------
-    picture
-        A still; None for the first frame.
-    width, height
-        Of the picture, in pixels.
-    things
-        ``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
-        ``polygons`` of each.
-    """
+    """The things in a video's picture."""
 
     picture: Path | None
+    """A still; None for the first frame."""
     width: int
     height: int
+    """Width and height are the picture's, in pixels."""
     things: tuple[Mapping[str, Any], ...]
+    """``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
+    ``polygons`` of each."""
+
+
+class Mask(msgspec.Struct, frozen=True):
+    """A mask: runs of pixels outside and inside a thing, in turn."""
+
+    size: tuple[int, int]
+    """Height and width of the picture, in pixels."""
+    counts: list[int] | str
+    """The runs' lengths, or the string into which COCO's tools compress them."""
 
 
 class _Image(msgspec.Struct, frozen=True):
@@ -68,17 +76,8 @@ class _Coco(msgspec.Struct, frozen=True):
 def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThings]:
     """The things in the pictures of videos, by the videos' names.
 
-    An image is of the video that has its name, or whose file has it, without the ending.
-
-    Parameters
-    ----------
-    videos
-        Their files, by their names.
-
-    Raises
-    ------
-    CorpusError
-        If it is no such file, or something in it can't be. The error lists all that is wrong.
+    An image is of the video that has its name, or whose file in `videos` has it, without the
+    ending. A CorpusError lists all that is wrong with the file and what is in it.
     """
     coco = _decoded(path)
     files = {file.stem: name for name, file in videos.items()}
@@ -188,3 +187,45 @@ def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
     box = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
     polygons = _polygons(one) or [box]
     return {"id": str(one.id), "label": label, "box": list(one.bbox), "polygons": polygons}
+
+
+def outlines(mask: Mask) -> list[list[list[float]]]:
+    """Around a mask: polygons of (x, y) in pixels, without holes; none around nothing.
+
+    A ValueError says that the runs don't fill the picture.
+    """
+    height, width = mask.size
+    runs = _expanded(mask.counts) if isinstance(mask.counts, str) else mask.counts
+    if min(height, width, *runs) < 0 or sum(runs) != height * width:
+        raise ValueError(WHY)
+    inside = np.arange(len(runs)) % 2
+    pixels = np.repeat(inside.astype(np.uint8), runs).reshape(width, height).T
+    # OpenCV goes through the middle of pixels: of twice as many, so that lines of pixels have area.
+    doubled = cv2.resize(pixels, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
+    found, _ = cv2.findContours(doubled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    return [(_smooth(one)[:, 0] / 2).tolist() for one in found]
+
+
+def _smooth(outline: MatLike) -> MatLike:
+    return cv2.approxPolyDP(outline, 1, closed=True) if len(outline) > MANY else outline
+
+
+def _expanded(text: str) -> Sequence[int]:
+    """Six bits a letter, the lowest first; from the third on, differences to the last but one."""
+    runs: list[int] = []
+    value = shift = 0
+    for letter in text:
+        bits = ord(letter) - 48
+        if not 0 <= bits < 64:
+            raise ValueError(WHY)
+        value |= (bits & 0x1F) << shift
+        shift += 5
+        if bits & 0x20:
+            continue
+        if bits & 0x10:
+            value -= 1 << shift
+        runs.append(value + runs[-2] if len(runs) > 2 else value)
+        value = shift = 0
+    if shift:
+        raise ValueError(WHY)
+    return runs

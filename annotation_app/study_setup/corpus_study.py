@@ -1,18 +1,20 @@
-"""A corpus as a study: what it holds are adopted answers, which annotators may replace."""
+"""A corpus as a study, and a table's commands: adopted answers, which annotators may replace."""
 
 from __future__ import annotations
 
+import hashlib
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
-from annotation_app.items.new_items import about_answer, new_slots
+from annotation_app.items.new_items import GIVEN, about_answer, new_slots
 from annotation_app.people.participants import hashed
+from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import (
     Answer,
@@ -26,8 +28,10 @@ from annotation_app.store.models import (
     TaskName,
 )
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
+from annotation_app.study_setup.own_videos import GivenCommand
 from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
 from annotation_app.tasks.exported_groundings import shown_groundings
+from annotation_app.work.adoption import answered
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_gist import gist_of
 from corpus_tools.corpus.corpus_model import Corpus
@@ -37,6 +41,7 @@ from g3.errors import FormatError
 from g3.sdc.sdc_notation import to_json
 
 PROVIDER = "import"
+ID_CHARACTERS = 12
 
 
 def import_corpus(
@@ -48,7 +53,7 @@ def import_corpus(
     name: str,
     salt: bytes,
 ) -> Mapping[str, int]:
-    """Add a study that holds a corpus.
+    """Add a study that holds a corpus; how many of what there are.
 
     Parameters
     ----------
@@ -56,11 +61,6 @@ def import_corpus(
         Where the corpus is; the study goes on reading its contexts there.
     videos
         Replays of its contexts.
-
-    Returns
-    -------
-    mapping
-        How many of what there are.
 
     Raises
     ------
@@ -122,25 +122,19 @@ class GivenAnswer:
     rank: int
 
 
+@dataclass(slots=True)
 class AnswerLoader:
     """Adds items with answers, those of one task after those of the other.
 
-    Parameters
-    ----------
-    session, study
-        Where they are added.
-    corpus_hash
-        Of what names people: the same name elsewhere is somebody else.
-    salt
-        Of the installation.
+    `corpus_hash` is of what names people: the same name elsewhere is somebody else. The salt is the
+    installation's.
     """
 
-    def __init__(self, session: Session, study: Study, corpus_hash: str, salt: bytes) -> None:
-        self.session = session
-        self.study = study
-        self.corpus_hash = corpus_hash
-        self.salt = salt
-        self.people: dict[str, Person] = {}
+    session: Session
+    study: Study
+    corpus_hash: str
+    salt: bytes
+    people: dict[str, Person] = field(default_factory=dict)
 
     def load(self, found: Sequence[tuple[Command, str, list[Annotation]]]) -> Mapping[str, int]:
         """Add commands, each with its video and what it is annotated with; count them."""
@@ -280,3 +274,32 @@ class AnswerLoader:
     def _add(self, rows: Sequence[Base]) -> None:
         self.session.add_all(rows)
         self.session.flush()
+
+
+def put_commands(
+    session: Session, study: Study, commands: Sequence[GivenCommand], salt: bytes
+) -> int:
+    """Add the commands that aren't there yet; how many they are."""
+    lock_set_up(session.connection())
+    loader = AnswerLoader(session, study, f"study {study.name}", salt)
+    subjects = select(Item.subject).where(Item.study_id == study.id, Item.subject.startswith(GIVEN))
+    known = set(session.scalars(subjects))
+    new = []
+    for rank, given in enumerate(commands):
+        digest = hashlib.sha256(f"{given.video}\0{given.text}".encode()).hexdigest()
+        subject = f"{GIVEN}{digest}"
+        if subject in known:
+            continue
+        known.add(subject)
+        metadata = dict(given.metadata)
+        named = metadata.pop("subject", "")
+        # Whoever it names is told by a hash, as everybody else.
+        who = hashed(salt, PROVIDER, f"{study.name} {named}")[:ID_CHARACTERS] if named else ""
+        command = Command(
+            f"{study.name}-{digest[:ID_CHARACTERS]}", given.text, given.video, given.video, who
+        )
+        typed = loader.typed(command, given.video, rank)
+        new.append(replace(typed, subject=subject, body={**typed.body, "metadata": metadata}))
+    for answer in loader.answers(new):
+        answered(session, answer.task, answer.id)
+    return len(new)

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -73,10 +73,15 @@ def _documents() -> Mapping[str, Any]:
 
 def demo_scenarios() -> tuple[str, ...]:
     """Two scenarios in each layout: few enough to be rendered while somebody looks around."""
+    return tuple(sorted(name for names in _by_layout() for name in names[:2]))
+
+
+def _by_layout() -> Collection[Sequence[str]]:
+    """The names of the scenarios in each layout, in order."""
     by_layout: dict[str, list[str]] = {}
     for name, document in sorted(_documents().items()):
         by_layout.setdefault(str(document["layout"]), []).append(name)
-    return tuple(sorted(name for names in by_layout.values() for name in names[:2]))
+    return by_layout.values()
 
 
 def ready(folder: Path) -> list[Rendered]:
@@ -86,15 +91,8 @@ def ready(folder: Path) -> list[Rendered]:
 
 
 def render_first(folder: Path) -> None:
-    """Make as many videos as it takes to begin, if there are none, quickly rather than well.
-
-    Raises
-    ------
-    CorpusError
-        If they can't be made.
-    """
-    missing = _beginning() if len(ready(folder)) < FIRST else ()
-    if not missing:
+    """Make as many videos as it takes to begin, if there are none, quickly rather than well."""
+    if len(ready(folder)) >= FIRST:
         return
     from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
 
@@ -107,7 +105,8 @@ def render_first(folder: Path) -> None:
     from g3.errors import CorpusError  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
-    items = scenario_items(DATASET, missing)
+    of_layouts = tuple(names[0] for names in _by_layout())[:FIRST]
+    items = scenario_items(DATASET, of_layouts)
     what = f"making the demo's first {len(items)} videos"
     problems = []
     with progress_bar(what) as progress:
@@ -124,17 +123,9 @@ def render_first(folder: Path) -> None:
 
 
 def render_rest(folder: Path, put: Callable[[list[Rendered]], None]) -> int:
-    """Make the other videos while the demo is open, in a process that gives way to it.
+    """Make the other videos while the demo is open, in a process that gives way to it; how many.
 
-    Parameters
-    ----------
-    put
-        Given all the videos that are there, when there is a new one.
-
-    Returns
-    -------
-    int
-        How many are to be made.
+    `put` is given all the videos that are there, when there is a new one.
     """
     there = {item.video for item in ready(folder)}
     missing = [name for name in demo_scenarios() if name not in there]
@@ -166,12 +157,3 @@ def add_as_they_come(
                 put(found)
             time.sleep(LOOK_S)
         atexit.unregister(process.terminate)
-
-
-def _beginning() -> tuple[str, ...]:
-    """A scenario in each of the first layouts."""
-    documents = _documents()
-    by_layout: dict[str, str] = {}
-    for name in demo_scenarios():
-        by_layout.setdefault(str(documents[name]["layout"]), name)
-    return tuple(by_layout.values())[:FIRST]

@@ -14,14 +14,9 @@ from g3.errors import CorpusError, ManyError
 
 
 def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[Problem]:
-    """What is wrong with a value, its fields and its elements.
+    """What is wrong with a value of a form, with its fields and its elements.
 
-    Parameters
-    ----------
-    form
-        The type that it should have.
-    field, manual
-        As :func:`~corpus_tools.world.scenarios.documents.convert` has them.
+    `field` and `manual` are as :func:`~corpus_tools.world.scenarios.documents.convert` has them.
     """
     parts = list(_parts(value, form, field))
     for inner, of_part, where in parts:

@@ -27,40 +27,23 @@ LONGEST_ID = 200
 
 @dataclass(frozen=True, slots=True)
 class OwnVideo:
-    """A video from elsewhere.
-
-    Parameters
-    ----------
-    video
-        Its name in the study: the table's ``id``, else the file's name without its ending.
-    file
-        Where it is.
-    metadata
-        What else the table says of it; exports have it too.
-    things
-        What is where in its picture, if that is known.
-    part
-        Its beginning and its end in the file, in seconds; None if it is the whole file.
-    """
+    """A video from elsewhere."""
 
     video: str
+    """Its name in the study: the table's ``id``, else the file's name without its ending."""
     file: Path
+    """Where it is."""
     metadata: Mapping[str, Any]
+    """What else the table says of it; exports have it too."""
     things: PictureThings | None = None
+    """What is where in its picture, if that is known."""
     part: tuple[float, float] | None = None
+    """Its beginning and its end in the file, in seconds; None if it is the whole file."""
 
 
 @dataclass(frozen=True, slots=True)
 class GivenCommand:
-    """A command from a table.
-
-    Parameters
-    ----------
-    text, video
-        What somebody said for which of the study's videos.
-    metadata
-        What else the table says of it.
-    """
+    """What somebody said for one of the study's videos, and what else a table says of it."""
 
     text: str
     video: str
@@ -75,10 +58,7 @@ def is_own(path: Path) -> bool:
 def own_videos(path: Path) -> list[OwnVideo]:
     """The videos of a folder or a table.
 
-    Raises
-    ------
-    CorpusError
-        If a file isn't there, or two videos have one name. The error lists all that is wrong.
+    A CorpusError lists all files that aren't there, and all videos that share a name.
     """
     if path.is_dir():
         found = [(str(path), OwnVideo(file.stem, file.resolve(), {})) for file in _files(path)]
@@ -107,19 +87,10 @@ def own_videos(path: Path) -> list[OwnVideo]:
 
 
 def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCommand]:
-    """The commands of a table, whose column ``video`` has names or files of videos.
+    """The commands of a table, whose column ``video`` has names or files of the study's `videos`.
 
-    Rows without a command are left out: a table of videos may be a table of commands, too.
-
-    Parameters
-    ----------
-    videos
-        The study's; of those of ``ct render-videos`` the names.
-
-    Raises
-    ------
-    CorpusError
-        If a row names no video of the study. The error lists all such rows.
+    Of videos of ``ct render-videos`` these are the names. Rows without a command are left out: a
+    table of videos may be one of commands, too. A CorpusError lists all rows that name no video.
     """
     names = {item if isinstance(item, str) else item.video for item in videos}
     whole = [item for item in videos if not isinstance(item, str) and item.part is None]
@@ -147,14 +118,7 @@ def has_commands(table: Path) -> bool:
 
 
 def check_readable(videos: Sequence[OwnVideo]) -> None:
-    """Check that browsers can play videos.
-
-    Raises
-    ------
-    CorpusError
-        If a file is no video, or of a kind that browsers don't play. The error lists all such
-        files.
-    """
+    """Check that browsers can play videos; a CorpusError lists all that they can't."""
     errors: list[CorpusError] = []
     # Many episodes may be in a file, which is looked at once; things may be told of each.
     of_files = {item.file: item for item in reversed(videos)}
@@ -170,17 +134,9 @@ def check_readable(videos: Sequence[OwnVideo]) -> None:
 
 
 def prepare(item: OwnVideo, base: Path) -> Path:
-    """The folder with a video's manifest and poster, made if it isn't there.
+    """The folder in `base` with a video's manifest and poster, made if it isn't there.
 
-    Parameters
-    ----------
-    base
-        Where such folders of the study are.
-
-    Raises
-    ------
-    FormatError
-        If the video can't be read.
+    A FormatError says that the video can't be read.
     """
     folder = base / hashlib.sha256(item.video.encode()).hexdigest()[:20]
     manifest, poster = folder / "manifest.json", folder / "poster.png"
@@ -212,10 +168,7 @@ def prepare(item: OwnVideo, base: Path) -> Path:
 def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
     """The picture, as PNG, that a video's things are outlined in.
 
-    Raises
-    ------
-    FormatError
-        If it can't be read, or isn't as large as the file of things says.
+    A FormatError if it can't be read, or isn't as large as the file of things says.
     """
     import cv2  # noqa: PLC0415 - large, and not always installed
     import numpy as np  # noqa: PLC0415 - as above
@@ -253,13 +206,7 @@ def _things_key(things: PictureThings) -> str:
 
 
 def played_file(item: OwnVideo, folder: Path) -> Path:
-    """The file that people watch: the video itself, or a part that is cut when it is needed.
-
-    Parameters
-    ----------
-    folder
-        What :func:`prepare` gives.
-    """
+    """The file that people watch: the video, or a part, cut in the folder of :func:`prepare`."""
     return item.file if item.part is None else folder / CLIP
 
 

@@ -19,14 +19,9 @@ from annotation_app.tasks.task_registry import find_task, tasks
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """What would stop people.
+    """What would stop people, and what to do about it, as in errors.
 
-    Parameters
-    ----------
-    study
-        Its name; empty for what is so in the whole installation.
-    what, fix
-        As in errors.
+    The study's name is empty for what is so in the whole installation.
     """
 
     study: str
@@ -43,13 +38,8 @@ def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacl
     logins = people_by_role(session)
     found: list[Obstacle] = []
     if of_installation and not logins["admin"]:
-        found.append(
-            Obstacle(
-                "",
-                "there is no admin, so nobody sees the dashboard or makes logins on it",
-                "ct annotate people invite --role admin",
-            )
-        )
+        what = "there is no admin, so nobody sees the dashboard or makes logins on it"
+        found.append(Obstacle("", what, "ct annotate people invite --role admin"))
     studies = session.scalars(select(Study).where(Study.closed_at.is_(None)).order_by(Study.name))
     for study in studies:
         counts = session.execute(
@@ -91,62 +81,47 @@ def study_obstacles(
 ) -> Iterator[Obstacle]:
     """What would stop people in a study.
 
-    Parameters
-    ----------
-    logins
-        As :func:`people_by_role` counts them.
-    items
-        How many there are already, by task.
-    has_scenes
-        Whether it is known what is where in the videos.
+    `logins` are as :func:`people_by_role` counts them, `items` how many there are already, by task.
+    It `has_scenes` if it is known what is where in the videos.
     """
     for task in tasks():
         if task.name in config.tasks:
-            yield from _nobody_does(config, task, logins)
             source = task.source if has_scenes else task.without_scenes or task.source
+            found = [*_nobody_does(config, task, logins)]
             if source is not None and not items.get(task.name):
-                yield from _nothing_comes(config, task, source)
+                found += _nothing_comes(config, task, source)
+            yield from (Obstacle(config.name, what, fix) for what, fix in found)
     for name in config.tasks:
         if find_task(name) is None:
-            yield Obstacle(
-                config.name,
-                f"the task {name} is not installed here",
-                "pip install the distribution that has it, or close the study",
-            )
+            fix = "pip install the distribution that has it, or close the study"
+            yield Obstacle(config.name, f"the task {name} is not installed here", fix)
 
 
-def _nobody_does(config: StudyConfig, task: Task, logins: Mapping[Role, int]) -> Iterator[Obstacle]:
+def _nobody_does(
+    config: StudyConfig, task: Task, logins: Mapping[Role, int]
+) -> Iterator[tuple[str, str]]:
+    """Why not enough people may do a task or decide about it, and what to do about that."""
     of_task = config.tasks[task.name]
+    invite = "ct annotate people invite --role"
     if of_task.role != "worker":
         there = logins[of_task.role]
         if not there:
-            yield Obstacle(
-                config.name,
-                f"nobody may do the task {task.name}, which asks for the role {of_task.role}",
-                f"ct annotate people invite --role {of_task.role}, or give the task role: worker",
-            )
+            what = f"nobody may do the task {task.name}, which asks for the role {of_task.role}"
+            yield what, f"{invite} {of_task.role}, or give the task role: worker"
         elif there < of_task.answers:
-            yield Obstacle(
-                config.name,
+            what = (
                 f"the task {task.name} asks for {of_task.answers} answers to each item, "
-                f"by different people with a login, and {there} may do it",
-                f"ct annotate people invite --role {of_task.role}, or ask for fewer answers",
+                f"by different people with a login, and {there} may do it"
             )
+            yield what, f"{invite} {of_task.role}, or ask for fewer answers"
     if task.adjudication is not None and of_task.answers > 1 and not logins["adjudicator"]:
-        yield Obstacle(
-            config.name,
-            f"nobody may decide where answers to {task.name} differ",
-            "ct annotate people invite --role adjudicator",
-        )
+        yield f"nobody may decide where answers to {task.name} differ", f"{invite} adjudicator"
 
 
-def _nothing_comes(config: StudyConfig, task: Task, source: Source) -> Iterator[Obstacle]:
+def _nothing_comes(config: StudyConfig, task: Task, source: Source) -> Iterator[tuple[str, str]]:
     before = [other.name for other in tasks() if other.gives == source.made_of]
     has_own = any(not new.attention for new in task.of_study(config))
     has_own |= source.made_of == COMMAND and config.commands is not None
     if before and not has_own and not set(before) & (set(config.tasks) - {task.name}):
-        yield Obstacle(
-            config.name,
-            f"nothing ever comes to the task {task.name}",
-            f"add the task {before[0]}, whose answers it is about",
-        )
+        fix = f"add the task {before[0]}, whose answers it is about"
+        yield f"nothing ever comes to the task {task.name}", fix

@@ -35,16 +35,9 @@ FILES = {
 
 @dataclass(frozen=True, slots=True)
 class Rendered:
-    """A folder that ``ct render-videos`` has made.
+    """A folder that ``ct render-videos`` has made of a scenario or a context, whose id is `video`.
 
-    Parameters
-    ----------
-    video
-        Id of the scenario or context that it shows.
-    folder
-        Where it is.
-    file
-        Where the video is, if it comes from elsewhere; then it has no scene.
+    A video from elsewhere is the `file`; then it has no scene.
     """
 
     video: str
@@ -53,13 +46,7 @@ class Rendered:
 
 
 def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
-    """The rendered folders in a folder.
-
-    Raises
-    ------
-    FormatError
-        If there are none, or one that is wanted is missing.
-    """
+    """The rendered folders in a folder; an error if there are none, or a wanted one is missing."""
     manifests = sorted(folder.glob(f"*/{FILES['manifest']}"))
     found = [Rendered(_id(path), path.parent.resolve()) for path in manifests]
     known = {item.video for item in found}
@@ -80,17 +67,8 @@ def put_study(
     """Add a study, or bring the one of the same name up to date.
 
     What is in the database stays there: new videos are added, and slots where more answers
-    are asked for than before.
-
-    Parameters
-    ----------
-    file
-        The study's file; left out, it stays the one that it was.
-
-    Raises
-    ------
-    FormatError
-        If an attention check or a pair names a video that isn't there.
+    are asked for than before. The study's file stays the one that it was if it is left out. A
+    CorpusError comes from :func:`check_videos`.
     """
     # Several processes may start at once, each with the study's file.
     lock_set_up(session.connection())
@@ -113,11 +91,8 @@ def put_study(
 def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> None:
     """Check that the videos that a study names are there, and show what its tasks need.
 
-    Raises
-    ------
-    CorpusError
-        If an attention check, a pair or a practice item names another one, or a task needs to know
-        what is where. The error lists all that is wrong.
+    A CorpusError lists all attention checks, pairs and practice items that name another one, and
+    whether a task needs to know what is where.
     """
     names = {item.video for item in videos}
     wrong = [*_named_elsewhere(config, names), *_without_scenes(config, videos)]

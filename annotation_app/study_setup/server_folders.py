@@ -31,15 +31,7 @@ _FILE_NAME = re.compile(r"[\w-][\w .()-]{0,150}")
 
 @dataclass(frozen=True, slots=True)
 class VideoChoice:
-    """A folder or a table of videos.
-
-    Parameters
-    ----------
-    path
-        From the folder of studies.
-    label
-        What it is, for people.
-    """
+    """A folder or a table of videos: its path from the folder of studies, and what people read."""
 
     path: str
     label: str
@@ -51,9 +43,7 @@ def video_choices(root: Path) -> list[VideoChoice]:
     for folder, files in _folders(root):
         path = folder.relative_to(root).as_posix()
         own = sum(Path(name).suffix.lower() in SUFFIXES for name in files)
-        rendered = sum(
-            (folder / name / FILES["manifest"]).is_file() for name in _subfolders(folder)
-        )
+        rendered = sum(file.is_file() for file in folder.glob(f"*/{FILES['manifest']}"))
         if rendered and not own:
             found.append(VideoChoice(path, f"{_count(rendered)} of ct render-videos"))
         elif own and FILES["manifest"] not in files:
@@ -98,13 +88,7 @@ def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
 
 
 def inside(root: Path, path: str | Path) -> Path:
-    """A path from the folder of studies, or in it.
-
-    Raises
-    ------
-    FormatError
-        If it leads out of the folder.
-    """
+    """A path from the folder of studies, or in it; an error if it leads out of the folder."""
     found = (root / path).resolve()
     if not found.is_relative_to(root.resolve()):
         raise FormatError(
@@ -118,17 +102,8 @@ def inside(root: Path, path: str | Path) -> Path:
 def add_part(folder: Path, name: str, offset: int, content: bytes, size: int) -> Path | None:
     """Add the next part of a file that comes in parts; the file, once it is whole.
 
-    Parameters
-    ----------
-    offset
-        How many bytes came before. At 0 the file begins anew.
-    size
-        Of the whole file, in bytes.
-
-    Raises
-    ------
-    FormatError
-        If the file may not be added, or this isn't its next part.
+    `offset` is how many bytes came before: at 0 the file begins anew. The whole file has `size`
+    bytes. A FormatError says why the file may not be added, or that this isn't its next part.
     """
     _check_name(folder, name)
     if not 0 < size <= LARGEST_FILE or offset + len(content) > size:
@@ -188,11 +163,6 @@ def _folders(root: Path) -> Iterator[tuple[Path, list[str]]]:
         depth = len(folder.relative_to(root).parts)
         folders[:] = sorted(f for f in folders if not f.startswith(".")) if depth < DEEPEST else []
         yield folder, sorted(name for name in files if not name.startswith("."))
-
-
-def _subfolders(folder: Path) -> Iterator[str]:
-    with os.scandir(folder) as entries:
-        yield from (entry.name for entry in entries if entry.is_dir())
 
 
 def _count(videos: int) -> str:

@@ -26,15 +26,7 @@ LOCALE = "locale"
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What people were asked so far.
-
-    Parameters
-    ----------
-    answers
-        How many answers there are, by task.
-    people
-        How many people have agreed to take part.
-    """
+    """How many answers there are so far, by task, and how many people have agreed to take part."""
 
     answers: Mapping[TaskName, int]
     people: int
@@ -42,16 +34,9 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Something that the file says otherwise than before.
+    """Something that the file says otherwise than before, as text; empty if nothing.
 
-    Parameters
-    ----------
-    field
-        As people write it.
-    before, after
-        What it says, as text; empty if nothing.
-    alters
-        What of that which people were asked it alters; empty if nothing.
+    `alters` is what of that which people were asked it alters.
     """
 
     field: str

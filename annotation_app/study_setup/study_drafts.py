@@ -1,45 +1,48 @@
-"""Studies that somebody is at work on in the browser, before they are written to their file.
+"""Studies that somebody is at work on in the browser, until they are written to their file.
 
-A draft is a JSON file in the folder of studies. It has what the study's file will say.
+A draft is a JSON file in the folder of studies. It has what the study's file will say, which keeps
+what was there before.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
+import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import yaml
 
-from annotation_app.studies.study_file import Name
-from corpus_tools.world.scenarios.documents import read_document
+from annotation_app.studies.study_file import Name, StudyConfig
+from corpus_tools.world.scenarios.documents import parse_document, read_document
 from g3.errors import FormatError
 from g3.storage.atomic_file import write_bytes
 
 FOLDER = ".drafts"
+HEADER = "# A study, as it was written in the browser. docs/annotation.md lists all fields.\n"
+OLD_VERSIONS = "versions"
+"""Folder beside study files, of what they were before."""
+_PLAIN = re.compile(r"[A-Za-z][\w ,.'!?()/-]*[\w.!?)]")
+_NOT_TEXT = {"null", "true", "false"}
+_WIDTH = 100
 
 
 @dataclass(frozen=True, slots=True)
 class StudyDraft:
-    """A study that somebody is at work on.
-
-    Parameters
-    ----------
-    name
-        The study's.
-    file
-        Where its file is, or will be.
-    value
-        What that will say.
-    base
-        SHA-256 of the file when the draft was begun; empty for a new study.
-    """
+    """A study that somebody is at work on."""
 
     name: str
+    """The study's."""
     file: Path
+    """Where its file is, or will be."""
     value: dict[str, Any] = field(default_factory=dict)
+    """What that will say."""
     base: str = ""
+    """SHA-256 of the file when the draft was begun; empty for a new study."""
 
     @property
     def is_new(self) -> bool:
@@ -63,13 +66,7 @@ def is_name(name: str) -> bool:
 
 
 def begun(file: Path, name: str) -> StudyDraft:
-    """A draft of the study that a file describes.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read.
-    """
+    """A draft of the study that a file describes; an error if that can't be read."""
     document = read_document(file)
     if not isinstance(document.value, dict):
         raise FormatError("this is no study", where=str(file), fix="correct the file")
@@ -96,24 +93,14 @@ def drafts(folder: Path) -> list[str]:
 
 
 def keep_draft(folder: Path, draft: StudyDraft, value: dict[str, Any]) -> StudyDraft:
-    """Keep what a draft says now.
-
-    Raises
-    ------
-    FormatError
-        If it can't be written.
-    """
+    """Keep what a draft says now; an error if it can't be written."""
     path = _path(folder, draft.name)
     kept = _Kept(str(draft.file), value, draft.base)
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         write_bytes(path, msgspec.json.encode(kept))
     except OSError as error:
-        raise FormatError(
-            f"the draft can't be written: {error.strerror}",
-            where=str(path),
-            fix="let the program that serves the app write there",
-        ) from error
+        raise _unwritable("the draft", path, error) from error
     return replace(draft, value=value)
 
 
@@ -133,3 +120,83 @@ def sha256_of(file: Path) -> str:
 def _path(folder: Path, name: str) -> Path:
     assert is_name(name)  # noqa: S101 - no other comes here, and none may lead elsewhere
     return folder / FOLDER / f"{name}.json"
+
+
+def to_yaml(value: Mapping[str, Any]) -> bytes:
+    """A study as a file that :func:`~annotation_app.study_setup.study_reading.read_study` reads."""
+    text = yaml.dump(
+        dict(value),
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=_WIDTH,
+        default_flow_style=False,
+    )
+    return f"{HEADER}{text}".encode()
+
+
+def in_order(value: Mapping[str, Any]) -> dict[str, Any]:
+    """A study with its fields in the order of the docs."""
+    names = [known.encode_name for known in msgspec.structs.fields(StudyConfig)]
+    return {name: value[name] for name in (*names, *value) if name in value}
+
+
+def write_study(file: Path, value: Mapping[str, Any]) -> str:
+    """Write a study's file; the name of the copy of what was there, empty if nothing was."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        kept = ""
+        if file.is_file():
+            folder = file.parent / OLD_VERSIONS
+            folder.mkdir(exist_ok=True)
+            before = file.read_bytes()
+            kept = f"{file.stem}-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}{file.suffix}"
+            write_bytes(folder / kept, before)
+        write_bytes(file, to_yaml(value))
+    except OSError as error:
+        raise _unwritable("the study's file", file, error) from error
+    return kept
+
+
+def _unwritable(what: str, path: Path, error: OSError) -> FormatError:
+    fix = "let the program that serves the app write there"
+    return FormatError(f"{what} can't be written: {error.strerror}", where=str(path), fix=fix)
+
+
+def comments(content: bytes) -> list[str]:
+    """The comments in a study's file, without this program's; a FormatError if it is no YAML."""
+    parse_document(content, "the study's file")
+    text = content.decode()
+    values = [
+        (event.start_mark.index, event.end_mark.index)
+        for event in yaml.parse(text, Loader=yaml.SafeLoader)
+        if isinstance(event, yaml.ScalarEvent) and event.start_mark and event.end_mark
+    ]
+    found = []
+    for match in re.finditer(r"(?m)(?:^|(?<=\s))#.*$", text):
+        in_value = any(start <= match.start() < end for start, end in values)
+        if not in_value and match[0] != HEADER.strip():
+            found.append(match[0])
+    return found
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes text so that no reader takes it for a number: of several lines as it is read."""
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+        super().increase_indent(flow, indentless=False)
+
+
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    style = '"'
+    # A block of lines would lose spaces at the text's beginning and at the ends of lines.
+    is_lost = text[:1].isspace() or any(line != line.rstrip() for line in text.split("\n"))
+    if "\n" in text and not is_lost:
+        style = "|"
+    elif _PLAIN.fullmatch(text) and text.casefold() not in _NOT_TEXT:
+        style = ""
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style or None)
+
+
+_Dumper.add_representer(str, _text)
+_Dumper.add_representer(tuple, yaml.SafeDumper.represent_list)

@@ -19,13 +19,7 @@ MANUAL = "docs/annotation.md"
 
 
 def read_study(path: Path) -> StudyConfig:
-    """Read a study's file.
-
-    Raises
-    ------
-    FormatError
-        If something in it is wrong. The error lists all that is wrong, each with its line.
-    """
+    """Read a study's file; an error lists all that is wrong, each with its line."""
     document = read_document(path)
     problems = study_problems(document.value)
     if problems:

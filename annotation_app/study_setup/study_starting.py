@@ -12,8 +12,8 @@ from annotation_app.core.config import Config
 from annotation_app.store.models import Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.study_setup.coco_things import read_things
+from annotation_app.study_setup.corpus_study import put_commands
 from annotation_app.study_setup.every_problem import gathering, together
-from annotation_app.study_setup.given_commands import put_commands
 from annotation_app.study_setup.own_videos import (
     GivenCommand,
     OwnVideo,
@@ -37,13 +37,7 @@ from g3.errors import CorpusError, FormatError
 
 @dataclass(frozen=True, slots=True)
 class StudyParts:
-    """What a study is made of.
-
-    Parameters
-    ----------
-    file
-        The study's file, if it has one.
-    """
+    """What a study is made of, and its file, if it has one."""
 
     config: StudyConfig
     videos: Sequence[Rendered | OwnVideo]
@@ -57,17 +51,9 @@ class StudyParts:
 
 
 def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
-    """Read a study's file, and find its videos and commands.
+    """Read a study's file, and find its commands and its `videos`, if they aren't where it says.
 
-    Parameters
-    ----------
-    videos
-        Where the videos are, if not where the file says.
-
-    Raises
-    ------
-    CorpusError
-        If something is wrong. The error lists all that is wrong.
+    A CorpusError lists all that is wrong.
     """
     config = read_study(file)
     parts, errors = find_parts(config, file, videos)
@@ -81,12 +67,8 @@ def find_parts(
 ) -> tuple[StudyParts, list[CorpusError]]:
     """A study's videos and commands, and all that is wrong with them.
 
-    Parameters
-    ----------
-    file
-        Where the study's file is, or will be.
-    are_played
-        Whether to look into the videos: browsers must be able to play them.
+    `file` is where the study's file is, or will be. If videos `are_played`, they are looked into:
+    browsers must be able to play them.
     """
     errors: list[CorpusError] = []
     found: Sequence[Rendered | OwnVideo] = ()
@@ -110,17 +92,9 @@ def find_parts(
 def study_videos(
     path: Path, only: tuple[str, ...] = (), things: Path | None = None
 ) -> Sequence[Rendered | OwnVideo]:
-    """The videos of a folder or a table.
+    """The videos of a folder or a table; an error if there are none, or a wanted one is missing.
 
-    Parameters
-    ----------
-    things
-        COCO file of what is where in their pictures, if they come from elsewhere.
-
-    Raises
-    ------
-    CorpusError
-        If there are none, or one that is wanted is missing.
+    `things` is a COCO file of what is where in their pictures, if they come from elsewhere.
     """
     if not is_own(path):
         if things is not None:
@@ -155,10 +129,7 @@ def prepare_parts(parts: StudyParts, setup: Config) -> list[Rendered]:
 def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: bytes) -> Study:
     """Add a study to the database, or bring it up to date.
 
-    Parameters
-    ----------
-    ready
-        What :func:`prepare_parts` has made, which takes long if there are many videos.
+    `ready` is what :func:`prepare_parts` has made, which takes long if there are many videos.
     """
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)

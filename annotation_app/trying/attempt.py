@@ -43,12 +43,8 @@ Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
 class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is tried.
 
-    Parameters
-    ----------
-    answers
-        Ids of the objects that clauses mean, by node: answers to questions.
-    insist
-        Whether it is done with what there is where something isn't there.
+    `answers` are ids of the objects that clauses mean, by node: answers to questions. If people
+    `insist`, it is done with what there is where something isn't there.
     """
 
     scenario: str
@@ -99,15 +95,7 @@ class Picture(msgspec.Struct, frozen=True):
 
 
 class Shown(msgspec.Struct, frozen=True):
-    """How far an attempt is.
-
-    Parameters
-    ----------
-    done, total
-        Of the phase.
-    problem
-        What went wrong; the attempt ends there.
-    """
+    """How far an attempt is, and how far its phase; it ends where there is a problem."""
 
     asked: Asked
     phase: Phase = "waiting"

@@ -37,14 +37,8 @@ def attempts() -> Attempts:
 class Attempts:
     """The attempts of an installation; the process starts with the first one.
 
-    Attempts are files, so that any server process can show what another one's has made.
-
-    Parameters
-    ----------
-    instance
-        The installation's folder.
-    model
-        File of the model that follows commands; the bundled one if None.
+    Attempts are files, so that any server process can show what another one's has made. The model
+    that follows commands is the bundled one if there is none.
     """
 
     def __init__(self, instance: Path, model: Path | None) -> None:
@@ -60,13 +54,7 @@ class Attempts:
         app.extensions[_NAME] = self
 
     def submit(self, asked: Asked) -> str:
-        """Begin an attempt; return its id, which can't be guessed.
-
-        Raises
-        ------
-        Refusal
-            If too many others wait.
-        """
+        """Begin an attempt, unless too many others wait; return its id, which can't be guessed."""
         with self._lock:
             self._waiting = [future for future in self._waiting if not future.done()]
             if len(self._waiting) >= LONGEST_QUEUE:

@@ -16,7 +16,7 @@ import pytest
 from flask import Flask
 
 from annotation_app.core.config import Config
-from annotation_app.crowds import one_at_a_time
+from annotation_app.crowds import ledger
 from annotation_app.crowds.crowd_registry import find_provider
 from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.platform import Bonus
@@ -105,7 +105,7 @@ def test_two_at_once_pay_once(lab: Lab, config: Config, prolific: Killing) -> No
 def test_without_a_lock_too(
     lab: Lab, config: Config, prolific: Killing, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(one_at_a_time, "fcntl", None)
+    monkeypatch.setattr(ledger, "fcntl", None)
     prolific.may_pay.clear()
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(collect, config, prolific)

@@ -18,7 +18,7 @@ from sqlalchemy import func, select
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people.accounts import add_login, matching
 from annotation_app.people.participants import find_or_add, keep_consent, subject_of
-from annotation_app.privacy import erasing
+from annotation_app.privacy import erasure
 from annotation_app.serving import server as serving
 from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
@@ -348,7 +348,7 @@ def test_whatever_people_did(app: Flask, deeds: list[tuple[int, int]]) -> None:
         else:
             {"segment": segment, "ground": ground, "check": check}[task](person)
     config = installation_of(app).config
-    done = erasing.erase_person(engine_of(app), config, people[0].person.id, now=time.time())
+    done = erasure.erase_person(engine_of(app), config, people[0].person.id, now=time.time())
     assert words[0] not in everything(app)
     with reading(engine_of(app)) as session:
         mine = people[0].person.id

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from annotation_app.study_setup.run_length_masks import Mask, outlines
+from annotation_app.study_setup.coco_things import Mask, outlines
 
 
 @pytest.mark.parametrize(

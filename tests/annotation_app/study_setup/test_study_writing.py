@@ -8,7 +8,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotation_app.study_setup.study_writing import comments, to_yaml, write_study
+from annotation_app.study_setup.study_drafts import comments, to_yaml, write_study
 from corpus_tools.world.scenarios.documents import parse_document
 
 PRINTED = st.characters(exclude_categories=("Cs", "Cc", "Cn", "Co")) | st.sampled_from("\n#:-'\"|>")

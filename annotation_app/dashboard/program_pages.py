@@ -1,4 +1,4 @@
-"""Pages on which admins add, test and remove webhooks, and see what became of messages."""
+"""Pages on which admins let other programs read, by tokens, and inform them, by webhooks."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.people import api_tokens
+from annotation_app.people.api_tokens import MOST_DAYS
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
@@ -18,14 +20,75 @@ from annotation_app.web.who_asks import changed_by, refused_on, seen_by
 from annotation_app.work import webhooks
 from annotation_app.work.handing_out import find_study
 
-blueprint = Blueprint("webhook_pages", __name__, url_prefix="/admin")
+blueprint = Blueprint("program_pages", __name__, url_prefix="/admin")
 blueprint.register_error_handler(Refusal, refused)
 
 MOST = 30
 """How many messages a webhook's page shows."""
 
 
-def _list_page(session: Session, admin: Person, problem: str = "") -> str:
+def _tokens_page(session: Session, admin: Person, problem: str = "") -> str:
+    return flask.render_template(
+        "dashboard/tokens.html",
+        person=admin,
+        tokens=api_tokens.tokens(session),
+        at=now(),
+        days=api_tokens.DAYS,
+        problem=problem,
+        form=flask.request.form,
+    )
+
+
+@blueprint.get("/tokens")
+def tokens() -> str:
+    """All tokens, without what programs send."""
+    with seen_by("admin") as (session, admin):
+        return _tokens_page(session, admin)
+
+
+@blueprint.post("/tokens")
+@refused_on(_tokens_page)
+def make() -> ResponseReturnValue:
+    """Make a token, and show it once."""
+    form = flask.request.form
+    days, name = form.get("days", ""), form.get("name", "").strip()
+    with changed_by("admin") as (session, admin):
+        if not days.isascii() or not days.isdigit() or not 1 <= int(days[:9]) <= MOST_DAYS:
+            raise Refusal(422, f"Use 1 to {MOST_DAYS} days.")
+        token = api_tokens.make_token(session, name, int(days), actor=name_of(admin))
+        return flask.render_template(
+            "dashboard/token.html",
+            person=admin,
+            name=name,
+            shown=token,
+            address=flask.url_for("dashboard_interface.studies", _external=True),
+        )
+
+
+@blueprint.get("/tokens/revoke")
+def confirm_revocation() -> str:
+    """Whether a token is really to be revoked."""
+    with seen_by("admin") as (session, admin):
+        name = flask.request.args.get("name", "")
+        if name not in [token.name for token in api_tokens.tokens(session)]:
+            raise Refusal(404, "There is no such token.")
+        return flask.render_template(
+            "dashboard/token_revoke.html",
+            person=admin,
+            name=name,
+            back=flask.url_for("program_pages.tokens"),
+        )
+
+
+@blueprint.post("/tokens/revoke")
+def revoke() -> ResponseReturnValue:
+    """Let a token read nothing any more."""
+    with changed_by("admin") as (session, admin):
+        api_tokens.revoke_token(session, flask.request.form.get("name", ""), actor=name_of(admin))
+    return flask.redirect(flask.url_for("program_pages.tokens"), 303)
+
+
+def _webhooks_page(session: Session, admin: Person, problem: str = "") -> str:
     return flask.render_template(
         "dashboard/webhooks.html",
         person=admin,
@@ -40,11 +103,11 @@ def _list_page(session: Session, admin: Person, problem: str = "") -> str:
 def all_webhooks() -> str:
     """All webhooks, and a form to add one."""
     with seen_by("admin") as (session, admin):
-        return _list_page(session, admin)
+        return _webhooks_page(session, admin)
 
 
 @blueprint.post("/webhooks")
-@refused_on(_list_page)
+@refused_on(_webhooks_page)
 def add() -> ResponseReturnValue:
     """Add a webhook, and show its secret once. Private addresses need the command line."""
     form = flask.request.form
@@ -71,7 +134,7 @@ def add() -> ResponseReturnValue:
 def one(webhook_id: str) -> str:
     """What became of a webhook's messages."""
     with seen_by("admin") as (session, admin):
-        return _one_page(session, admin, webhook_id)
+        return _webhook_page(session, admin, webhook_id)
 
 
 @blueprint.post("/webhooks/<webhook_id>/test")
@@ -84,7 +147,7 @@ def test(webhook_id: str) -> str:
         session.expunge(hook)
     problem = webhooks.send_test(hook, study, installation().config.secret_key)
     with seen_by("admin") as (session, admin):
-        return _one_page(
+        return _webhook_page(
             session,
             admin,
             webhook_id,
@@ -100,11 +163,11 @@ def again(webhook_id: str) -> ResponseReturnValue:
         _, study = _find(session, webhook_id)
         webhooks.try_again(session, now=now(), webhook_id=webhook_id)
         note(session, name_of(admin), "sent messages again", study, webhook=webhook_id)
-    return flask.redirect(flask.url_for("webhook_pages.one", webhook_id=webhook_id), 303)
+    return flask.redirect(flask.url_for("program_pages.one", webhook_id=webhook_id), 303)
 
 
 @blueprint.get("/webhooks/<webhook_id>/remove")
-def confirm(webhook_id: str) -> str:
+def confirm_removal(webhook_id: str) -> str:
     """Whether a webhook is really to be removed."""
     with seen_by("admin") as (session, admin):
         hook, study = _find(session, webhook_id)
@@ -113,7 +176,7 @@ def confirm(webhook_id: str) -> str:
             person=admin,
             hook=hook,
             of_study=study,
-            back=flask.url_for("webhook_pages.one", webhook_id=hook.id),
+            back=flask.url_for("program_pages.one", webhook_id=hook.id),
         )
 
 
@@ -122,7 +185,7 @@ def remove(webhook_id: str) -> ResponseReturnValue:
     """Tell an address nothing any more."""
     with changed_by("admin") as (session, admin):
         webhooks.remove_webhook(session, webhook_id, actor=name_of(admin))
-    return flask.redirect(flask.url_for("webhook_pages.all_webhooks"), 303)
+    return flask.redirect(flask.url_for("program_pages.all_webhooks"), 303)
 
 
 def _find(session: Session, webhook_id: str) -> tuple[Webhook, str]:
@@ -132,7 +195,7 @@ def _find(session: Session, webhook_id: str) -> tuple[Webhook, str]:
     return found, session.get_one(Study, found.study_id).name
 
 
-def _one_page(
+def _webhook_page(
     session: Session, admin: Person, webhook_id: str, *, arrived: bool = False, problem: str = ""
 ) -> str:
     _find(session, webhook_id)
