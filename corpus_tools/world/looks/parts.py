@@ -265,6 +265,11 @@ def turned(
     )
 
 
+def mirrored(profile: Sequence[Span]) -> list[Span]:
+    """A profile below height 0 for :func:`turned`, and the same above it."""
+    return [*profile, *((radius, -height) for radius, height in reversed(profile))]
+
+
 def disc(
     centre: Point, radius: float, finish: Finish, *, facing: str = "+z", segments: int = 16
 ) -> Part:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from corpus_tools.world.looks.atlas import colour, patch
-from corpus_tools.world.looks.parts import Part, Point, disc, join, turned
+from corpus_tools.world.looks.parts import Part, Point, disc, join, mirrored, turned
 
 _BEAD = 0.58
 """Radius of the hole, as a part of the tyre's."""
@@ -51,8 +51,7 @@ def wheel(hub: Point, radius: float, width: float, side: int) -> Part:
     x, y, z = hub
     half = width / 2
     rim = 0.62 * radius
-    profile = [(rim, -half), (0.93 * radius, -half), (radius, -0.6 * half)]
-    profile += [(r, -h) for r, h in reversed(profile)]
+    profile = mirrored([(rim, -half), (0.93 * radius, -half), (radius, -0.6 * half)])
     facing = "+y" if side > 0 else "-y"
     rubber, outside = patch("tyre", t=(0.22, 0.78)), (x, y + side * (half - 0.015), z)
     return join(
