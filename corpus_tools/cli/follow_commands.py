@@ -28,23 +28,16 @@ UNSURE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What of plans is shown and done, by the command's options.
-
-    Parameters
-    ----------
-    yes
-        Nothing is asked before that.
-    confirm_below
-        What is less probable isn't done where nobody can be asked.
-    search
-        Options of :meth:`~g3.inference.grounder.Grounder.follow`.
-    """
+    """What of plans is shown and done, by the command's options."""
 
     form: str
     plan_only: bool
     yes: bool
+    """Nothing is asked before that."""
     confirm_below: float
+    """What is less probable isn't done where nobody can be asked."""
     search: dict[str, Any]
+    """Options of :meth:`~g3.inference.grounder.Grounder.follow`."""
 
     @property
     def asks(self) -> bool:

@@ -50,21 +50,15 @@ class VideoPart:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """An episode.
-
-    Parameters
-    ----------
-    data
-        The file with its frames.
-    videos
-        By camera.
-    """
+    """An episode."""
 
     index: int
     frames: int
     tasks: tuple[str, ...]
     data: Path
+    """The file with its frames."""
     videos: Mapping[str, VideoPart]
+    """By camera."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,21 +51,14 @@ _HUGGING_FACE = b"huggingface"
 
 @dataclass(frozen=True, slots=True)
 class EpisodeLanguage:
-    """What is to be said of an episode.
-
-    Parameters
-    ----------
-    said
-        What is added to its persistent rows.
-    replaces
-        Styles of which the dataset's own rows go.
-    task
-        Its task, if the dataset names none.
-    """
+    """What is to be said of an episode."""
 
     said: tuple[Language, ...]
+    """What is added to its persistent rows."""
     replaces: frozenset[str] = frozenset()
+    """Styles of which the dataset's own rows go."""
     task: str = ""
+    """Its task, if the dataset names none."""
 
 
 def write_language(

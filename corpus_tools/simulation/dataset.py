@@ -36,18 +36,12 @@ SOURCE = "Simulated: written by a grammar for random scenarios, by nobody. See d
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What shall be simulated; the same plan gives the same files.
-
-    Parameters
-    ----------
-    scenarios
-        How many, and that many videos.
-    commands
-        For each, by different workers.
-    """
+    """What shall be simulated; the same plan gives the same files."""
 
     scenarios: int
+    """How many, and that many videos."""
     commands: int
+    """For each, by different workers."""
     workers: int
     seed: int
 

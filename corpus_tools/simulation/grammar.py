@@ -38,17 +38,12 @@ Sayer: TypeAlias = Callable[["_Speaker"], SDC]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A command.
-
-    Parameters
-    ----------
-    wording
-        Its text, and what clauses are grounded in. Those of which it knows nothing are grounded
-        by the log, or by their figure.
-    """
+    """A command."""
 
     sdcs: tuple[SDC, ...]
     wording: Wording
+    """Its text, and what clauses are grounded in. Those of which it knows nothing are grounded by
+    the log, or by their figure."""
 
 
 def tell(scene: Scene, worker: Worker, rng: np.random.Generator) -> Told:

@@ -18,28 +18,19 @@ _SHORTEST = 4
 
 @dataclass(frozen=True, slots=True)
 class Worker:
-    """Somebody's habits.
-
-    Parameters
-    ----------
-    id
-        Says that the worker is simulated.
-    misspelling
-        Probability that a word of four letters or more is misspelt.
-    vagueness
-        Probability that a phrase may fit other things too.
-    politeness
-        Probability of an introduction.
-    capitals, full_stop
-        Whether sentences begin and end as they should.
-    """
+    """Somebody's habits."""
 
     id: str
+    """Says that the worker is simulated."""
     misspelling: float
+    """Probability that a word of four letters or more is misspelt."""
     vagueness: float
+    """Probability that a phrase may fit other things too."""
     politeness: float
+    """Probability of an introduction."""
     capitals: bool
     full_stop: bool
+    """Whether sentences begin and end as they should."""
 
 
 def draw_workers(count: int, seed: int) -> tuple[Worker, ...]:

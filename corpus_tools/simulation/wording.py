@@ -16,24 +16,16 @@ Spell: TypeAlias = Callable[[str], str]
 @short_repr
 @dataclass(slots=True)
 class Wording:
-    """A command as it is typed.
-
-    Parameters
-    ----------
-    spell
-        What is typed for each word.
-    capitals
-        Whether sentences begin with one.
-    text
-        What has been typed.
-    groundings
-        Ids of what clauses are grounded in, by the identity of the clause, which is kept too.
-    """
+    """A command as it is typed."""
 
     spell: Spell = str
+    """What is typed for each word."""
     capitals: bool = False
+    """Whether sentences begin with one."""
     text: str = ""
+    """What has been typed."""
     groundings: dict[int, tuple[SDC, tuple[str, ...]]] = field(default_factory=dict)
+    """Ids of what clauses are grounded in, by the identity of the clause, which is kept too."""
 
     def say(self, words: str) -> tuple[Span, ...]:
         """Type words, and return where they stand."""

@@ -30,21 +30,14 @@ SHADOW_SIZE = 4096
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """What a video needs of a recording.
-
-    Parameters
-    ----------
-    cameras
-        One for each frame, or a single one.
-    frame
-        The k-th frame, shape (height, width, 3), rows from the top down.
-    objects
-        Index of the object that each pixel of the first frame shows, -1 for none, (h, w).
-    """
+    """What a video needs of a recording."""
 
     cameras: list[Camera]
+    """One for each frame, or a single one."""
     frame: Callable[[int], Image]
+    """The k-th frame, shape (height, width, 3), rows from the top down."""
     objects: npt.NDArray[np.int64]
+    """Index of the object that each pixel of the first frame shows, -1 for none, (h, w)."""
 
 
 @contextmanager

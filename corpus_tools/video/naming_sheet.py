@@ -49,20 +49,14 @@ _FPS, _SECONDS = 5, 2
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Crop:
-    """A kind of thing as a camera sees it.
-
-    Parameters
-    ----------
-    picture
-        Of the size :data:`CROP`; red, green and blue.
-    pixels
-        Width and height of the thing in the whole frame.
-    """
+    """A kind of thing as a camera sees it."""
 
     kind: str
     camera: str
     picture: Image
+    """Of the size :data:`CROP`; red, green and blue."""
     pixels: tuple[int, int]
+    """Width and height of the thing in the whole frame."""
 
 
 def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:

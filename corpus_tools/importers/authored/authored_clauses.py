@@ -24,20 +24,14 @@ _WORD = re.compile(r"[\w']+")
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Clauses:
-    """A command's clauses, breadth first, with their right groundings.
-
-    Parameters
-    ----------
-    names
-        For each clause its name in the notation, such as OBJ_2; empty for the unnamed
-        robot of an imperative.
-    groundings
-        For each clause what it is grounded in.
-    """
+    """A command's clauses, breadth first, with their right groundings."""
 
     sdcs: tuple[SDC, ...]
     names: tuple[str, ...]
+    """For each clause its name in the notation, such as OBJ_2; empty for the unnamed robot of an
+    imperative."""
     groundings: tuple[Groundings, ...]
+    """For each clause what it is grounded in."""
 
 
 def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clauses:

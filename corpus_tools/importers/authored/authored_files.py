@@ -43,22 +43,16 @@ class _DatasetFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """The file dataset.yaml: what all scenarios share.
-
-    Parameters
-    ----------
-    seed
-        Of the random negatives.
-    words
-        For each word of leaf OBJECTs the labels of which an object must have at least
-        one; no labels mean that any object fits.
-    """
+    """The file dataset.yaml: what all scenarios share."""
 
     name: str
     source: str
     licence: str
     seed: int
+    """Of the random negatives."""
     words: Mapping[str, tuple[str, ...]]
+    """For each word of leaf OBJECTs the labels of which an object must have at least one; no labels
+    mean that any object fits."""
 
 
 def read_dataset(folder: Path, journal: Journal) -> Dataset:

@@ -20,20 +20,14 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class World:
-    """A scenario's context with its log.
-
-    Parameters
-    ----------
-    context
-        Agent and objects have their trajectories in the log.
-    moved
-        The object that the robot last picks up or puts down, if any.
-    """
+    """A scenario's context with its log."""
 
     scenario: Scenario
     context: Context
+    """Agent and objects have their trajectories in the log."""
     places: dict[str, Place]
     moved: PhysicalObject | None
+    """The object that the robot last picks up or puts down, if any."""
 
     @property
     def objects(self) -> dict[str, PhysicalObject]:

@@ -33,24 +33,16 @@ SAYS_NOTHING = re.compile(
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SupervisorLog:
-    """What a log says.
-
-    Parameters
-    ----------
-    start
-        Where the robot starts, in m.
-    tasks
-        The lines about tasks, in order.
-    strange
-        Lines of a form that this module doesn't know, those of `tasks` not among them.
-    is_complete
-        Whether it ends as logs do.
-    """
+    """What a log says."""
 
     start: tuple[float, float] | None = None
+    """Where the robot starts, in m."""
     tasks: tuple[str, ...] = ()
+    """The lines about tasks, in order."""
     strange: tuple[str, ...] = ()
+    """Lines of a form that this module doesn't know, those of `tasks` not among them."""
     is_complete: bool = False
+    """Whether it ends as logs do."""
 
 
 def read_log(text: str) -> SupervisorLog:

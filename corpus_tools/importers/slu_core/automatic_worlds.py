@@ -32,25 +32,17 @@ START_AWAY_M = 10.0
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """What things of a number are called, and their sizes in metres.
-
-    Parameters
-    ----------
-    size
-        Along and across the heading.
-    heights
-        Bottom and top.
-    is_measured
-        Whether the sizes are those of the paper's contexts; else they are assumed.
-    is_corner
-        Whether the position is the corner behind and to the right, not the middle.
-    """
+    """What things of a number are called, and their sizes in metres."""
 
     labels: tuple[str, ...]
     size: tuple[float, float]
+    """Along and across the heading."""
     heights: tuple[float, float]
+    """Bottom and top."""
     is_measured: bool = False
+    """Whether the sizes are those of the paper's contexts; else they are assumed."""
     is_corner: bool = False
+    """Whether the position is the corner behind and to the right, not the middle."""
 
 
 def _pallet(*words: str, height: float, is_measured: bool = False) -> _Model:

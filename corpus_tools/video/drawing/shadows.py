@@ -28,21 +28,14 @@ NOTHING = np.float32(1e6)
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
-    """How far along the sunlight the first thing is.
-
-    Parameters
-    ----------
-    first
-        Column and row of the map's corner, in texels from u = v = 0.
-    texel
-        Length of a texel's edge.
-    depth
-        The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w).
-    """
+    """How far along the sunlight the first thing is."""
 
     first: tuple[float, float]
+    """Column and row of the map's corner, in texels from u = v = 0."""
     texel: float
+    """Length of a texel's edge."""
     depth: Depth
+    """The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w)."""
 
     @property
     def bias(self) -> float:

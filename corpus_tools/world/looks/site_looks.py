@@ -40,30 +40,20 @@ _OFF_M = 0.03
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Site:
-    """What a kind of site looks like.
-
-    Parameters
-    ----------
-    walls
-        What is around the yard of a context, given the height of the ground.
-    ground
-        Which part of the ground's own colour is seen, red, green and blue.
-    sun
-        Where light comes from: its direction.
-    brightness
-        Light of that sun, and from everywhere, red, green and blue.
-    sky
-        Above, and at the horizon.
-    grass
-        Whether grass is beyond the yard, up to the horizon.
-    """
+    """What a kind of site looks like."""
 
     walls: Callable[[Context, Yard, float], list[Part]]
+    """What is around the yard of a context, given the height of the ground."""
     ground: Colour = (1.0, 1.0, 1.0)
+    """Which part of the ground's own colour is seen, red, green and blue."""
     sun: Colour = (0.42, 0.30, -0.86)
+    """Where light comes from: its direction."""
     brightness: tuple[Colour, Colour] = ((0.58, 0.56, 0.52), (0.43, 0.44, 0.47))
+    """Light of that sun, and from everywhere, red, green and blue."""
     sky: tuple[Colour, Colour] = ((0.45, 0.62, 0.80), (0.82, 0.87, 0.91))
+    """Above, and at the horizon."""
     grass: bool = True
+    """Whether grass is beyond the yard, up to the horizon."""
 
 
 def _around(context: Context, yard: Yard, ground_m: float) -> list[Part]:

@@ -31,31 +31,22 @@ IMPRATIO = 10.0
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A compiled model of a context, and where its objects are in the simulator's state.
-
-    Parameters
-    ----------
-    context
-        The context; the objects' order is that of all indices.
-    free, free_qpos
-        Objects with a free joint, and where their seven coordinates begin.
-    mocap, mocap_id
-        Objects that only move where they are put, and their mocap indices.
-    robot
-        Index of the robot among the objects.
-    drive_qpos, forks_qpos
-        Where the robot's x, y, yaw and the height of the forks are.
-    """
+    """A compiled model of a context, and where its objects are in the simulator's state."""
 
     context: Context
+    """The context; the objects' order is that of all indices."""
     model: mujoco.MjModel
     free: Index
     free_qpos: Index
+    """Objects with a free joint, and where their seven coordinates begin."""
     mocap: Index
     mocap_id: Index
+    """Objects that only move where they are put, and their mocap indices."""
     robot: int
+    """Index of the robot among the objects."""
     drive_qpos: Index
     forks_qpos: int
+    """Where the robot's x, y, yaw and the height of the forks are."""
 
 
 def build_spec(

@@ -45,17 +45,12 @@ class ActionError(CorpusError):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What is on the forks, in the robot's frame.
-
-    Parameters
-    ----------
-    xy, yaw
-        Pose of its frame, shape (2,) and radians.
-    """
+    """What is on the forks, in the robot's frame."""
 
     id: str
     xy: FloatArray
     yaw: float
+    """Pose of its frame, shape (2,) and radians."""
 
 
 @short_repr

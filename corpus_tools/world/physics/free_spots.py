@@ -37,24 +37,16 @@ def axis_of(place: Place) -> float:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Support:
-    """What a load put down in a place stands on.
-
-    Parameters
-    ----------
-    height
-        Above the ground.
-    axis
-        Heading that the load is to be parallel to.
-    carrier
-        The object, None for the ground.
-    deck
-        Corners (4, 2) of where the object can be loaded, counterclockwise; None on the ground.
-    """
+    """What a load put down in a place stands on."""
 
     height: float
+    """Above the ground."""
     axis: float
+    """Heading that the load is to be parallel to."""
     carrier: str | None = None
+    """The object, None for the ground."""
     deck: FloatArray | None = None
+    """Corners (4, 2) of where the object can be loaded, counterclockwise; None on the ground."""
 
     def holds(self, middle: FloatArray) -> bool:
         """Whether what has its middle (2,) there can't fall off."""

@@ -66,25 +66,17 @@ SETTLE_S = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Docking:
-    """A pose that the robot goes straight into and out of, and what that is good for.
-
-    Parameters
-    ----------
-    final
-        Where it stops inside.
-    run_in_m, run_out_m
-        How far it goes straight.
-    goal
-        Where the load is afterwards.
-    cost
-        What choosing it costs, in metres of way.
-    """
+    """A pose that the robot goes straight into and out of, and what that is good for."""
 
     final: FloatArray
+    """Where it stops inside."""
     run_in_m: float
     run_out_m: float
+    """How far it goes straight."""
     goal: Goal
+    """Where the load is afterwards."""
     cost: float
+    """What choosing it costs, in metres of way."""
 
 
 @behaviour(PICK_UP)

@@ -20,18 +20,12 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
-    """Where an action wants something to be.
-
-    Parameters
-    ----------
-    thing
-        Id of the object.
-    xyz
-        Position of its frame, shape (3,).
-    """
+    """Where an action wants something to be."""
 
     thing: str
+    """Id of the object."""
     xyz: FloatArray
+    """Position of its frame, shape (3,)."""
     yaw: float
 
 

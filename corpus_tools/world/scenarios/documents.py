@@ -44,43 +44,29 @@ _OWN_WORDS = {
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something in a document that can't be so.
-
-    Parameters
-    ----------
-    field
-        What it is about.
-    what, fix
-        As in :class:`g3.errors.CorpusError`.
-    """
+    """Something in a document that can't be so."""
 
     field: Field
+    """What it is about."""
     what: str
     fix: str
+    """As in :class:`g3.errors.CorpusError`."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A YAML file as it was read.
-
-    Parameters
-    ----------
-    name
-        The file, as errors name it.
-    value
-        Plain dictionaries, lists, text, numbers, booleans and None.
-    marks
-        Line and column of every value, from 1.
-    keys
-        Line and column of every key.
-    """
+    """A YAML file as it was read."""
 
     name: str
+    """The file, as errors name it."""
     content: bytes
     value: Any
+    """Plain dictionaries, lists, text, numbers, booleans and None."""
     marks: Mapping[Field, tuple[int, int]]
+    """Line and column of every value, from 1."""
     keys: Mapping[Field, tuple[int, int]]
+    """Line and column of every key."""
 
     def error(self, problem: Problem) -> FormatError:
         """The error with a problem's file, line, column and field."""

@@ -47,27 +47,19 @@ class NoRoomError(Exception):
 @short_repr
 @dataclass(slots=True)
 class Draft:
-    """A scenario that things are added to.
-
-    Parameters
-    ----------
-    objects, places
-        What was added so far, by id.
-    robot
-        The robot; far away until it is placed.
-    free
-        Room that nothing further may be put in.
-    stops
-        Positions that the robot must be able to reach and turn at.
-    """
+    """A scenario that things are added to."""
 
     layout: Layout
     rng: np.random.Generator
     objects: dict[str, Thing] = field(default_factory=dict)
     places: dict[str, Region] = field(default_factory=dict)
+    """What was added so far, by id."""
     robot: Robot = NOWHERE
+    """The robot; far away until it is placed."""
     free: list[Box] = field(default_factory=list)
+    """Room that nothing further may be put in."""
     stops: list[FloatArray] = field(default_factory=list)
+    """Positions that the robot must be able to reach and turn at."""
 
     @property
     def all_objects(self) -> dict[str, Thing]:

@@ -53,21 +53,14 @@ ROW_M = (2.4, 3.2)
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A kind of scenario.
-
-    Parameters
-    ----------
-    name
-        What the generator's listing calls it.
-    source
-        Where the load is: on the forks, on the ground, on a truck or a trailer; or none.
-    goal
-        What is done with it.
-    """
+    """A kind of scenario."""
 
     name: str
+    """What the generator's listing calls it."""
     source: str
+    """Where the load is: on the forks, on the ground, on a truck or a trailer; or none."""
     goal: str
+    """What is done with it."""
 
 
 TASKS = (
