@@ -17,15 +17,7 @@ Record = TypeVar("Record", bound=msgspec.Struct)
 def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, Record]]:
     """Read records, each with the number of its line; empty lines are left out.
 
-    Parameters
-    ----------
-    fix
-        What to do where a line can't be read.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, or a line of it.
+    `fix` says what to do where a line can't be read. A file or a line that can't is a FormatError.
     """
     try:
         content = path.read_bytes()
@@ -46,13 +38,7 @@ def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, R
 
 
 def write_lines(path: Path, records: Iterable[msgspec.Struct]) -> int:
-    """Write records, one a line.
-
-    Returns
-    -------
-    int
-        How many there are.
-    """
+    """Write records, one a line, and return how many there are."""
     encoder, count = msgspec.json.Encoder(), 0
     with replacing(path) as file:
         for record in records:

@@ -77,12 +77,8 @@ class Tally:
     ) -> None:
         """Count an annotation.
 
-        Parameters
-        ----------
-        clauses
-            All of its trees.
-        labels
-            For each clause whether its groundings are right, and the groundings.
+        `clauses` are those of all of its trees; `labels` has for each clause whether its groundings
+        are right, and the groundings.
         """
         self.sources[source] += 1
         self.labels.update(

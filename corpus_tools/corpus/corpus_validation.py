@@ -27,14 +27,10 @@ SMALLEST_AREA_M2 = 1e-6
 def validate(folder: Path) -> list[CorpusError]:
     """Everything that is wrong with a corpus, in the order of its files.
 
-    Beyond what loading checks: that SDCs are well formed, that footprints have an area,
-    that every stored trajectory can be read, and that people's ratings and commands have
-    their texts and videos.
-
-    Raises
-    ------
-    FormatError
-        If the folder isn't a corpus, or a whole file is missing or can't be read.
+    Beyond what loading checks: that SDCs are well formed, that footprints have an area, that every
+    stored trajectory can be read, and that people's ratings and commands have their texts and
+    videos. A folder that isn't a corpus, or a whole file that is missing or can't be read, is a
+    FormatError.
     """
     problems: list[CorpusError] = []
     corpus = read_corpus(folder, problems.append)

@@ -22,13 +22,7 @@ LABELS = {True: "right", False: "wrong", None: "-"}
 
 
 def show(corpus: Corpus, name: str) -> str:
-    """Describe the command, annotation, context or outcome with an id.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Describe the command, annotation, context or outcome with an id; CorpusError for none."""
     found = [
         *(_command(corpus, command) for key, command in corpus.commands.items() if key == name),
         *(_annotation(a) for a in corpus.annotations if a.id == name),

@@ -14,15 +14,10 @@ from corpus_tools.corpus.trajectory_arrays import as_lists
 def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
     """The command, annotation or context with an id, and what belongs to it.
 
-    A command brings its annotations and what was done, an annotation its command and its
-    context. An outcome can be asked for too; it brings its context.
-
-    Returns
-    -------
-    mapping
-        ``commands``, ``annotations``, ``contexts`` and ``outcomes``, each a list of records. And
-        ``trajectories``, to which the records' numbers point: lists of ``t`` in s, ``xyz`` in m
-        and ``yaw`` in rad.
+    A command brings its annotations and what was done, an annotation its command and its context.
+    An outcome can be asked for too; it brings its context. ``commands``, ``annotations``,
+    ``contexts`` and ``outcomes`` are lists of records; their numbers point to ``trajectories``:
+    lists of ``t`` in s, ``xyz`` in m and ``yaw`` in rad.
     """
     annotations = tuple(a for a in corpus.annotations if name in (a.id, a.command.id))
     commands = {a.command.id: a.command for a in annotations}

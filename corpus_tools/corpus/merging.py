@@ -12,13 +12,7 @@ from g3.errors import CorpusError
 
 
 def merged(name: str, corpora: Sequence[Corpus]) -> Corpus:
-    """Put all that corpora hold into one, in their order.
-
-    Raises
-    ------
-    CorpusError
-        If an id occurs in two of them.
-    """
+    """Put all that corpora hold into one, in their order; CorpusError if two have the same id."""
     for what, ids in {
         "context": chain.from_iterable(c.contexts for c in corpora),
         "command": chain.from_iterable(c.commands for c in corpora),

@@ -14,15 +14,8 @@ from g3.storage.atomic_file import write_bytes
 def seal(folder: Path) -> tuple[Manifest, Manifest]:
     """Write the hash, counts and digests of what a corpus holds now into its corpus.json.
 
-    Returns
-    -------
-    tuple
-        The manifest as it was, and as it is now.
-
-    Raises
-    ------
-    FormatError
-        If anything else is wrong with the corpus; nothing is written then.
+    Returns the manifest as it was, and as it is now. If anything else is wrong with the corpus,
+    that is a FormatError, and nothing is written.
     """
     before = read_manifest(folder)
     _, tables = read_content(folder, before, refuse)

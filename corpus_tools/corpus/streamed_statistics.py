@@ -36,10 +36,7 @@ from g3.annotation import Command
 def statistics_of_files(folder: Path) -> Statistics:
     """Count what is in a corpus, as :func:`~corpus_tools.corpus.corpus_statistics.statistics` does.
 
-    Raises
-    ------
-    FormatError
-        If something is wrong with the corpus.
+    Raises FormatError if something is wrong with the corpus.
     """
     manifest = read_manifest(folder)
     if not manifest.counts.outcomes:

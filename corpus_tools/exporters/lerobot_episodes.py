@@ -74,16 +74,9 @@ class _Recorded:
 def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path]:
     """The dataset's files. Videos are taken as they are.
 
-    Parameters
-    ----------
-    videos
-        What ``ct render-videos --corpus`` has made: contexts without a video are left out. None
-        for a dataset without videos.
-
-    Raises
-    ------
-    FormatError
-        If nothing moves in the corpus, a video is missing, or pyarrow isn't installed.
+    `videos` is what ``ct render-videos --corpus`` has made: contexts without a video are left out.
+    It is None for a dataset without videos. Raises FormatError if nothing moves in the corpus, a
+    video is missing, or pyarrow isn't installed.
     """
     films = {} if videos is None else _films(videos)
     recorded = _recorded(corpus, films, videos)

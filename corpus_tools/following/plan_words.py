@@ -46,10 +46,7 @@ def sentence(plan: Plan) -> str:
 def as_record(result: Result, asked: str = "") -> dict[str, object]:
     """What came of a command, for programs.
 
-    Parameters
-    ----------
-    asked
-        The question that has to be answered before anything is done; empty if there is none.
+    `asked` is the question that has to be answered before anything is done; empty if there is none.
     """
     return {
         "sdcs": to_json(result.sdcs),

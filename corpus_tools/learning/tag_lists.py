@@ -25,24 +25,13 @@ LINES_PER_REPORT = 10_000
 def build_table(
     source: Path, out: Path, *, limit: int, on_progress: OnProgress = no_progress
 ) -> TagTable:
-    """Count a list of tags and write the table.
+    """Count a list of tags and write the table, an .npz file.
 
-    The list is read twice, a line at a time: once for its most frequent tags, once for
-    the pairs of these. Memory grows with ``limit``, not with the list.
-
-    Parameters
-    ----------
-    source
-        A text file with the tags of an image on each line, separated by commas, by tabs
-        or by spaces; it may be compressed (.gz, .bz2). What follows a # at the start of a
-        line is a comment.
-    out
-        The table, an .npz file.
-
-    Raises
-    ------
-    FormatError
-        If the list can't be read or has no tags.
+    `source` is a text file with the tags of an image on each line, separated by commas, by tabs or
+    by spaces; it may be compressed (.gz, .bz2). What follows a # at the start of a line is a
+    comment. It is read twice, a line at a time: once for its most frequent tags, once for the pairs
+    of these. Memory grows with ``limit``, not with the list. FormatError if it can't be read or has
+    no tags.
     """
     tags = frequent_tags(_images(source, "finding tags", on_progress), limit)
     if not tags:

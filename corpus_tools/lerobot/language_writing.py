@@ -71,19 +71,9 @@ def write_language(
 ) -> None:
     """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
 
-    Parameters
-    ----------
-    target
-        The copy's folder; its parent must be there.
-    language
-        By the numbers of episodes. The others keep what they have.
-    attachments
-        Further files by name.
-
-    Raises
-    ------
-    FormatError
-        If the copy would lie in the dataset, or a file can't be read or written.
+    The parent of the copy's folder `target` must be there. `language` is by the numbers of
+    episodes; the others keep what they have. `attachments` are further files by name. FormatError
+    if the copy would lie in the dataset, or a file can't be read or written.
     """
     source = dataset.folder.resolve()
     if source == target.resolve() or source in target.resolve().parents:

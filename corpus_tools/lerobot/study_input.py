@@ -42,21 +42,11 @@ def episode_name(index: int) -> str:
 def study_input(
     dataset: Dataset, folder: Path, *, camera: str | None = None, first: int | None = None
 ) -> StudyInput:
-    """The tables for a study of a dataset.
+    """The tables for a study of a dataset, with paths that begin in `folder`, where they will be.
 
-    Parameters
-    ----------
-    folder
-        Where they will be: paths in them begin there.
-    camera
-        Which video to show; the first camera's if it isn't given.
-    first
-        How many episodes to take; all if it isn't given.
-
-    Raises
-    ------
-    FormatError
-        If the dataset has no such camera, a video is missing, or metadata can't be read.
+    `camera` is the video to show, by default the first camera's; `first` how many episodes to take,
+    by default all. FormatError if the dataset has no such camera, a video is missing, or metadata
+    can't be read.
     """
     shown = _camera(dataset, camera)
     episodes = list(_taken(dataset.episodes(), first))

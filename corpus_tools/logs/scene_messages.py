@@ -68,13 +68,7 @@ def frames(context: Context) -> tuple[str, str]:
 
 
 def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEntity, ...]:
-    """Everything to draw.
-
-    Parameters
-    ----------
-    carries
-        Id of the object on the forks, whose outline is lit up.
-    """
+    """Everything to draw; the outline of what is on the forks, whose id is `carries`, is lit up."""
     site, forks = frames(context)
     return (
         *(_place(place, i, site, timestamp) for i, place in enumerate(context.places)),

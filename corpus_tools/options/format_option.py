@@ -37,12 +37,7 @@ def format_option(
 ) -> Callable[[Command], Command]:
     """Add ``--format`` and ``--json``; the command gets the format as ``form``.
 
-    Parameters
-    ----------
-    others
-        Formats besides ``text`` and ``json``.
-    about
-        What each format is.
+    `others` are formats besides ``text`` and ``json``; `about` says what each format is.
     """
     long = click.option(
         "--format",
@@ -89,10 +84,7 @@ def out_folder(about: str, metavar: str | None = None) -> Callable[[Command], Co
 def tell(form: str, record: object, *lines: str) -> None:
     """Print a record as JSON if that is wanted, else the lines for people.
 
-    Parameters
-    ----------
-    record
-        Built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
+    It is built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
     """
     if form != "json":
         say(*lines)

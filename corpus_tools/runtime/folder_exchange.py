@@ -17,15 +17,8 @@ _CANNOT = frozenset({errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM})
 def exchange(one: Path, other: Path) -> bool:
     """Exchange the names of two files or folders: at no moment is either name empty.
 
-    Returns
-    -------
-    bool
-        False if the system or the file system can't, and nothing has happened.
-
-    Raises
-    ------
-    OSError
-        If one of them isn't there, or may not be renamed.
+    False if the system or the file system can't, and nothing has happened. OSError if one of them
+    isn't there, or may not be renamed.
     """
     rename = _renameat2()
     if rename is None:

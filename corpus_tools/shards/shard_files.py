@@ -152,17 +152,9 @@ def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
 
 
 def read_shard(path: Path, digest: str = "") -> Shard:
-    """Read a shard.
+    """Read a shard, which must have the digest that is given, if that is known.
 
-    Parameters
-    ----------
-    digest
-        The one that it must have, if that is known.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there, isn't one, is damaged or is another one.
+    FormatError if it isn't there, isn't one, is damaged or is another one.
     """
     shard, _, found = _read(path)
     if digest and found != digest:
@@ -213,10 +205,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
 def read_manifest(folder: Path) -> Manifest:
     """Read what a folder of shards holds.
 
-    Raises
-    ------
-    FormatError
-        If it isn't one, or was made by another version of the program.
+    FormatError if it isn't one, or was made by another version of the program.
     """
     path = folder / MANIFEST
     try:

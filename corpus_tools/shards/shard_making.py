@@ -71,26 +71,11 @@ def write_shards(
 ) -> tuple[Manifest, list[str]]:
     """Write the features of corpora into a folder; each worker holds one corpus at a time.
 
-    Parameters
-    ----------
-    corpora
-        Names or folders.
-    out
-        A new folder, an empty one, or one that was left unfinished: its shards are kept if they
-        are what would be made.
-    size
-        How many examples a shard has at most.
-
-    Returns
-    -------
-    tuple
-        What the folder holds, and why corpora were left out, a line each.
-
-    Raises
-    ------
-    CorpusError
-        If nothing could be read, the folder has other things in it, or another program is
-        writing to it.
+    `corpora` are names or folders. `out` is a new folder, an empty one, or one that was left
+    unfinished: its shards are kept if they are what would be made. A shard has at most `size`
+    examples. Returns what the folder holds, and why corpora were left out, a line each. CorpusError
+    if nothing could be read, the folder has other things in it, or another program is writing to
+    it.
     """
     import_pyarrow()
     out.mkdir(parents=True, exist_ok=True)
@@ -144,18 +129,10 @@ def manifest_of(
     shards: Iterable[ShardRecord],
     options: Options,
 ) -> Manifest:
-    """What a folder holds.
+    """What a folder of these shards holds.
 
-    Parameters
-    ----------
-    hashes
-        Hashes of the corpora by their names.
-    sources
-        How many examples there are of each source.
-    scenarios
-        Those of all examples.
-    shards
-        The files.
+    `hashes` are those of the corpora by their names; `sources` counts the examples of each source;
+    `scenarios` are those of all examples.
     """
     return Manifest(
         format_version=FORMAT_VERSION,

@@ -54,28 +54,13 @@ def write_dataset(
     workers: Workers | None = None,
     on_progress: OnProgress = no_progress,
 ) -> list[CorpusError]:
-    """Simulate workers, and write their commands with scenarios and logs.
+    """Simulate workers, and write their commands with scenarios and logs; why some were left out.
 
-    What is there already is kept, so that an interrupted run goes on where it stopped.
-
-    Parameters
-    ----------
-    out
-        Folder of the dataset; it is made if it isn't there.
-    basis
-        The dataset whose layouts and words are taken.
-    workers
-        Who executes the scenarios; whoever it is writes the same files.
-
-    Returns
-    -------
-    list of CorpusError
-        Why scenarios were left out: the robot couldn't do what they say.
-
-    Raises
-    ------
-    FormatError
-        If the folder holds something else, or the layouts have no room.
+    The folder `out` of the dataset is made if it isn't there. What is there already is kept, so
+    that an interrupted run goes on where it stopped. Layouts and words are those of the dataset
+    `basis`. Whoever `workers` are that execute the scenarios, the files are the same. A scenario is
+    left out if the robot can't do what it says. FormatError if the folder holds something else, or
+    the layouts have no room.
     """
     if plan.commands > plan.workers:
         raise FormatError(

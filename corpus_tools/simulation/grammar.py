@@ -47,13 +47,7 @@ class Told:
 
 
 def tell(scene: Scene, worker: Worker, rng: np.random.Generator) -> Told:
-    """What a worker types for what happens in a scene.
-
-    Raises
-    ------
-    CorpusError
-        If the script has an action that the grammar doesn't know.
-    """
+    """What a worker types for what happens in a scene; CorpusError for an action without words."""
 
     def spell(word: str) -> str:
         return misspell(word, rng) if rng.random() < worker.misspelling else word

@@ -74,10 +74,7 @@ def refer(
 ) -> SDC:
     """Type a phrase for a thing, and return its OBJECT clause.
 
-    Parameters
-    ----------
-    vague
-        Whether the worker doesn't care if the phrase fits other things too.
+    A `vague` worker doesn't care if the phrase fits other things too.
     """
     nouns = NOUNS[thing.kind]
     noun = nouns[int(rng.integers(len(nouns)))]

@@ -49,15 +49,8 @@ def rate(
 ) -> tuple[Judgment, ...]:
     """Rate each command with its own video and with one of another scenario.
 
-    Parameters
-    ----------
-    judgments
-        For each pair, by different raters.
-
-    Raises
-    ------
-    FormatError
-        If there are too few raters or scenarios.
+    Each pair gets so many judgments, by different raters. FormatError if there are too few raters
+    or scenarios.
     """
     model = model or RaterModel()
     commands = list(corpus.commands.values())

@@ -44,14 +44,9 @@ class Frames:
 def open_frames(
     world: World, recording: Recording, camera: str, size: tuple[int, int], quality: Quality
 ) -> Iterator[Frames]:
-    """Prepare to draw a recording's frames.
+    """Prepare to draw the frames of a recording that is sampled at the video's frames.
 
-    Parameters
-    ----------
-    recording
-        Sampled at the video's frames.
-    camera
-        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
+    `camera` is one of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
     """
     cameras = CAMERAS[camera](recording, size)
     shaded = quality == "standard" and sun_of(world.model) is not None

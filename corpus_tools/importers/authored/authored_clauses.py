@@ -39,12 +39,8 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
 
     An EVENT is grounded in the robot with its log, and a PATH in the robot's path (section 4.1 of
     the paper). The author may say that it has no grounding. An OBJECT with a figure is grounded in
-    what its figure is, unless the author says otherwise.
-
-    Raises
-    ------
-    FormatError
-        If something is not right; ``where`` is the field.
+    what its figure is, unless the author says otherwise. What is not right is a FormatError whose
+    ``where`` is the field.
     """
     try:
         sdcs = parse_brackets(utterance.sdcs, command=utterance.text)

@@ -51,19 +51,10 @@ def import_authored(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read an authored corpus.
+    """Read an authored corpus: a folder with dataset.yaml, scenarios, layouts and logs.
 
-    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
-
-    Parameters
-    ----------
-    path
-        A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
-
-    Raises
-    ------
-    FormatError
-        If the corpus isn't there, or something in it can't be read.
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`; datasets/warehouse is such
+    a folder. FormatError if the corpus isn't there, or something in it can't be read.
     """
     journal = Journal(keep_going)
     dataset = read_dataset(path, journal)

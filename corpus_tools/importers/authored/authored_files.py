@@ -56,13 +56,7 @@ class Dataset:
 
 
 def read_dataset(folder: Path, journal: Journal) -> Dataset:
-    """Read dataset.yaml.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there or can't be read.
-    """
+    """Read dataset.yaml; FormatError if it isn't there or can't be read."""
     path = folder / DATASET
     if not path.is_file():
         raise FormatError(
@@ -83,13 +77,7 @@ def note_file(name: str, content: bytes, records: int, journal: Journal) -> None
 
 
 def commands_of(document: Document) -> list[Any]:
-    """The commands of a scenario's file, as they stand there.
-
-    Raises
-    ------
-    FormatError
-        If they are no list.
-    """
+    """The commands of a scenario's file, as they stand there; FormatError if they are no list."""
     if not isinstance(document.value, dict) or "commands" not in document.value:
         return []
     return _part(document, ("commands",), list[Any])
@@ -98,10 +86,7 @@ def commands_of(document: Document) -> list[Any]:
 def read_utterance(document: Document, number: int) -> Utterance:
     """The command with an index in a scenario's file.
 
-    Raises
-    ------
-    FormatError
-        If it has another form; ``where`` is the field in it.
+    One of another form is a FormatError whose ``where`` is the field in it.
     """
     field = ("commands", number)
     found = convert(document.value["commands"][number], Utterance, field, MANUAL)

@@ -30,14 +30,9 @@ def random_groundings(
 ) -> tuple[Groundings, ...]:
     """As many random groundings for each clause as it has right ones.
 
-    As in section 4.1 of the paper, they come from all scenarios. An EVENT or a PATH gets
-    the log of another scenario than the command's; it stays without a grounding if there
-    is none. The groundings of a plural come from one scenario.
-
-    Parameters
-    ----------
-    world
-        Where the command was given.
+    As in section 4.1 of the paper, they come from all scenarios. An EVENT or a PATH gets the log of
+    another scenario than `world`, where the command was given; it stays without a grounding if
+    there is none. The groundings of a plural come from one scenario.
     """
     others = [w for w in worlds if w is not world]
     drawn: list[Groundings] = []

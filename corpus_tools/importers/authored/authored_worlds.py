@@ -36,18 +36,11 @@ class World:
 
 
 def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journal) -> World:
-    """Read a scenario's log.
+    """Read a scenario's log, which starts at `start_s` on the corpus's clock.
 
-    Parameters
-    ----------
-    start_s
-        When the log starts on the corpus's clock. Logs of different scenarios must not
-        overlap in time: whether two things moved together is seen from their clocks.
-
-    Raises
-    ------
-    FormatError
-        If there is no log, or it shows what the scenario said before it was changed.
+    Logs of different scenarios must not overlap in time: whether two things moved together is seen
+    from their clocks. FormatError if there is no log, or it shows what the scenario said before it
+    was changed.
     """
     log = scenario_log(scenario, folder)
     path = log_file(scenario, folder)

@@ -18,10 +18,7 @@ GOAL_TOLERANCE_M = 0.5
 def check_log(world: World) -> None:
     """Check that the log shows what the script says.
 
-    Raises
-    ------
-    FormatError
-        If the robot, or what it moves, doesn't move or doesn't end in the place it should.
+    FormatError if the robot, or what it moves, doesn't move or doesn't end in the place it should.
     """
     where = f"{SCENARIOS}/{world.scenario.id}.yaml: script"
     for thing in filter(None, (world.context.agent, world.moved)):
@@ -39,13 +36,8 @@ def check_log(world: World) -> None:
 def check_clauses(clauses: Clauses, world: World) -> None:
     """Check that a command's groundings fit the log.
 
-    A command that names loads names the one that moves. A PLACE of an EVENT is where
-    what moves ends, or the robot.
-
-    Raises
-    ------
-    FormatError
-        If they don't; ``where`` is the field.
+    A command that names loads names the one that moves. A PLACE of an EVENT is where what moves
+    ends, or the robot. If they don't, the FormatError's ``where`` is the field.
     """
     nodes = list(breadth_first(clauses.sdcs))
     named = [

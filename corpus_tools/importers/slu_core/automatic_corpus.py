@@ -62,20 +62,11 @@ def import_automatic(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the random tasks.
+    """Read the random tasks, with robots that face as `heading` says, which isn't recorded.
 
     A context, a scenario and the folder have the same name, such as
     ``forklift.automatic.v1/2011-07-18-21-04-08_1_manip_0_dest``; a command adds its number.
-
-    Parameters
-    ----------
-    heading
-        Which way the robot faces, which isn't recorded.
-
-    Raises
-    ------
-    FormatError
-        If a file is no YAML or no XML.
+    FormatError if a file is no YAML or no XML.
     """
     journal = Journal(keep_going)
     contexts: list[Context] = []

@@ -67,14 +67,8 @@ def outcomes_of_log(
 ) -> tuple[TaskOutcome, ...]:
     """What was done, a record for each task; one of which nothing is known if the log has none.
 
-    Parameters
-    ----------
-    context
-        The world, named as the scenario.
-    video
-        The only video of the scenario's that shows it; empty if it is every one.
-    remark
-        Told of all that isn't understood.
+    The scenario is named as `context`, its world. `video` is its only video that shows it; empty if
+    it is every one. `remark` is told of all that isn't understood.
     """
     for line in log.strange:
         remark("a line of the log isn't understood", line)

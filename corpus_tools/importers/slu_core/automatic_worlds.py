@@ -92,17 +92,9 @@ class Things:
 
 
 def read_things(text: str, remark: Remark) -> Things:
-    """Read the content of ``objects.xml``.
+    """Read the content of ``objects.xml``; FormatError if it isn't XML.
 
-    Parameters
-    ----------
-    remark
-        Told of all that is unusual: unknown numbers, things without a position, and so on.
-
-    Raises
-    ------
-    FormatError
-        If it isn't XML.
+    `remark` is told of all that is unusual: unknown numbers, things without a position, and so on.
     """
     objects: dict[str, PhysicalObject] = {}
     assumed: list[tuple[str, Aspect]] = []
@@ -133,12 +125,7 @@ def place_robot(
 ) -> Context:
     """Put the robot into a world. Its heading is 0 and marked as assumed.
 
-    Parameters
-    ----------
-    name
-        The context's id.
-    start
-        Where the log puts it, in m; None if it doesn't say.
+    `name` is the context's id, `start` where the log puts the robot, in m; None if it doesn't say.
     """
     assumed: list[tuple[str, Aspect]] = [*things.assumed, (ROBOT, "heading")]
     if start is None:

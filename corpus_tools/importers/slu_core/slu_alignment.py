@@ -15,17 +15,9 @@ Groundings = tuple[tuple[Grounding, ...], ...]
 def read_groundings(
     record: Any, sdcs: Sequence[SDC], read: Callable[[Any, str], Grounding]
 ) -> Groundings:
-    """Read a record's groundings.
+    """Read a record's groundings; FormatError if they don't follow the clauses.
 
-    Parameters
-    ----------
-    read
-        Reads one of them; the second argument says where it stands.
-
-    Raises
-    ------
-    FormatError
-        If they don't follow the clauses.
+    `read` reads one of them; its second argument says where it stands.
     """
     lists = _aligned(record, "objectGroundings", sum(1 for _ in breadth_first(sdcs)))
     for i, values in enumerate(lists):
@@ -44,10 +36,7 @@ def read_labels(
 ) -> tuple[bool | None, ...]:
     """Read a record's labels; where nothing is said, `unsaid` if the clause is grounded at all.
 
-    Raises
-    ------
-    FormatError
-        If they don't follow the clauses.
+    Raises FormatError if they don't follow the clauses.
     """
     labels = _aligned(record, "groundingIsCorrect", len(groundings))
     for i, label in enumerate(labels):

@@ -53,19 +53,10 @@ def import_slu_core(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the AAAI-11 corpus.
+    """Read the AAAI-11 corpus from a clone of h2r/slu_core, or its data folder.
 
-    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
-
-    Parameters
-    ----------
-    path
-        A clone of h2r/slu_core, or its data folder.
-
-    Raises
-    ------
-    FormatError
-        If the corpus isn't there, or something in it can't be read.
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`. FormatError if the corpus
+    isn't there, or something in it can't be read.
     """
     layout = find_layout(path)
     journal = Journal(keep_going)

@@ -24,17 +24,9 @@ FIELDS = ("f", "r", "l", "l2")
 
 
 def read_trees(value: Any, text: str) -> tuple[SDC, ...]:
-    """The clauses of a command, normalised.
+    """The clauses of a command, normalised, from a list of SDCs as parsed.
 
-    Parameters
-    ----------
-    value
-        A list of SDCs as parsed.
-
-    Raises
-    ------
-    FormatError
-        If it isn't a list of SDCs, or their words are not in the text.
+    FormatError if it isn't a list of SDCs, or their words are not in the text.
     """
     if not isinstance(value, list):
         raise _bad("the clauses are not a list", "command[1]", "write a list of SDCs")

@@ -58,16 +58,11 @@ def import_relations(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the examples.
+    """Read the examples; FormatError if something can't be read.
 
     A scenario is a landmark's name, such as ``spatial-relations/desk``, so that divisions by
-    scenarios test on landmarks that were not trained on. A phrase that fits its path is a
-    positive annotation, another one a random negative.
-
-    Raises
-    ------
-    FormatError
-        If something can't be read.
+    scenarios test on landmarks that were not trained on. A phrase that fits its path is a positive
+    annotation, another one a random negative.
     """
     journal = Journal(keep_going)
     shelf = _Shelf()

@@ -24,14 +24,8 @@ def moving_parts(
 ) -> list[tuple[Rectangle, FloatArray]]:
     """Parts of the frame where something moves, and corners around what it is.
 
-    Parameters
-    ----------
-    canvas
-        Something was drawn on it already.
-    geoms
-        Of all that moves.
-    light
-        Where the sunlight goes, shape (3,).
+    Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
+    the sunlight goes, shape (3,).
     """
     found: list[tuple[Rectangle, FloatArray]] = []
     of = canvas.object_of_geom[geoms]

@@ -19,14 +19,8 @@ DOWN = np.array([0.0, 0.0, -1.0])
 class Pasted:
     """Frames of a recording, seen by a fixed camera.
 
-    Parameters
-    ----------
-    canvas
-        With the recording's world and its moving objects.
-    recording
-        Sampled at the video's frames.
-    size
-        Width and height of a frame.
+    The canvas has the recording's world and its moving objects, and the recording is sampled at the
+    video's frames. `size` is the width and height of a frame.
     """
 
     def __init__(

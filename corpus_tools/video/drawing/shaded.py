@@ -38,16 +38,8 @@ TURNED, RAISED_M = 0.0015, 0.004
 class Shaded:
     """Frames of a recording, each with its own camera.
 
-    Parameters
-    ----------
-    canvas
-        With the recording's world and its moving objects, and a sun.
-    recording
-        Sampled at the video's frames.
-    cameras
-        One for each frame.
-    size
-        Width and height of a frame.
+    The canvas has the recording's world and its moving objects, and a sun; the recording is sampled
+    at the video's frames. `size` is the width and height of a frame.
     """
 
     def __init__(
@@ -161,17 +153,9 @@ def _share_of_sun(
 ) -> Image:
     """Which part of a pixel's light is the sun's, of 255, in a part of the picture, (h, w, 3).
 
-    Where a surface is flat, one over the distance ahead is linear in the picture's
-    coordinates: its slopes are the surface's normal. Rows run from the bottom up.
-
-    Parameters
-    ----------
-    light
-        Where the sunlight goes, shape (3,).
-    share
-        As :func:`_sunshine` gives it.
-    part
-        Rows and columns.
+    Where a surface is flat, one over the distance ahead is linear in the picture's coordinates: its
+    slopes are the surface's normal. Rows run from the bottom up. `light` is where the sunlight
+    goes, shape (3,), `share` as :func:`_sunshine` gives it, `part` rows and columns.
     """
     height, width = nearness.shape
     focal = np.float32(height / 2 / np.tan(camera.fovy / 2))

@@ -53,21 +53,10 @@ def sunlight(direction: FloatArray) -> FloatArray:
 
 
 class Shadows:
-    """What casts shadows in a canvas's world; at the start as the canvas's data are.
+    """What casts shadows in a canvas's world with a sun; at the start as the canvas's data are.
 
-    Parameters
-    ----------
-    canvas
-        With a sun.
-    wanted
-        Edge of the maps' texels in metres; longer where the world is large.
-
-    Attributes
-    ----------
-    axes
-        As :func:`sunlight` gives them.
-    still
-        The map of what never moves; None if nothing does.
+    `wanted` is the edge of the maps' texels in metres; longer where the world is large. `axes` are
+    as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does.
     """
 
     def __init__(self, canvas: Canvas, wanted: float) -> None:
@@ -125,14 +114,8 @@ def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
 def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image:
     """How much sun comes to places, from 0, none, to 255, all of it; shape (h, w).
 
-    Parameters
-    ----------
-    place
-        u, v and d of each pixel, shape (3, h, w).
-    bias
-        How far behind another thing a place must be to be in its shadow.
-    soft
-        Width of shadows' edges in pixels.
+    `place` has u, v and d of each pixel, shape (3, h, w). `bias` is how far behind another thing a
+    place must be to be in its shadow, `soft` the width of shadows' edges in pixels.
     """
     u, v, d = place
     scale = np.float32(1 / map_.texel)

@@ -22,15 +22,10 @@ BORDER = cv2.BORDER_REPLICATE
 
 
 def smoothed(picture: Image) -> Image:
-    """A picture whose pixels at edges have the mean colour along their edge.
+    """A picture (h, w, 3) whose pixels at edges have the mean colour along their edge.
 
-    An edge that is nearly level or upright has long stairs, and is averaged farther. Where
-    that leads past the edge's end only the nearer half counts.
-
-    Parameters
-    ----------
-    picture
-        Shape (h, w, 3).
+    An edge that is nearly level or upright has long stairs, and is averaged farther. Where that
+    leads past the edge's end only the nearer half counts.
     """
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     block = np.ones((3, 3), np.uint8)

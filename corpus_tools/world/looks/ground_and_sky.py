@@ -27,10 +27,7 @@ def add_surroundings(
 ) -> None:
     """Add what surrounds the objects: nothing of it collides or casts shadows on them.
 
-    Parameters
-    ----------
-    site
-        One of :data:`~corpus_tools.world.looks.site_looks.SITES`.
+    `site` is one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """
     yard, around = yard_of(context), SITES[site]
     _add_light(spec, yard, ground_m, around)

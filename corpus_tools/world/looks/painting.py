@@ -17,13 +17,7 @@ _DARKEST = 0.45
 
 
 def paint(spec: mujoco.MjSpec, body: mujoco.MjsBody, colour: Colour) -> None:
-    """Paint all that is seen of a body.
-
-    Parameters
-    ----------
-    body
-        With its look; what collides isn't painted.
-    """
+    """Paint all that is seen of a body, which has its look; what collides isn't painted."""
     for geom in body.geoms:
         if geom.group == VISUAL_GROUP and geom.material:
             geom.material = _painted(spec, geom.material, colour)

@@ -110,14 +110,10 @@ def _braces(low: FloatArray, high: FloatArray) -> Part:
 def cartons(
     low: FloatArray, high: FloatArray, rng: np.random.Generator, *, missing: int = 0
 ) -> list[Part]:
-    """Cartons that fill a box, layer by layer.
+    """Cartons that fill a box between opposite corners, shape (3,), layer by layer.
 
-    Parameters
-    ----------
-    low, high
-        Opposite corners of the box, shape (3,).
-    missing
-        How many of the highest layer are missing, where it has several and lies on another.
+    `missing` says how many of the highest layer are missing, where it has several and lies on
+    another.
     """
     size = high - low
     layers = max(1, min(4, round(float(size[2]) / 0.4)))

@@ -13,14 +13,9 @@ _SEGMENTS = 16
 
 
 def tyre(bottom: Point, radius: float, width: float, *, open_top: bool) -> Part:
-    """A tyre that lies on its side.
+    """A tyre that lies on its side, with the middle of its lower side at `bottom`.
 
-    Parameters
-    ----------
-    bottom
-        Middle of its lower side.
-    open_top
-        Whether its hole is seen; otherwise something lies on it.
+    `open_top` says whether its hole is seen; otherwise something lies on it.
     """
     profile = [(0.74, 0.0), (0.9, 0.05), (1.0, 0.2), (1.0, 0.8), (0.9, 0.95), (0.74, 1.0)]
     finish = patch("tyre", t=(0.14, 0.86))
@@ -39,14 +34,9 @@ def tyre(bottom: Point, radius: float, width: float, *, open_top: bool) -> Part:
 
 
 def wheel(hub: Point, radius: float, width: float, side: int) -> Part:
-    """A wheel that turns about y.
+    """A wheel that turns about y, with its middle at `hub`.
 
-    Parameters
-    ----------
-    hub
-        Middle of the wheel.
-    side
-        1 if its outside is on the left, -1 if it is on the right.
+    `side` is 1 if its outside is on the left, -1 if it is on the right.
     """
     x, y, z = hub
     half = width / 2

@@ -56,17 +56,10 @@ def build_spec(
 
     Objects' bodies are called by :func:`body_name` and have their poses as frames. What the forks
     can lift has a free joint. The robot has joints to drive in the plane. Everything else is a
-    mocap body, which collides and moves only where it is put.
-
-    Parameters
-    ----------
-    looks
-        Whether to add what is only there to be seen.
-    site
-        What it looks like around the objects: one of
-        :data:`~corpus_tools.world.looks.site_looks.SITES`.
-    names
-        Whether the names of places are painted on the ground.
+    mocap body, which collides and moves only where it is put. `looks` adds what is only there to be
+    seen, `site` what it looks like around the objects (one of
+    :data:`~corpus_tools.world.looks.site_looks.SITES`), `names` the names of places, painted on the
+    ground.
     """
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP_S

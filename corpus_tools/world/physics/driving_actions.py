@@ -138,21 +138,10 @@ def wait(sim: Simulation, duration_s: float) -> None:
 
 
 def go(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> int:
-    """Drive to the pose that is reached most cheaply.
+    """Drive to the pose of `goals`, shape (g, 3), that is reached most cheaply; which one it is.
 
-    Parameters
-    ----------
-    goals
-        Poses, shape (g, 3).
-    where
-        Where that is, for errors: a preposition and a name.
-    penalty
-        What choosing each costs, in metres of way, shape (g,).
-
-    Returns
-    -------
-    int
-        Which of the poses it is.
+    `where` that is, for errors, is a preposition and a name. `penalty` is what choosing each costs,
+    in metres of way, shape (g,).
     """
     try:
         way, chosen = plan(sim.pose, goals, robot_outline(sim, sim.load), boxes_of(sim), penalty)

@@ -58,13 +58,7 @@ class Support:
 
 
 def support_at(sim: Simulation, place: Place) -> Support:
-    """What a load put down in the middle of a place stands on.
-
-    Raises
-    ------
-    ActionError
-        If the place is up in the air.
-    """
+    """What a load put down in a place's middle stands on; ActionError if that is in the air."""
     low = place.prism.z_min - sim.ground_m
     found = Support(0.0, axis_of(place))
     for item in sim.start.objects:
@@ -109,12 +103,8 @@ def carrier_under(sim: Simulation, thing: str) -> str | None:
 def spots(place: Place, footprint: FloatArray, reach_m: float = 3.0) -> Iterator[FloatArray]:
     """Offsets (2,) from a place's middle at which a footprint is in the place, nearest first.
 
-    The middle comes first whether it is or not, then what is a nudge away.
-
-    Parameters
-    ----------
-    footprint
-        Corners relative to what stands in the middle, shape (k, 2).
+    The middle comes first whether it is or not, then what is a nudge away. `footprint` has the
+    corners relative to what stands in the middle, shape (k, 2).
     """
     corners = convex_hull(place.prism.xy) - centre(place.prism)
     edges = np.roll(corners, -1, axis=0) - corners

@@ -90,12 +90,8 @@ def fits_straight(
 ) -> bool:
     """Whether the robot can go straight to a pose from some metres behind it.
 
-    Parameters
-    ----------
-    carried
-        Outline of the forks and what is on them.
-    band
-        Between which heights these are.
+    `carried` is the outline of the forks and what is on them, `band` between which heights these
+    are.
     """
     steps = np.linspace(0, back_m, max(int(np.ceil(back_m / 0.1)), 1) + 1)
     poses = np.array([behind(final, step) for step in steps])

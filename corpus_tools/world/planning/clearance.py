@@ -114,10 +114,7 @@ class Field:
 def field_of(boxes: Boxes, around: FloatArray, border_m: float) -> Field:
     """Distances to boxes wherever the robot might want to drive.
 
-    Parameters
-    ----------
-    around
-        Points (m, 2) that lie inside, at least a border away from the edge.
+    Points `around`, shape (m, 2), lie inside, at least a border away from the edge.
     """
     points = np.concatenate((boxes.corners().reshape(-1, 2), around))
     origin = points.min(axis=0) - border_m

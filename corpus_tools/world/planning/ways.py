@@ -120,31 +120,12 @@ def plan(
     boxes: Boxes,
     penalty: FloatArray | None = None,
 ) -> tuple[Way, int]:
-    """The cheapest way from a pose to one of several.
+    """The cheapest way from a pose (3,) to one of several, `goals` of shape (g, 3), and which one.
 
-    Parameters
-    ----------
-    start
-        Pose, shape (3,).
-    goals
-        Poses, shape (g, 3).
-    outline
-        Of the vehicle and its load in its own frame, as
-        :func:`~corpus_tools.world.planning.clearance.outline` gives it.
-    penalty
-        What choosing each goal costs on top in metres, shape (g,).
-
-    Returns
-    -------
-    way
-        Motions from the start.
-    goal
-        Index of the goal that it leads to.
-
-    Raises
-    ------
-    NoWayError
-        If there is no room at the start or the goals, or nothing leads there.
+    `outline` is that of the vehicle and its load in its own frame, as
+    :func:`~corpus_tools.world.planning.clearance.outline` gives it. `penalty` is what choosing each
+    goal costs on top in metres, shape (g,). Returns motions from the start, and the index of the
+    goal. NoWayError if there is no room at the start or the goals, or nothing leads there.
     """
     field = field_of(boxes, np.vstack((start[:2], goals[:, :2])), BORDER_M)
     around = field.at(placed(outline, np.vstack((start, goals)))).min(axis=-1)

@@ -79,10 +79,7 @@ def forks_box(robot: Robot) -> Box:
 def thing_box(thing: Thing, objects: Mapping[str, Thing], robot: Robot) -> Box:
     """An object at the start; one without a position is on the forks.
 
-    Parameters
-    ----------
-    objects
-        All objects, the one on whose deck it is among them.
+    The one on whose deck it is is among `objects`.
     """
     kind = KINDS[thing.kind]
     if thing.at is not None:

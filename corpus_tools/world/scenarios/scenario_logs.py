@@ -19,11 +19,8 @@ def log_file(scenario: Scenario, dataset: Path) -> Path:
 def scenario_log(scenario: Scenario, dataset: Path) -> Log:
     """Read a scenario's log.
 
-    Raises
-    ------
-    FormatError
-        If there is none, it can't be read, or it shows what the scenario said before it was
-        changed.
+    FormatError if there is none, it can't be read, or it shows what the scenario said before it was
+    changed.
     """
     path = log_file(scenario, dataset)
     fix = f"run: ct scenarios log {scenario.id} --dataset {dataset}"

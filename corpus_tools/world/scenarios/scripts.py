@@ -25,12 +25,7 @@ def script_problems(
 ) -> list[Problem]:
     """What is wrong with a script; it is followed up to the first step that can't be.
 
-    Parameters
-    ----------
-    boxes
-        Everything at the start.
-    regions
-        The places.
+    `boxes` are everything at the start, `regions` the places.
     """
     state = _State(objects, dict(boxes), regions, robot.carries)
     for i, step in enumerate(script):

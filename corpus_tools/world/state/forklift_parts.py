@@ -44,10 +44,7 @@ _SERVOS = (
 def add_forklift(spec: mujoco.MjSpec, name: str, ground_m: float = 0.0) -> mujoco.MjsBody:
     """Add the robot without its looks; its joints' values are its pose.
 
-    Returns
-    -------
-    mujoco.MjsBody
-        The chassis, whose child :data:`FORKS` has the tines.
+    Returns the chassis, whose child :data:`FORKS` has the tines.
     """
     body = spec.worldbody.add_body(name=name, pos=[0, 0, ground_m])
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE

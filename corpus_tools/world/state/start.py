@@ -22,19 +22,10 @@ HEEL_GAP_M = 0.01
 
 
 def starting(context: Context) -> tuple[Context, str | None, float]:
-    """A context as physics can start it.
+    """A context as physics can start it, the load on the forks if there is one, and their height.
 
-    Every object has one pose. Loads stand exactly on what is under them; one that hangs in
-    front of the robot is on its forks.
-
-    Returns
-    -------
-    context
-        With the poses and prisms that things start with.
-    held
-        The load on the forks, if there is one.
-    forks
-        How far the forks are up, metres.
+    Every object has one pose and the prism that it starts with. Loads stand exactly on what is
+    under them; one that hangs in front of the robot is on its forks, which are so many metres up.
     """
     held = loaded(context)
     ground = float(context.agent.trajectory.xyz[0, 2])
@@ -56,14 +47,9 @@ def starting(context: Context) -> tuple[Context, str | None, float]:
 
 
 def ahead_of(pose: FloatArray, shape: Shape, yaw: float) -> float:
-    """How far ahead of the robot's pose the frame of a load on its forks is.
+    """How far ahead of the robot's pose, shape (3,), the frame of a load on its forks is.
 
-    Parameters
-    ----------
-    pose
-        Of the robot, shape (3,).
-    shape, yaw
-        The load's box, and the heading of its frame.
+    `shape` and `yaw` are the load's box, and the heading of its frame.
     """
     corners = np.array([[x, y] for x in (0, 1) for y in (0, 1)]) * shape.size[:2] + shape.low[:2]
     back = rotate(corners, np.array(yaw - pose[2]))[:, 0].min()

@@ -25,14 +25,8 @@ Mask = npt.NDArray[np.bool_]
 def connected(points: FloatArray, boxes: Iterable[Box], bounds: Bounds) -> bool:
     """Whether a robot gets from each point to each other one, with room to turn all the way.
 
-    Parameters
-    ----------
-    points
-        Positions, shape (n, 2), in metres.
-    boxes
-        What is in the way, at any height.
-    bounds
-        What the robot's position stays in.
+    `points` are positions, shape (n, 2), in metres; `boxes` are in the way, at any height; the
+    robot's position stays in `bounds`.
     """
     low, high = (np.array([bounds.x[i], bounds.y[i]]) for i in (0, 1))
     if (points < low).any() or (points > high).any():

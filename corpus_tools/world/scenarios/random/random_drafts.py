@@ -153,14 +153,8 @@ class Draft:
     ) -> None:
         """Keep a lane free through which the robot drives straight into a box.
 
-        Parameters
-        ----------
-        heading
-            Of the robot in the lane, radians.
-        margin_m
-            Around the box, which is kept free too.
-        but
-            What may be in the way: it is where only the forks go.
+        `heading` is the robot's in the lane, in radians; `margin_m` around the box is kept free
+        too. What `but` names may be in the way: it is where only the forks go.
         """
         back = rotate(np.array([-1.0, 0.0]), np.array(heading))
         pose = np.array([*(box.middle + back * RUN_UP_M / 2), heading])
@@ -177,13 +171,7 @@ class Draft:
         return connected(np.array(self.stops), solid, self.layout.bounds)
 
     def place_robot(self, load: str | None) -> None:
-        """Put the robot where it can turn and from where it gets to every stop.
-
-        Parameters
-        ----------
-        load
-            A kind of load that it carries, if any.
-        """
+        """Put the robot, maybe with a kind of load, where it can turn and gets to every stop."""
         for at, yaw in self.somewhere(TURNING_M + EDGE_M):
             robot = Robot(at, yaw)
             around = Box(np.array([*at, 0.0]), (2 * TURNING_M, 2 * TURNING_M), 0.0, 3.0)

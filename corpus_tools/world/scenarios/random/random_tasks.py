@@ -84,17 +84,9 @@ TASKS = (
 
 
 def add_task(draft: Draft, task: Task) -> tuple[str, tuple[ScriptStep, ...]]:
-    """Put into a draft what a task needs, the robot too.
+    """Put into a draft what a task needs, the robot too; its title and its script.
 
-    Returns
-    -------
-    tuple
-        The title and the script.
-
-    Raises
-    ------
-    NoRoomError
-        If there is no room for something.
+    NoRoomError if there is no room for something.
     """
     kind = _one_of(draft, LOADS)
     source = ""
