@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_file, tell
+from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
 
-CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
+CORPUS = click.argument("path", metavar="CORPUS", type=PATH)
 
 
 @click.group()

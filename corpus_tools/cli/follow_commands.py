@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PLAIN, tell
+from corpus_tools.options.format_option import FORMAT, PATH, PLAIN, tell, with_default
 from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 
@@ -65,7 +65,7 @@ class Shown:
 )
 @click.option(
     "--model",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="A model; left out, one trained on the bundled corpus is made once and kept (some "
     "minutes the first time).",
 )
@@ -76,18 +76,11 @@ class Shown:
 )
 @click.option("--interactive", is_flag=True, help="Ask for one command after the other.")
 @click.option("--plan-only", is_flag=True, help="Carry nothing out.")
-@click.option(
-    "--top",
-    type=click.IntRange(1, 20),
-    default=1,
-    show_default=True,
-    help="How many plans to show.",
-)
-@click.option(
+@with_default("--top", type=click.IntRange(1, 20), default=1, help="How many plans to show.")
+@with_default(
     "--parses",
     type=click.IntRange(1, 20),
     default=3,
-    show_default=True,
     help="How many SDC trees of the command to sum over, where the best one is not sure.",
 )
 @click.option(
@@ -103,11 +96,10 @@ class Shown:
     is_flag=True,
     help="Do it without asking, with what there is if something isn't there.",
 )
-@click.option(
+@with_default(
     "--confirm-below",
     type=click.FloatRange(0, 1),
     default=UNSURE,
-    show_default=True,
     metavar="P",
     help="Without a terminal to ask on, do nothing that is less probable than this.",
 )

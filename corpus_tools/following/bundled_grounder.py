@@ -88,19 +88,13 @@ def following_model(
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A plan as a script.
-
-    Parameters
-    ----------
-    places
-        Places by the names that the steps use.
-    clause
-        Which top-level clause each step is for.
-    """
+    """A plan as a script."""
 
     script: Script
     places: dict[str, Place]
+    """Places by the names that the steps use."""
     clause: tuple[int, ...]
+    """Which top-level clause each step is for."""
 
 
 def to_script(start: State, actions: Sequence[Action]) -> Told:

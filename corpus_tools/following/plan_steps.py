@@ -36,18 +36,12 @@ BACKWARDS = frozenset({BACK_UP, LOWER_FORKS})
 @short_repr
 @dataclass(frozen=True, slots=True)
 class ReadPlan:
-    """Steps as actions.
-
-    Parameters
-    ----------
-    actions
-        One after the other; none if not all can be carried out.
-    why_not
-        Why one can't be; empty if all can.
-    """
+    """Steps as actions."""
 
     actions: tuple[Action, ...] = ()
+    """One after the other; none if not all can be carried out."""
     why_not: str = ""
+    """Why one can't be; empty if all can."""
 
 
 def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:

@@ -47,19 +47,13 @@ _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """What a log's file holds.
-
-    Parameters
-    ----------
-    name
-        Of the scenario.
-    metadata
-        What the writer kept with it.
-    """
+    """What a log's file holds."""
 
     recording: Recording
     name: str
+    """Of the scenario."""
     metadata: Mapping[str, str]
+    """What the writer kept with it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,15 @@ class _Form(click.Choice[str]):
         return super().convert(PLAIN if value == "table" else value, param, ctx)
 
 
+PATH = click.Path(path_type=Path)
+"""A file or a folder, whether or not it is there."""
+
+
+def with_default(*names: str, **about: Any) -> Callable[[Command], Command]:
+    """An option whose help shows its default."""
+    return click.option(*names, show_default=True, **about)
+
+
 def format_option(
     *others: str, about: str = "For people or for programs."
 ) -> Callable[[Command], Command]:
@@ -69,9 +78,8 @@ def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> 
 
 def out_file(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
     """Add ``--out`` for what is written as a whole, in a folder that is there."""
-    kind = click.Path(path_type=Path)
     return click.option(
-        "--out", required=True, metavar=metavar, type=kind, callback=in_a_folder, help=about
+        "--out", required=True, metavar=metavar, type=PATH, callback=in_a_folder, help=about
     )
 
 
@@ -118,8 +126,4 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 FORMAT = format_option()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""
-OUT = click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Write to a file instead of the standard output.",
-)
+OUT = click.option("--out", type=PATH, help="Write to a file instead of the standard output.")

@@ -43,30 +43,20 @@ class ContextItem:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Story:
-    """What happens in a video.
-
-    Parameters
-    ----------
-    id
-        Of the scenario or the context.
-    title
-        What happens, in a sentence; empty if nobody has said.
-    fingerprint
-        Digest of all that determines what happens.
-    metadata
-        What the log keeps.
-    record
-        Makes it happen, and gives the recording.
-    site
-        What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
-    """
+    """What happens in a video."""
 
     id: str
+    """Of the scenario or the context."""
     title: str
+    """What happens, in a sentence; empty if nobody has said."""
     fingerprint: str
+    """Digest of all that determines what happens."""
     metadata: Mapping[str, str]
+    """What the log keeps."""
     record: Callable[[], Recording]
+    """Makes it happen, and gives the recording."""
     site: str = "yard"
+    """What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`."""
 
 
 Item: TypeAlias = ScenarioItem | ContextItem

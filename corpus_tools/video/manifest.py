@@ -35,31 +35,21 @@ _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How videos are made.
-
-    Parameters
-    ----------
-    camera
-        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
-    size
-        Width and height, pixels, both even.
-    quality
-        How well they are drawn and encoded.
-    speed
-        Seconds of what happens that a second of video shows.
-    skip_idle
-        Whether long stretches in which nothing moves are cut short.
-    names
-        Whether the names of places are painted on the ground.
-    """
+    """How videos are made."""
 
     camera: str = "overview"
+    """One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`."""
     size: tuple[int, int] = (1280, 720)
+    """Width and height, pixels, both even."""
     fps: int = 25
     quality: Quality = "standard"
+    """How well they are drawn and encoded."""
     speed: float = 1.0
+    """Seconds of what happens that a second of video shows."""
     skip_idle: bool = False
+    """Whether long stretches in which nothing moves are cut short."""
     names: bool = False
+    """Whether the names of places are painted on the ground."""
 
 
 def input_hash(story: Story, settings: Settings) -> str:

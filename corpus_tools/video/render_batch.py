@@ -21,22 +21,15 @@ THREADS = "LP_NUM_THREADS"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of an item.
-
-    Parameters
-    ----------
-    made
-        Whether its files were made; else they were there, or it failed.
-    problem
-        Why it failed; empty if it didn't.
-    is_bug
-        Whether that is not the input's fault.
-    """
+    """What became of an item."""
 
     name: str
     made: bool
+    """Whether its files were made; else they were there, or it failed."""
     problem: str = ""
+    """Why it failed; empty if it didn't."""
     is_bug: bool = False
+    """Whether that is not the input's fault."""
 
 
 def produce_all(

@@ -20,21 +20,14 @@ UP = np.array([0.0, 0.0, 1.0])
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """A pinhole camera that is not rolled.
-
-    Parameters
-    ----------
-    position
-        Shape (3,), metres.
-    target
-        A point in the middle of the picture, shape (3,).
-    fovy
-        Angle from the bottom to the top of the picture, radians.
-    """
+    """A pinhole camera that is not rolled."""
 
     position: FloatArray
+    """Shape (3,), metres."""
     target: FloatArray
+    """A point in the middle of the picture, shape (3,)."""
     fovy: float
+    """Angle from the bottom to the top of the picture, radians."""
 
     @property
     def axes(self) -> FloatArray:

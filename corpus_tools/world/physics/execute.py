@@ -35,46 +35,31 @@ PAUSE_S = 1.0
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a step ended.
-
-    Parameters
-    ----------
-    goal
-        Where it wanted something to be, None if it wanted nothing to be anywhere.
-    error_m, error_deg
-        How far from that it is when the step ends, and how far from its heading.
-    lean_deg
-        How far what was moved leans.
-    """
+    """How a step ended."""
 
     step: ScriptStep
     goal: Goal | None
+    """Where it wanted something to be, None if it wanted nothing to be anywhere."""
     error_m: float = 0.0
     error_deg: float = 0.0
+    """How far from that it is when the step ends, and how far from its heading."""
     lean_deg: float = 0.0
+    """How far what was moved leans."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """What came of a script.
-
-    Parameters
-    ----------
-    recording
-        What happened, to the end or to where it went wrong.
-    outcomes
-        Of the steps that were carried out.
-    failure
-        Why the step after those could not be; None if all were.
-    handled
-        Ids of what was on the forks.
-    """
+    """What came of a script."""
 
     recording: Recording
+    """What happened, to the end or to where it went wrong."""
     outcomes: tuple[Outcome, ...]
+    """Of the steps that were carried out."""
     failure: ActionError | None
+    """Why the step after those could not be; None if all were."""
     handled: frozenset[str] = frozenset()
+    """Ids of what was on the forks."""
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -22,15 +22,10 @@ Argument: TypeAlias = Literal["object", "place", "number"]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class ScriptAction:
-    """Something that the robot can do.
-
-    Parameters
-    ----------
-    name
-        As scripts write it.
-    """
+    """Something that the robot can do."""
 
     name: str
+    """As scripts write it."""
     kind: ActionKind
     argument: Argument
     summary: str
@@ -38,18 +33,13 @@ class ScriptAction:
 
 @dataclass(frozen=True, slots=True)
 class ScriptStep:
-    """One step of a script.
-
-    Parameters
-    ----------
-    action
-        Name of the action, one of :data:`ACTIONS`.
-    argument
-        Id of an object, name of a place, or a number in the unit that the action's name ends with.
-    """
+    """One step of a script."""
 
     action: str
+    """Name of the action, one of :data:`ACTIONS`."""
     argument: str | float
+    """Id of an object, name of a place, or a number in the unit that the action's name ends
+    with."""
 
     @property
     def kind(self) -> ActionKind | None:
