@@ -1,4 +1,4 @@
-"""Writing a corpus."""
+"""Writing a corpus, and accepting changes that were made to it by hand."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_reading import read_content, read_manifest, refuse
 from corpus_tools.corpus.corpus_records import (
     MANIFEST,
     SCHEMA_VERSION,
@@ -18,6 +19,7 @@ from corpus_tools.corpus.digests import sealed
 from corpus_tools.corpus.encoding import encode
 from corpus_tools.corpus.trajectory_arrays import to_bytes
 from corpus_tools.runtime.atomic_folder import check_target, write_folder
+from g3.storage.atomic_file import write_bytes
 
 
 def write_corpus(
@@ -72,3 +74,16 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
 def manifest_to_bytes(manifest: Manifest) -> bytes:
     """The content of corpus.json."""
     return msgspec.json.format(msgspec.json.encode(manifest), indent=2) + b"\n"
+
+
+def seal(folder: Path) -> tuple[Manifest, Manifest]:
+    """Write the hash, counts and digests of what a corpus holds now into its corpus.json.
+
+    Returns the manifest as it was, and as it is now. If anything else is wrong with the corpus,
+    that is a FormatError, and nothing is written.
+    """
+    before = read_manifest(folder)
+    _, tables = read_content(folder, before, refuse)
+    after = sealed(before, tables)
+    write_bytes(folder / MANIFEST, manifest_to_bytes(after))
+    return before, after

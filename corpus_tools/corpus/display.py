@@ -1,16 +1,20 @@
-"""Corpora, commands, annotations and contexts as text for people."""
+"""Corpora, commands, annotations and contexts as text for people, and as records for programs."""
 
 from __future__ import annotations
 
 import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
+from corpus_tools.corpus.encoding import encode
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
+from corpus_tools.corpus.trajectory_arrays import as_lists
 from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
@@ -247,3 +251,42 @@ def _motion(trajectory: Trajectory) -> str:
     steps = np.diff(trajectory.xyz, axis=0)
     length_m = float(np.sqrt((steps**2).sum(axis=1)).sum())
     return f"{length_m:.1f} m in {trajectory.t[-1] - trajectory.t[0]:.0f} s"
+
+
+def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
+    """The command, annotation or context with an id, and what belongs to it.
+
+    A command brings its annotations and what was done, an annotation its command and its context.
+    An outcome can be asked for too; it brings its context. ``commands``, ``annotations``,
+    ``contexts`` and ``outcomes`` are lists of records; their numbers point to ``trajectories``:
+    lists of ``t`` in s, ``xyz`` in m and ``yaw`` in rad.
+    """
+    annotations = tuple(a for a in corpus.annotations if name in (a.id, a.command.id))
+    commands = {a.command.id: a.command for a in annotations}
+    contexts = {a.context.id: a.context for a in annotations}
+    outcomes = tuple(
+        outcome
+        for outcome in corpus.outcomes
+        if name in (outcome.id, outcome.context)
+        or (name in corpus.commands and belongs_to(outcome, corpus.commands[name]))
+    )
+    contexts |= {outcome.context: corpus.contexts[outcome.context] for outcome in outcomes}
+    commands |= {key: value for key, value in corpus.commands.items() if key == name}
+    contexts |= {key: value for key, value in corpus.contexts.items() if key == name}
+    tables = encode(
+        replace(
+            corpus,
+            contexts=contexts,
+            commands=commands,
+            annotations=annotations,
+            judgments=(),
+            outcomes=outcomes,
+        )
+    )
+    return {
+        "commands": tables.commands,
+        "annotations": tables.annotations,
+        "contexts": tables.contexts,
+        "outcomes": tables.outcomes,
+        "trajectories": list(as_lists(tables.trajectories)),
+    }

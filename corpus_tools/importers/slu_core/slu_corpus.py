@@ -12,7 +12,6 @@ from typing import Any
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
-from corpus_tools.importers.slu_core.slu_alignment import read_groundings, read_labels
 from corpus_tools.importers.slu_core.slu_files import (
     EASY_NEGATIVES,
     IMPORTER,
@@ -28,7 +27,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     read_records,
 )
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
-from corpus_tools.importers.slu_core.slu_trees import read_trees
+from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
 from corpus_tools.importers.slu_core.slu_worlds import Instances
 from corpus_tools.runtime.collector_pause import collector_paused
 from corpus_tools.runtime.progress import OnProgress, no_progress

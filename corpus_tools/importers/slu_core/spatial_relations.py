@@ -18,7 +18,6 @@ import numpy as np
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
-from corpus_tools.importers.slu_core.slu_alignment import read_groundings, read_labels
 from corpus_tools.importers.slu_core.slu_files import (
     IMPORTER,
     LICENCE,
@@ -26,7 +25,7 @@ from corpus_tools.importers.slu_core.slu_files import (
     Layout,
     read_records,
 )
-from corpus_tools.importers.slu_core.slu_trees import read_trees
+from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
 from corpus_tools.importers.slu_core.slu_worlds import MICROSECONDS, Instances
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command

@@ -93,7 +93,7 @@ def build_spec(
     if looks:
         add_surroundings(spec, context, ground, site)
         if names:
-            from corpus_tools.world.looks.painted_names import add_names  # noqa: PLC0415 - OpenCV
+            from corpus_tools.world.looks.painting import add_names  # noqa: PLC0415 - OpenCV
 
             add_names(spec, context, ground)
     return spec

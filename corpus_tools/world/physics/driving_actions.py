@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Simulation
+from corpus_tools.world.physics.controller import ActionError, Goal, Simulation, behaviour
 from corpus_tools.world.physics.free_spots import axis_of, spots
 from corpus_tools.world.physics.room import (
     READY_MARGIN_M,
@@ -16,7 +16,6 @@ from corpus_tools.world.physics.room import (
     load_rect,
     robot_outline,
 )
-from corpus_tools.world.physics.script_actions import Goal, behaviour
 from corpus_tools.world.planning.clearance import clearance
 from corpus_tools.world.planning.curves import Motion, end_of, poses_on
 from corpus_tools.world.planning.ways import NoWayError, plan

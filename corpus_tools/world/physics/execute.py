@@ -13,8 +13,14 @@ from corpus_tools.world.physics import (  # noqa: F401 - they register
     handling_actions,
     pose_actions,
 )
-from corpus_tools.world.physics.controller import TILT, ActionError, Simulation, simulation
-from corpus_tools.world.physics.script_actions import BEHAVIOURS, Goal
+from corpus_tools.world.physics.controller import (
+    BEHAVIOURS,
+    TILT,
+    ActionError,
+    Goal,
+    Simulation,
+    simulation,
+)
 from corpus_tools.world.state.recording import Recording, Step, heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
 from g3.actions.logged_actions import loaded

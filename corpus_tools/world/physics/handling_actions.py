@@ -1,4 +1,4 @@
-"""Actions that lift loads and put them down."""
+"""Actions that lift loads, put them down, and move the forks with what is on them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Load, Simulation
+from corpus_tools.world.physics.controller import ActionError, Goal, Load, Simulation, behaviour
 from corpus_tools.world.physics.driving_actions import SHIFT_COST, go
 from corpus_tools.world.physics.free_spots import (
     NUDGE_M,
@@ -27,7 +27,6 @@ from corpus_tools.world.physics.room import (
     ready_behind,
     robot_outline,
 )
-from corpus_tools.world.physics.script_actions import Goal, behaviour
 from corpus_tools.world.planning.clearance import clearance, outline
 from corpus_tools.world.state.dimensions import (
     BLOCK,
@@ -36,10 +35,11 @@ from corpus_tools.world.state.dimensions import (
     FORK_WIDTH,
     FORK_Y,
     HEEL_X,
+    LIFT_RANGE,
     LOW,
 )
 from corpus_tools.world.state.recording import heading
-from corpus_tools.world.state.robot_script import PICK_UP, PUT_DOWN
+from corpus_tools.world.state.robot_script import LOWER_FORKS, PICK_UP, PUT_DOWN, RAISE_FORKS
 from corpus_tools.world.state.start import HEEL_GAP_M
 from corpus_tools.world.state.thing_kinds import kind_of
 from g3.actions.driving import direction, quarters
@@ -210,3 +210,25 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: Support) -> list
 def _bottom(sim: Simulation, thing: str) -> float:
     """How high above the ground an object's underside is."""
     return float(sim.body_pose(thing)[0][2] + sim.shape(thing).low[2] - sim.ground_m)
+
+
+NOTHING_M = 1e-3
+"""Forks that are so near to a height are there."""
+
+
+@behaviour(RAISE_FORKS)
+def raise_forks(sim: Simulation, distance_m: float) -> None:
+    """Raise the forks by a distance, or as far as they go."""
+    _brought_to(sim, min(sim.forks_m + distance_m, LIFT_RANGE))
+
+
+@behaviour(LOWER_FORKS)
+def lower_forks(sim: Simulation, distance_m: float) -> None:
+    """Lower the forks by a distance, or as far as they go; a load stays off the ground."""
+    lowest = 0.0 if sim.load is None else ENTRY_HEIGHT - LOW + CARRY_M
+    _brought_to(sim, min(max(sim.forks_m - distance_m, lowest), sim.forks_m))
+
+
+def _brought_to(sim: Simulation, height_m: float) -> None:
+    if abs(height_m - sim.forks_m) > NOTHING_M:
+        sim.lift(height_m)

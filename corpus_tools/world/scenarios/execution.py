@@ -7,9 +7,8 @@ from pathlib import Path
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.physics.execute import Execution, execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
-from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario import Scenario
-from corpus_tools.world.scenarios.scenario_logs import log_file
+from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint, log_file
 from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 

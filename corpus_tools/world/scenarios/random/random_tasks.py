@@ -13,10 +13,10 @@ from typing import TypeAlias
 import numpy as np
 
 from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box, solid, thing_box
-from corpus_tools.world.scenarios.random.free_space import TURNING_M
 from corpus_tools.world.scenarios.random.random_drafts import (
     LANE_M,
     RUN_UP_M,
+    TURNING_M,
     Draft,
     NoRoomError,
     deck_of,
