@@ -17,16 +17,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
 from corpus_tools.runtime.parquet import import_pyarrow
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from corpus_tools.shards.shard_files import (
-    FORMAT_VERSION,
-    Manifest,
-    Origin,
-    Shard,
-    ShardRecord,
-    known_shard,
-    write_manifest,
-    write_shard,
-)
+from corpus_tools.shards import shard_files
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.groundings import Grounding
@@ -57,7 +48,7 @@ class _Made:
     hash: str
     sources: Counter[str]
     scenarios: set[str]
-    shards: list[ShardRecord]
+    shards: list[shard_files.ShardRecord]
 
 
 def write_shards(
@@ -68,7 +59,7 @@ def write_shards(
     workers: Workers,
     size: int = EXAMPLES,
     on_progress: OnProgress = no_progress,
-) -> tuple[Manifest, list[str]]:
+) -> tuple[shard_files.Manifest, list[str]]:
     """Write the features of corpora into a folder; each worker holds one corpus at a time.
 
     `corpora` are names or folders. `out` is a new folder, an empty one, or one that was left
@@ -93,7 +84,7 @@ def _write_shards(
     workers: Workers,
     size: int,
     on_progress: OnProgress,
-) -> tuple[Manifest, list[str]]:
+) -> tuple[shard_files.Manifest, list[str]]:
     _names_of_sets(options)  # an unknown name is an error before anything is read
     if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
         raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
@@ -119,23 +110,25 @@ def _write_shards(
     manifest = manifest_of(hashes, sources, scenarios, shards, options)
     for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
         path.unlink()
-    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
+    return shard_files.write_manifest(out, manifest), [
+        _line(name, error) for name, error in failures.items()
+    ]
 
 
 def manifest_of(
     hashes: dict[str, str],
     sources: Counter[str],
     scenarios: Iterable[str],
-    shards: Iterable[ShardRecord],
+    shards: Iterable[shard_files.ShardRecord],
     options: Options,
-) -> Manifest:
+) -> shard_files.Manifest:
     """What a folder of these shards holds.
 
     `hashes` are those of the corpora by their names; `sources` counts the examples of each source;
     `scenarios` are those of all examples.
     """
-    return Manifest(
-        format_version=FORMAT_VERSION,
+    return shard_files.Manifest(
+        format_version=shard_files.FORMAT_VERSION,
         catalogue_version=CATALOGUE_VERSION,
         sets=_names_of_sets(options),
         ablated=options.ablated,
@@ -180,12 +173,12 @@ def _write_examples(
         made.scenarios.update(scenario_ids(part))
         file = f"{portion.order:05}-{first // size:05}.parquet"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
-        origin = Origin(digest, first, len(part), *features)
-        known = known_shard(out / file, origin)
+        origin = shard_files.Origin(digest, first, len(part), *features)
+        known = shard_files.known_shard(out / file, origin)
         if known is None:
             shard = to_shard(part, options)
-            known = len(shard.right), write_shard(out / file, shard, origin)
-        made.shards.append(ShardRecord(file, len(part), *known))
+            known = len(shard.right), shard_files.write_shard(out / file, shard, origin)
+        made.shards.append(shard_files.ShardRecord(file, len(part), *known))
     return made
 
 
@@ -195,7 +188,7 @@ def _examples(corpus: str, negatives: Negatives, seed: int) -> tuple[str, list[E
     return opened.hash, labelled_examples(opened, negatives=negatives, seed=seed)
 
 
-def to_shard(items: Sequence[Example], options: Options) -> Shard:
+def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
     """The features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
@@ -222,7 +215,7 @@ def to_shard(items: Sequence[Example], options: Options) -> Shard:
         np.bincount(row[place][chosen], minlength=len(number)).astype(np.int32)
         for chosen in (correct, ~correct)
     )
-    return Shard(
+    return shard_files.Shard(
         space.bases,
         space.words,
         space.keys,

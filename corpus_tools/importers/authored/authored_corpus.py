@@ -9,14 +9,8 @@ from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.importers.authored import authored_files
 from corpus_tools.importers.authored.authored_clauses import Clauses, read_clauses
-from corpus_tools.importers.authored.authored_files import (
-    Dataset,
-    commands_of,
-    note_file,
-    read_dataset,
-    read_utterance,
-)
 from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
 from corpus_tools.importers.authored.authored_worlds import World, read_world
 from corpus_tools.importers.authored.consistency import check_clauses, check_log
@@ -57,7 +51,7 @@ def import_authored(
     a folder. FormatError if the corpus isn't there, or something in it can't be read.
     """
     journal = Journal(keep_going)
-    dataset = read_dataset(path, journal)
+    dataset = authored_files.read_dataset(path, journal)
     files = list(scenario_files(path).values())
     grounded: list[_Grounded] = []
     worlds: list[World] = []
@@ -66,8 +60,8 @@ def import_authored(
         name = f"{SCENARIOS}/{file.name}"
         try:
             document = read_document(file, name)
-            commands = commands_of(document)
-            note_file(name, document.content, len(commands), journal)
+            commands = authored_files.commands_of(document)
+            authored_files.note_file(name, document.content, len(commands), journal)
             scenario = first_error(*scenario_of(document, file))
             world = read_world(path, scenario, number * LOG_INTERVAL_S, journal)
             check_log(world)
@@ -98,13 +92,13 @@ def import_authored(
 
 
 def _read_commands(
-    document: Document, count: int, world: World, dataset: Dataset, journal: Journal
+    document: Document, count: int, world: World, dataset: authored_files.Dataset, journal: Journal
 ) -> list[_Grounded]:
     scenario = world.scenario
     found: list[_Grounded] = []
     for i in range(count):
         try:
-            utterance = read_utterance(document, i)
+            utterance = authored_files.read_utterance(document, i)
             clauses = read_clauses(utterance, world, dataset)
             check_clauses(clauses, world)
         except FormatError as error:
@@ -129,7 +123,7 @@ def _title(document: Document, i: int) -> str:
 
 
 def _annotations(
-    item: _Grounded, worlds: Sequence[World], dataset: Dataset
+    item: _Grounded, worlds: Sequence[World], dataset: authored_files.Dataset
 ) -> tuple[Annotation, Annotation]:
     """The positive and the random negative."""
     clauses = item.clauses

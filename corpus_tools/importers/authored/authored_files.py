@@ -15,14 +15,7 @@ import msgspec
 
 from corpus_tools.importers.report import Journal, SourceFile
 from corpus_tools.runtime.shipped import DATASET
-from corpus_tools.world.scenarios.documents import (
-    Document,
-    Field,
-    Problem,
-    convert,
-    field_name,
-    read_document,
-)
+from corpus_tools.world.scenarios import documents
 from corpus_tools.world.scenarios.scenario_files import Utterance
 from g3.errors import FormatError
 from g3.short_repr import short_repr
@@ -64,7 +57,7 @@ def read_dataset(folder: Path, journal: Journal) -> Dataset:
             where=str(folder),
             fix="docs/authored-corpora.md says what the folder holds",
         )
-    document = read_document(path)
+    document = documents.read_document(path)
     note_file(DATASET, document.content, 0, journal)
     shared = _part(document, (), _DatasetFile)
     words = {word: _part(document, ("words", word), tuple[str, ...]) for word in shared.words}
@@ -76,31 +69,33 @@ def note_file(name: str, content: bytes, records: int, journal: Journal) -> None
     journal.files.append(SourceFile(name, hashlib.sha256(content).hexdigest(), records))
 
 
-def commands_of(document: Document) -> list[Any]:
+def commands_of(document: documents.Document) -> list[Any]:
     """The commands of a scenario's file, as they stand there; FormatError if they are no list."""
     if not isinstance(document.value, dict) or "commands" not in document.value:
         return []
     return _part(document, ("commands",), list[Any])
 
 
-def read_utterance(document: Document, number: int) -> Utterance:
+def read_utterance(document: documents.Document, number: int) -> Utterance:
     """The command with an index in a scenario's file.
 
     One of another form is a FormatError whose ``where`` is the field in it.
     """
     field = ("commands", number)
-    found = convert(document.value["commands"][number], Utterance, field, MANUAL)
-    if isinstance(found, Problem):
-        raise FormatError(found.what, where=field_name(found.field[len(field) :]), fix=found.fix)
+    found = documents.convert(document.value["commands"][number], Utterance, field, MANUAL)
+    if isinstance(found, documents.Problem):
+        raise FormatError(
+            found.what, where=documents.field_name(found.field[len(field) :]), fix=found.fix
+        )
     return found
 
 
-def _part(document: Document, field: Field, record_type: type[T]) -> T:
+def _part(document: documents.Document, field: documents.Field, record_type: type[T]) -> T:
     """A part of a document as a record; raises a FormatError that tells its line."""
     value = document.value
     for key in field:
         value = value[key]
-    found = convert(value, record_type, field, MANUAL)
-    if isinstance(found, Problem):
+    found = documents.convert(value, record_type, field, MANUAL)
+    if isinstance(found, documents.Problem):
         raise document.error(found)
     return found

@@ -8,18 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corpus_tools.world.physics import (  # noqa: F401 - they register
+    controller,
     driving_actions,
     fork_actions,
     handling_actions,
     pose_actions,
-)
-from corpus_tools.world.physics.controller import (
-    BEHAVIOURS,
-    TILT,
-    ActionError,
-    Goal,
-    Simulation,
-    simulation,
 )
 from corpus_tools.world.state.recording import Recording, Step, heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
@@ -44,7 +37,7 @@ class Outcome:
     """How a step ended."""
 
     step: ScriptStep
-    goal: Goal | None
+    goal: controller.Goal | None
     """Where it wanted something to be, None if it wanted nothing to be anywhere."""
     error_m: float = 0.0
     error_deg: float = 0.0
@@ -62,7 +55,7 @@ class Execution:
     """What happened, to the end or to where it went wrong."""
     outcomes: tuple[Outcome, ...]
     """Of the steps that were carried out."""
-    failure: ActionError | None
+    failure: controller.ActionError | None
     """Why the step after those could not be; None if all were."""
     handled: frozenset[str] = frozenset()
     """Ids of what was on the forks."""
@@ -77,7 +70,7 @@ class Execution:
                     f"{_named(outcome.step)}: ended {outcome.error_m:.2f} m and "
                     f"{outcome.error_deg:.1f} degrees from its goal"
                 )
-            if outcome.lean_deg > np.rad2deg(TILT):
+            if outcome.lean_deg > np.rad2deg(controller.TILT):
                 problems.append(f"{_named(outcome.step)}: leans by {outcome.lean_deg:.0f} degrees")
         return (*problems, *self._displaced())
 
@@ -128,7 +121,7 @@ def execute(
     if places is None:
         places = {place.name: place for place in context.places if place.name}
     arguments = [_argument(context, places, step, i) for i, step in enumerate(script)]
-    sim = simulation(context, rate_hz, forks_m)
+    sim = controller.simulation(context, rate_hz, forks_m)
     sim.wait(PAUSE_S)
     steps: list[Step] = []
     outcomes: list[Outcome] = []
@@ -136,9 +129,9 @@ def execute(
     for step, argument in zip(script, arguments, strict=True):
         began = sim.time_s
         try:
-            outcomes.append(_outcome(sim, step, BEHAVIOURS[step.action](sim, argument)))
-        except ActionError as error:
-            failure = ActionError(error.what, where=_named(step), fix=error.fix)
+            outcomes.append(_outcome(sim, step, controller.BEHAVIOURS[step.action](sim, argument)))
+        except controller.ActionError as error:
+            failure = controller.ActionError(error.what, where=_named(step), fix=error.fix)
         steps.append(Step(step.action, ((_kind(step), _text(step)),), began, sim.time_s))
         if failure is not None:
             break
@@ -157,8 +150,8 @@ def _argument(
     context: Context, places: Mapping[str, Place], step: ScriptStep, number: int
 ) -> str | float | Place:
     where = f"step {number + 1} of the script"
-    if step.action not in ACTIONS or step.action not in BEHAVIOURS:
-        raise CorpusError.unknown("action", step.action, BEHAVIOURS, where=where)
+    if step.action not in ACTIONS or step.action not in controller.BEHAVIOURS:
+        raise CorpusError.unknown("action", step.action, controller.BEHAVIOURS, where=where)
     wanted, given = ACTIONS[step.action].argument, step.argument
     if wanted == "number":
         if isinstance(given, str) or not np.isfinite(given):
@@ -174,7 +167,7 @@ def _argument(
     return places[str(given)]
 
 
-def _outcome(sim: Simulation, step: ScriptStep, goal: Goal | None) -> Outcome:
+def _outcome(sim: controller.Simulation, step: ScriptStep, goal: controller.Goal | None) -> Outcome:
     if goal is None:
         return Outcome(step, None)
     xyz, orientation = sim.body_pose(goal.thing)

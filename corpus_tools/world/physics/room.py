@@ -6,16 +6,7 @@ import numpy as np
 
 from corpus_tools.world.physics.controller import Load, Simulation
 from corpus_tools.world.planning.clearance import Boxes, Rect, clearance, outline, room
-from corpus_tools.world.state.dimensions import (
-    BACKREST,
-    CHASSIS,
-    FORK_LENGTH,
-    FORK_THICKNESS,
-    FORK_WIDTH,
-    FORK_Y,
-    HEEL_X,
-    MAST,
-)
+from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape
 from corpus_tools.world.state.solids import beside_deck, cab_top
@@ -29,15 +20,15 @@ STRAIGHT_MARGIN_M = 0.03
 READY_MARGIN_M = 0.12
 """Room that it needs where it stops before it goes in, or turns away."""
 
-_TINES_Y = FORK_Y + FORK_WIDTH / 2
-CHASSIS_OUTLINE = outline((Rect((CHASSIS[0][0], MAST[0][1]), CHASSIS[1]),))
+_TINES_Y = sizes.FORK_Y + sizes.FORK_WIDTH / 2
+CHASSIS_OUTLINE = outline((Rect((sizes.CHASSIS[0][0], sizes.MAST[0][1]), sizes.CHASSIS[1]),))
 FORKS_OUTLINE = outline(
     (
-        Rect((MAST[0][1], HEEL_X), BACKREST[1]),
-        Rect((HEEL_X, HEEL_X + FORK_LENGTH), (-_TINES_Y, _TINES_Y)),
+        Rect((sizes.MAST[0][1], sizes.HEEL_X), sizes.BACKREST[1]),
+        Rect((sizes.HEEL_X, sizes.HEEL_X + sizes.FORK_LENGTH), (-_TINES_Y, _TINES_Y)),
     )
 )
-_CHASSIS_Z = (MAST[2][0], MAST[2][1])
+_CHASSIS_Z = (sizes.MAST[2][0], sizes.MAST[2][1])
 
 
 def load_rect(load: Load, shape: Shape) -> Rect:
@@ -112,4 +103,4 @@ def ready_behind(
 
 def forks_band(height_m: float) -> tuple[float, float]:
     """Between which heights the forks and their backrest are; the first is their upper side's."""
-    return height_m - FORK_THICKNESS + 0.01, height_m + BACKREST[2][1]
+    return height_m - sizes.FORK_THICKNESS + 0.01, height_m + sizes.BACKREST[2][1]

@@ -23,18 +23,11 @@ from corpus_tools.world.scenarios.random.random_drafts import (
     rounded,
 )
 from corpus_tools.world.scenarios.scenario import Point, Region, Thing
-from corpus_tools.world.state.robot_script import (
-    APPROACH,
-    DRIVE_PAST,
-    DRIVE_TO,
-    PICK_UP,
-    PUT_DOWN,
-    ScriptStep,
-)
+from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
 
-Steps: TypeAlias = tuple[ScriptStep, ...]
+Steps: TypeAlias = tuple[robot_script.ScriptStep, ...]
 Spot: TypeAlias = tuple[Point, float]
 """A position and a heading in degrees."""
 
@@ -83,7 +76,7 @@ TASKS = (
 )
 
 
-def add_task(draft: Draft, task: Task) -> tuple[str, tuple[ScriptStep, ...]]:
+def add_task(draft: Draft, task: Task) -> tuple[str, tuple[robot_script.ScriptStep, ...]]:
     """Put into a draft what a task needs, the robot too; its title and its script.
 
     NoRoomError if there is no room for something.
@@ -93,7 +86,7 @@ def add_task(draft: Draft, task: Task) -> tuple[str, tuple[ScriptStep, ...]]:
     picks: Steps = ()
     if task.source not in ("none", "forks"):
         load, source = _SOURCES[task.source](draft, kind)
-        picks = (ScriptStep(PICK_UP.name, load),)
+        picks = (robot_script.ScriptStep(robot_script.PICK_UP.name, load),)
     goal, steps = _GOALS[task.goal](draft, kind)
     draft.place_robot(kind if task.source == "forks" else None)
     title = f"The forklift {goal}."
@@ -213,7 +206,7 @@ def _drive(draft: Draft, kind: str) -> tuple[str, Steps]:
     pose = np.array([*middle, 0.0])
     draft.keep(Box(pose, (2 * TURNING_M, 2 * TURNING_M), 0.0, 3.0))
     draft.stop(middle)
-    return f"drives to {title}", (ScriptStep(DRIVE_TO.name, name),)
+    return f"drives to {title}", (robot_script.ScriptStep(robot_script.DRIVE_TO.name, name),)
 
 
 def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
@@ -226,7 +219,9 @@ def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
             draft.lane(load, float(region.pose[2]) + quarter * np.pi / 2, 0.6)
         except NoRoomError:
             continue
-        return f"brings {{load}} to {title}", (ScriptStep(PUT_DOWN.name, name),)
+        return f"brings {{load}} to {title}", (
+            robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),
+        )
     raise NoRoomError(name)
 
 
@@ -257,7 +252,7 @@ def _put_on(draft: Draft, kind: str, carrier_kind: str, loaded: bool) -> tuple[s
     name = f"on-{carrier}"
     draft.places[name] = Region(at, DECK_PLACE_M, yaw, carrier)
     title = ("a loaded " if loaded else "a ") + carrier_kind
-    return f"puts {{load}} on {title}", (ScriptStep(PUT_DOWN.name, name),)
+    return f"puts {{load}} on {title}", (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
 
 
 def _deck_spot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
@@ -290,19 +285,19 @@ def _put_beside(draft: Draft, kind: str) -> tuple[str, Steps]:
         name = f"beside-{beside}"
         draft.places[name] = Region(spot, yaw_deg=yaw)
         title = f"moves {{load}} beside {LOADS[other]}"
-        return title, (ScriptStep(PUT_DOWN.name, name),)
+        return title, (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
     raise NoRoomError(kind)
 
 
 def _past(draft: Draft, kind: str) -> tuple[str, Steps]:
     """Drive past something that has room all around."""
     name, what = _landmark(draft, LANE_M + 3.0)
-    return f"drives past {what}", (ScriptStep(DRIVE_PAST.name, name),)
+    return f"drives past {what}", (robot_script.ScriptStep(robot_script.DRIVE_PAST.name, name),)
 
 
 def _approach(draft: Draft, kind: str) -> tuple[str, Steps]:
     name, what = _landmark(draft, LANE_M)
-    return f"drives up to {what}", (ScriptStep(APPROACH.name, name),)
+    return f"drives up to {what}", (robot_script.ScriptStep(robot_script.APPROACH.name, name),)
 
 
 def _landmark(draft: Draft, room_m: float) -> tuple[str, str]:
