@@ -215,18 +215,14 @@ def _show(result: Result, shown: Shown) -> bool:
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
             say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
-            if shown.search["explain"] or _is_asked(shown):
+            is_asked = shown.asks and not (shown.yes or shown.plan_only)
+            if shown.search["explain"] or is_asked:
                 say(*(f"  {line}" for line in explained(plan, result.sdcs)))
         if result.note:
             note(f"ct: {result.note}")
         if result.question is not None:
             say(f"? {result.question.text}")
     return result.plan is not None
-
-
-def _is_asked(shown: Shown) -> bool:
-    """Whether somebody is to say whether a plan is carried out."""
-    return shown.asks and not (shown.yes or shown.plan_only)
 
 
 def _confirmed(result: Result, shown: Shown) -> bool:

@@ -18,7 +18,7 @@ from corpus_tools.corpus.trajectory_arrays import as_lists
 from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
-from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import format_brackets
 
 EXAMPLE_WIDTH = 70
@@ -168,7 +168,8 @@ def _annotation(annotation: Annotation) -> str:
         clauses, annotation.groundings, annotation.correct, strict=True
     ):
         grounded = "; ".join(map(_grounding, groundings)) or "-"
-        rows.append((sdc.type, _clause_words(sdc), grounded, LABELS[label]))
+        words = " ".join(span.text for span in all_words(sdc)) or "(implicit)"
+        rows.append((sdc.type, words, grounded, LABELS[label]))
     return "\n".join(
         [
             f"annotation {annotation.id} ({annotation.source})",
@@ -180,10 +181,6 @@ def _annotation(annotation: Annotation) -> str:
             *columns(rows),
         ]
     )
-
-
-def _clause_words(sdc: SDC) -> str:
-    return " ".join(span.text for span in all_words(sdc)) or "(implicit)"
 
 
 def _outcome(corpus: Corpus, outcome: TaskOutcome) -> str:

@@ -19,6 +19,7 @@ from g3.sdc.clauses import SDC, Span
 from g3.short_repr import short_repr
 
 R = TypeVar("R", records.CommandRecord, records.JudgmentRecord, records.OutcomeRecord)
+Thing = TypeVar("Thing", records.ObjectRecord, records.ObjectGrounding)
 
 
 @short_repr
@@ -155,17 +156,7 @@ def _context(context: Context, trajectories: _Trajectories) -> records.ContextRe
     return records.ContextRecord(
         id=context.id,
         agent_id=context.agent_id,
-        objects=tuple(
-            records.ObjectRecord(
-                id=o.id,
-                labels=o.labels,
-                prism=_prism(o.prism),
-                trajectory=trajectories.number(o.trajectory),
-                liftable=o.liftable,
-                colours=o.colours,
-            )
-            for o in context.objects
-        ),
+        objects=tuple(_object(records.ObjectRecord, o, trajectories) for o in context.objects),
         places=tuple(
             records.PlaceRecord(_prism(place.prism), place.name) for place in context.places
         ),
@@ -209,14 +200,12 @@ def _grounding(
     for context, item in known.items():
         if item == grounding:
             return records.ObjectReference(grounding.id, context)
-    return records.ObjectGrounding(
-        grounding.id,
-        grounding.labels,
-        _prism(grounding.prism),
-        trajectories.number(grounding.trajectory),
-        grounding.liftable,
-        grounding.colours,
-    )
+    return _object(records.ObjectGrounding, grounding, trajectories)
+
+
+def _object(kind: type[Thing], o: PhysicalObject, trajectories: _Trajectories) -> Thing:
+    number = trajectories.number(o.trajectory)
+    return kind(o.id, o.labels, _prism(o.prism), number, o.liftable, o.colours)
 
 
 def _prism(prism: Prism) -> records.PrismRecord:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import chain
 
 from corpus_tools.corpus.corpus_model import Corpus
@@ -20,7 +20,7 @@ def merged(name: str, corpora: Sequence[Corpus]) -> Corpus:
         "judgment": (j.id for c in corpora for j in c.judgments),
         "outcome": (o.id for c in corpora for o in c.outcomes),
     }.items():
-        twice = _twice(ids)
+        twice = next((name for name, count in Counter(ids).items() if count > 1), "")
         if twice:
             raise CorpusError(
                 f"two of the corpora have the {what} {twice!r}",
@@ -37,7 +37,3 @@ def merged(name: str, corpora: Sequence[Corpus]) -> Corpus:
         source="; ".join(dict.fromkeys(c.source for c in corpora)),
         licence="; ".join(dict.fromkeys(c.licence for c in corpora)),
     )
-
-
-def _twice(ids: Iterable[str]) -> str:
-    return next((name for name, count in Counter(ids).items() if count > 1), "")

@@ -16,6 +16,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from corpus_tools.lerobot.episode_reading import Dataset, Episode, VideoPart
@@ -49,7 +50,7 @@ def study_input(
     can't be read.
     """
     shown = _camera(dataset, camera)
-    episodes = list(_taken(dataset.episodes(), first))
+    episodes = list(islice(dataset.episodes(), first))
     _check_files(episodes, shown)
     names = _Names(dataset, folder, shown, episodes)
     tables: dict[str, tuple[Sequence[str], list[Sequence[object]]]] = {
@@ -96,13 +97,6 @@ def _camera(dataset: Dataset, camera: str | None) -> str:
             fix=f"the cameras are: {', '.join(cameras)}",
         )
     return camera or cameras[0]
-
-
-def _taken(episodes: Iterable[Episode], first: int | None) -> Iterator[Episode]:
-    for number, episode in enumerate(episodes):
-        if first is not None and number >= first:
-            return
-        yield episode
 
 
 def _check_files(episodes: Sequence[Episode], camera: str) -> None:

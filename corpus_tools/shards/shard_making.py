@@ -20,7 +20,6 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards import shard_files
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
-from g3.groundings import Grounding
 from g3.learning.examples import Example
 from g3.learning.factor_matrix import features_of_examples
 from g3.storage.only_writer import only_writer
@@ -231,10 +230,6 @@ def _inputs(example: Example) -> tuple[object, ...]:
     return (
         example.sdc.type,
         id(example.annotation.context),
-        *(_ids(g) for g in (example.figure, example.landmark, example.theme, example.goal)),
+        *(tuple(map(id, getattr(example, r))) for r in ("figure", "landmark", "theme", "goal")),
         tuple(example.words.values()),
     )
-
-
-def _ids(groundings: Iterable[Grounding]) -> tuple[int, ...]:
-    return tuple(id(g) for g in groundings)

@@ -140,7 +140,8 @@ def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) ->
     }
     content = json.dumps(head, indent=1).encode()
     file = out / DATASET
-    if out.exists() and any(out.iterdir()) and not _is_ours(file, content):
+    is_ours = file.is_file() and file.read_bytes() == content
+    if out.exists() and any(out.iterdir()) and not is_ours:
         raise FormatError(
             "this folder holds something else", where=str(out), fix="name a new folder"
         )
@@ -150,7 +151,3 @@ def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) ->
         path = Path(LAYOUTS) / f"{name}.yaml"
         write_bytes(out / path, (basis / path).read_bytes())
     write_bytes(file, content)
-
-
-def _is_ours(file: Path, content: bytes) -> bool:
-    return file.is_file() and file.read_bytes() == content

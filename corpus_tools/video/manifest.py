@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from corpus_tools import __version__
+from corpus_tools.runtime.shipped import program_digest
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.drawn_moments import clock
 from corpus_tools.video.encode import Quality
@@ -25,7 +26,6 @@ SCHEMA_VERSION = 1
 MANIFEST = "manifest.json"
 PROGRAM = "corpus-tools-g3"
 
-_PACKAGE = Path(__file__).resolve().parent.parent
 _MAKERS = ("video", "world", "logs")
 """Folders with the modules that determine what is rendered."""
 _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy")
@@ -128,10 +128,8 @@ def is_finished(folder: Path, wanted_hash: str) -> bool:
 
 @functools.cache
 def _program() -> str:
-    """Digest of the program, which changes in a checkout without its version, and libraries."""
-    digest = hashlib.sha256(__version__.encode())
-    for path in sorted(path for name in _MAKERS for path in (_PACKAGE / name).rglob("*.py")):
-        digest.update(path.read_bytes())
+    """Digest of the program and its libraries."""
+    digest = hashlib.sha256(program_digest(*_MAKERS).encode())
     for name in _LIBRARIES:
         try:
             digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())

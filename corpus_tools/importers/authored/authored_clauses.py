@@ -50,7 +50,7 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
     nodes = list(breadth_first(sdcs))
     names = clause_names(sdcs, nodes)
     given = tuple(_HEAD.findall(utterance.sdcs))
-    printed = sorted(filter(None, names), key=_number)
+    printed = sorted(filter(None, names), key=lambda name: int(name.partition("_")[2]))
     if list(given) != printed:
         raise FormatError(
             "the clauses are not numbered as in the paper",
@@ -76,10 +76,6 @@ def fits_words(item: PhysicalObject, words: Sequence[str], dataset: Dataset) -> 
         for word in words
         if word in dataset.words
     )
-
-
-def _number(name: str) -> int:
-    return int(name.partition("_")[2])
 
 
 def clause_names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored import authored_files
-from corpus_tools.importers.authored.authored_clauses import Clauses, read_clauses
+from corpus_tools.importers.authored.authored_clauses import Clauses, Groundings, read_clauses
 from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
 from corpus_tools.importers.authored.authored_worlds import World, read_world
 from corpus_tools.importers.authored.consistency import check_clauses, check_log
@@ -20,7 +20,7 @@ from corpus_tools.world.scenarios.documents import Document, read_document
 from corpus_tools.world.scenarios.library import scenario_files
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_of
-from g3.annotation import Annotation, Command
+from g3.annotation import Annotation, Command, Source
 from g3.errors import FormatError
 from g3.sdc.clauses import SDC_TYPES, breadth_first
 
@@ -128,26 +128,17 @@ def _annotations(
     """The positive and the random negative."""
     clauses = item.clauses
     drawn = random_groundings(clauses, item.world, worlds, generator(dataset.seed, item.command.id))
-    context = item.world.context
+    right = tuple(True if groundings else None for groundings in clauses.groundings)
+
+    def annotation(
+        source: Source, groundings: tuple[Groundings, ...], correct: tuple[bool | None, ...]
+    ) -> Annotation:
+        name, context = f"{item.command.id}/{source}", item.world.context
+        return Annotation(name, item.command, context, clauses.sdcs, groundings, correct, source)
+
     return (
-        Annotation(
-            id=f"{item.command.id}/positive",
-            command=item.command,
-            context=context,
-            sdcs=clauses.sdcs,
-            groundings=clauses.groundings,
-            correct=tuple(True if groundings else None for groundings in clauses.groundings),
-            source="positive",
-        ),
-        Annotation(
-            id=f"{item.command.id}/random",
-            command=item.command,
-            context=context,
-            sdcs=clauses.sdcs,
-            groundings=drawn,
-            correct=relabel(clauses, drawn, dataset),
-            source="random",
-        ),
+        annotation("positive", clauses.groundings, right),
+        annotation("random", drawn, relabel(clauses, drawn, dataset)),
     )
 
 

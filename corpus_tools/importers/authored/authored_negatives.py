@@ -83,16 +83,13 @@ def _denotes(leaf: SDC, groundings: Groundings, dataset: Dataset) -> bool:
     words = leaf_words(leaf)
     if not all(word in dataset.words for word in words):
         return False
+    named = {label for word in words for label in dataset.words[word]}
     return all(
         isinstance(item, PhysicalObject)
         and fits_words(item, words, dataset)
-        and (item.id != ROBOT or _names_robot(words, item, dataset))
+        and (item.id != ROBOT or not named.isdisjoint(item.labels))
         for item in groundings
     )
-
-
-def _names_robot(words: Sequence[str], robot: PhysicalObject, dataset: Dataset) -> bool:
-    return any(not set(dataset.words[word]).isdisjoint(robot.labels) for word in words)
 
 
 def _same(a: Groundings, b: Groundings) -> bool:

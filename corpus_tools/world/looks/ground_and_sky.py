@@ -7,10 +7,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture, draw
+from corpus_tools.world.looks.drawing import add_material, add_plane, add_texture, draw
 from corpus_tools.world.looks.markings import Yard, markings, yard_of
 from corpus_tools.world.looks.site_looks import SITES, Site
-from corpus_tools.world.state.recording import upright
 from g3.groundings import Context
 
 SLAB_M = 4.0
@@ -85,14 +84,4 @@ def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) ->
         material.rgba = [*tint, 1]
         material.texuniform = True
         material.texrepeat = [1 / edge, 1 / edge]
-        spec.worldbody.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            pos=[*yard.middle, height],
-            quat=upright(np.array(yard.yaw)),
-            size=[*half, 1],
-            material=name,
-            castshadow=False,
-            group=VISUAL_GROUP,
-            contype=0,
-            conaffinity=0,
-        )
+        add_plane(spec, [*yard.middle, height], yard.yaw, half, name)

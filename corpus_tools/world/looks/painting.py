@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.world.looks.atlas import PICTURE
-from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_texture
+from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_plane, add_texture
 from corpus_tools.world.looks.markings import PAINT_M
 from corpus_tools.world.state.paints import PAINTS
-from corpus_tools.world.state.recording import upright
 from g3.groundings import Colour, Context
 
 _GREY = "atlas-grey"
@@ -75,17 +74,8 @@ def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
         middle = near * ahead + (across.min() + across.max()) / 2 * aside
         add_texture(spec, name, picture)
         add_material(spec, name, name)
-        spec.worldbody.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            pos=[*middle, ground_m + 2 * PAINT_M],
-            quat=upright(np.array(yaw - np.pi / 2)),
-            size=[width / 2, height / 2, 1],
-            material=name,
-            castshadow=False,
-            group=VISUAL_GROUP,
-            contype=0,
-            conaffinity=0,
-        )
+        at = [*middle, ground_m + 2 * PAINT_M]
+        add_plane(spec, at, yaw - np.pi / 2, (width / 2, height / 2), name)
 
 
 def _written(name: str) -> npt.NDArray[np.uint8]:

@@ -56,11 +56,6 @@ class Site:
     """Whether grass is beyond the yard, up to the horizon."""
 
 
-def _around(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """Low concrete walls on all sides."""
-    return barrier(yard, ground_m)
-
-
 def _hall(context: Context, yard: Yard, ground_m: float) -> list[Part]:
     """Four walls with doors and windows, and a roof with beams and lamps."""
     sides = [_wall(yard, quarter, ground_m, windows=True) for quarter in range(4)]
@@ -133,7 +128,7 @@ def _roof(yard: Yard) -> list[Part]:
 
 SITES: Mapping[str, Site] = MappingProxyType(
     {
-        "yard": Site(_around),
+        "yard": Site(lambda _, yard, ground_m: barrier(yard, ground_m)),
         "depot": Site(_depot, ground=(0.62, 0.63, 0.66)),
         "hall": Site(
             _hall,

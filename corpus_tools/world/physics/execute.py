@@ -10,7 +10,6 @@ import numpy as np
 from corpus_tools.world.physics import (  # noqa: F401 - they register
     controller,
     driving_actions,
-    fork_actions,
     handling_actions,
     pose_actions,
 )
@@ -132,7 +131,8 @@ def execute(
             outcomes.append(_outcome(sim, step, controller.BEHAVIOURS[step.action](sim, argument)))
         except controller.ActionError as error:
             failure = controller.ActionError(error.what, where=_named(step), fix=error.fix)
-        steps.append(Step(step.action, ((_kind(step), _text(step)),), began, sim.time_s))
+        said = ((ACTIONS[step.action].argument, _text(step)),)
+        steps.append(Step(step.action, said, began, sim.time_s))
         if failure is not None:
             break
     if failure is None:
@@ -178,10 +178,6 @@ def _outcome(sim: controller.Simulation, step: ScriptStep, goal: controller.Goal
         float(np.rad2deg(np.abs(wrap(heading(orientation) - goal.yaw)))),
         float(np.rad2deg(sim.lean(goal.thing))),
     )
-
-
-def _kind(step: ScriptStep) -> str:
-    return ACTIONS[step.action].argument
 
 
 def _text(step: ScriptStep) -> str:

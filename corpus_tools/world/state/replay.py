@@ -65,8 +65,9 @@ def replay(context: Context, rate_hz: float) -> Recording:
             poses.append(
                 _moved(item, _knots(item.trajectory, begin), robot, forks, item.id == loaded_id)
             )
+    still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
     return Recording(
-        start=replace(context, objects=tuple(_at_start(item) for item in context.objects)),
+        start=replace(context, objects=tuple(still)),
         t_ns=t_ns,
         position=np.stack([pose.xyz for pose in poses], axis=1),
         orientation=upright(np.stack([pose.yaw for pose in poses], axis=1)),
@@ -102,10 +103,6 @@ class _Forks:
         held = np.maximum(self._in_load, LOW)
         height: FloatArray = np.where(np.isnan(self._in_load), free, held)
         return height
-
-
-def _at_start(item: PhysicalObject) -> PhysicalObject:
-    return replace(item, trajectory=at_rest(item.trajectory))
 
 
 def _still(trajectory: Trajectory, t: FloatArray) -> _Poses:

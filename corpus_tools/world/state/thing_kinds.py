@@ -87,28 +87,24 @@ register_kind(Kind("berm", ("berm",), (6.0, 2.5), (0.0, 1.4)))
 OTHER = register_kind(Kind("other", (), (1.0, 1.0), (0.0, 1.0)))
 """What no other kind's labels fit."""
 
-_SAME_AS = {
-    "lorry": "truck",
-    "boxes": "box",
-    "tires": "tire",
-    "man": "person",
-    "human": "person",
-    "rack": "shelf",
-    "operator": "person",
-    "drum": "barrel",
-    "fridge": "refrigerator",
-    "fridges": "refrigerator",
-    "refrigerators": "refrigerator",
-    "washer": "washing",
-    "machines": "machine",
-    "generators": "generator",
-    "brick": "bricks",
-    "signpost": "sign",
-    "tractor": "semi",
-    "mound": "berm",
-    "heap": "berm",
+_OTHER_WORDS = {
+    "truck": "lorry",
+    "box": "boxes",
+    "tire": "tires",
+    "person": "man human operator",
+    "shelf": "rack",
+    "barrel": "drum",
+    "refrigerator": "fridge fridges refrigerators",
+    "washing": "washer",
+    "machine": "machines",
+    "generator": "generators",
+    "bricks": "brick",
+    "sign": "signpost",
+    "semi": "tractor",
+    "berm": "mound heap",
 }
-"""Labels of other corpora, and ours for them."""
+"""Our labels, and those of other corpora that mean the same."""
+_SAME_AS = {other: ours for ours, others in _OTHER_WORDS.items() for other in others.split()}
 
 
 def kind_of(labels: Iterable[str]) -> Kind:

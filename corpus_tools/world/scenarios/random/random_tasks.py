@@ -196,10 +196,6 @@ def _slot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
     raise NoRoomError(carrier)
 
 
-def _lift(draft: Draft, kind: str) -> tuple[str, Steps]:
-    return "picks up {load}", ()
-
-
 def _drive(draft: Draft, kind: str) -> tuple[str, Steps]:
     name, title = _area(draft, "")
     middle = draft.region_box(name).middle
@@ -323,7 +319,7 @@ _SOURCES: dict[str, Callable[[Draft, str], tuple[str, str]]] = {
 }
 
 _GOALS: dict[str, Callable[[Draft, str], tuple[str, Steps]]] = {
-    "lift": _lift,
+    "lift": lambda _draft, _kind: ("picks up {load}", ()),
     "drive": _drive,
     "area": lambda draft, kind: _put_in(draft, kind, ""),
     "storage": lambda draft, kind: _put_in(draft, kind, "storage"),
