@@ -39,10 +39,7 @@ class ReadPlan:
 def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:
     """Make actions of steps.
 
-    Raises
-    ------
-    FormatError
-        If a step names what there isn't, or lacks what its action needs.
+    FormatError if a step names what there isn't, or lacks what its action needs.
     """
     state, actions = start, list[Action]()
     for number, step in enumerate(steps, start=1):

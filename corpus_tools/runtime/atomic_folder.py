@@ -105,10 +105,7 @@ def _put(new: Path, folder: Path) -> None:
 def recover(folder: Path) -> None:
     """Give a folder back that a program was replacing when it was killed, if there is one.
 
-    Raises
-    ------
-    FormatError
-        If another program is replacing it right now.
+    FormatError if another program is replacing it right now.
     """
     folder = _absolute(folder)
     if not folder.exists() and _left(folder, "old"):

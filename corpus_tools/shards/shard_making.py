@@ -70,48 +70,34 @@ def write_shards(
     import_pyarrow()
     out.mkdir(parents=True, exist_ok=True)
     with only_writer(out.absolute()):
-        return _write_shards(
-            corpora, out, options, workers=workers, size=size, on_progress=on_progress
-        )
-
-
-def _write_shards(
-    corpora: Sequence[str],
-    out: Path,
-    options: Options,
-    *,
-    workers: Workers,
-    size: int,
-    on_progress: OnProgress,
-) -> tuple[shard_files.Manifest, list[str]]:
-    _names_of_sets(options)  # an unknown name is an error before anything is read
-    if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
-        raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
-    wanted = PORTIONS if workers.scheduler else workers.jobs
-    of = -(-wanted // len(corpora))
-    portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
-    make = partial(_write_portion, out=out.absolute(), options=options, size=size)
-    made: dict[Portion, _Made] = {}
-    failures: dict[str, Exception] = {}
-    for done in work(make, portions, workers):
-        if done.result is not None:
-            made[done.item] = done.result
-        elif done.error is not None:
-            failures[done.item.corpus] = done.error
-        on_progress("making shards", len(made) + len(failures), len(portions))
-    whole = [made[p] for p in portions if p in made and p.corpus not in failures]
-    if not whole:
-        raise next(iter(failures.values()))
-    hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
-    sources = sum((m.sources for m in whole), Counter())
-    scenarios = set().union(*(m.scenarios for m in whole))
-    shards = [shard for m in whole for shard in m.shards]
-    manifest = manifest_of(hashes, sources, scenarios, shards, options)
-    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
-        path.unlink()
-    return shard_files.write_manifest(out, manifest), [
-        _line(name, error) for name, error in failures.items()
-    ]
+        _names_of_sets(options)  # an unknown name is an error before anything is read
+        if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
+            raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
+        wanted = PORTIONS if workers.scheduler else workers.jobs
+        of = -(-wanted // len(corpora))
+        portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
+        make = partial(_write_portion, out=out.absolute(), options=options, size=size)
+        made: dict[Portion, _Made] = {}
+        failures: dict[str, Exception] = {}
+        for done in work(make, portions, workers):
+            if done.result is not None:
+                made[done.item] = done.result
+            elif done.error is not None:
+                failures[done.item.corpus] = done.error
+            on_progress("making shards", len(made) + len(failures), len(portions))
+        whole = [made[p] for p in portions if p in made and p.corpus not in failures]
+        if not whole:
+            raise next(iter(failures.values()))
+        hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
+        sources = sum((m.sources for m in whole), Counter())
+        scenarios = set().union(*(m.scenarios for m in whole))
+        shards = [shard for m in whole for shard in m.shards]
+        manifest = manifest_of(hashes, sources, scenarios, shards, options)
+        for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
+            path.unlink()
+        return shard_files.write_manifest(out, manifest), [
+            _line(name, error) for name, error in failures.items()
+        ]
 
 
 def manifest_of(
@@ -152,18 +138,7 @@ def _line(corpus: str, error: Exception) -> str:
 
 
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
-    opened = _examples(portion.corpus, options.negatives, options.seed)
-    return _write_examples(opened, portion, out, options, size)
-
-
-def _write_examples(
-    hash_and_items: tuple[str, Sequence[Example]],
-    portion: Portion,
-    out: Path,
-    options: Options,
-    size: int,
-) -> _Made:
-    digest, items = hash_and_items
+    digest, items = _examples(portion.corpus, options.negatives, options.seed)
     made = _Made(digest, Counter(), set(), [])
     sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):

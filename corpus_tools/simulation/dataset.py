@@ -18,14 +18,13 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, tell
 from corpus_tools.simulation.seen_scenes import see
-from corpus_tools.simulation.simulated_workers import Worker, draw_workers
+from corpus_tools.simulation.wording import Worker, draw_workers
 from corpus_tools.world.scenarios.execution import log_scenario
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
-from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS, format_scenario
 from corpus_tools.world.scenarios.scenario_logs import is_logged
-from corpus_tools.world.scenarios.scenario_writing import format_scenario
 from g3.errors import CorpusError, FormatError
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import format_brackets

@@ -16,8 +16,7 @@ import numpy as np
 
 from corpus_tools.simulation.referring import name_place, refer
 from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
-from corpus_tools.simulation.simulated_workers import POLITE, Worker, misspell
-from corpus_tools.simulation.wording import Wording, clause
+from corpus_tools.simulation.wording import POLITE, Wording, Worker, clause, misspell
 from corpus_tools.world.state.robot_script import DRIVE_TO
 from g3.actions.forklift_actions import DRIVE_PAST, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError

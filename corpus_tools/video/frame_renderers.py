@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import CAMERAS, Camera
-from corpus_tools.video.drawing.canvas import Canvas, Image, open_canvas, sun_of
+from corpus_tools.video.drawing.canvas import Canvas, Image, sun_of
 from corpus_tools.video.drawing.composite import FINER, Composite
 from corpus_tools.video.drawing.drawn_moments import moving_objects
 from corpus_tools.video.drawing.pasted import Pasted
@@ -51,13 +51,14 @@ def open_frames(
     cameras = CAMERAS[camera](recording, size)
     shaded = quality == "standard" and sun_of(world.model) is not None
     best = quality == "high"
-    with open_canvas(
+    canvas = Canvas(
         world,
         canvas_size(size) if shaded else size,
         samples=SAMPLES if best else 0,
         shadow_size=SHADOW_SIZE if best else 1,
         moving=moving_objects(recording),
-    ) as canvas:
+    )
+    with closing(canvas):
         canvas.show(recording, 0)
         objects = canvas.objects(cameras[0], size)[::-1]
         if quality == "draft" and len(cameras) == 1:

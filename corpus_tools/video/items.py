@@ -65,10 +65,7 @@ Item: TypeAlias = ScenarioItem | ContextItem
 def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
     """Scenarios by their names or files; all of a dataset if none are given.
 
-    Raises
-    ------
-    FormatError
-        If one isn't there, or two have the same name.
+    FormatError if one isn't there, or two have the same name.
     """
     folder = dataset_folder(dataset)
     paths = [scenario_file(name, folder) for name in names] or scenario_files(folder).values()
@@ -83,13 +80,7 @@ def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
 
 
 def context_items(corpus: str) -> list[Item]:
-    """The contexts of a corpus.
-
-    Raises
-    ------
-    FormatError
-        If the corpus can't be read.
-    """
+    """The contexts of a corpus; FormatError if it can't be read."""
     return [
         ContextItem(key.replace("/", "-"), corpus, key)
         for key in sorted(open_corpus(corpus).contexts)
@@ -97,13 +88,7 @@ def context_items(corpus: str) -> list[Item]:
 
 
 def story_of(item: Item) -> Story:
-    """Read what an item stands for.
-
-    Raises
-    ------
-    FormatError
-        If something in it is wrong.
-    """
+    """Read what an item stands for; FormatError if something in it is wrong."""
     if isinstance(item, ContextItem):
         return _replayed(open_corpus(item.corpus).contexts[item.context_id], item.corpus)
     scenario = read_scenario(item.path)

@@ -65,14 +65,9 @@ def manifest(
     cameras: list[Camera],
     files: Mapping[str, bytes],
 ) -> bytes:
-    """The manifest's content.
+    """The manifest's content, of a recording sampled at the video's frames.
 
-    Parameters
-    ----------
-    recording
-        Sampled at the video's frames.
-    files
-        The other files of the folder by name.
+    `files` are the other files of the folder by name.
     """
     first, times = cameras[0], clock(recording, settings.fps)
     video_s, log_s = zip(*times, strict=True)

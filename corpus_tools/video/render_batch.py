@@ -43,12 +43,8 @@ def produce_all(
 ) -> Iterator[Outcome]:
     """Make all items' folders; one that fails doesn't stop the others.
 
-    Parameters
-    ----------
-    workers
-        Where; each process makes the same files as this one would.
-    on_frame
-        Given an item's name, what to call with its frames; only with one job.
+    Each process of the workers makes the same files as this one would. `on_frame` gives for an
+    item's name what to call with its frames; only with one job.
     """
     if workers == Workers():
         for item in items:

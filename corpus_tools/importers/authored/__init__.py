@@ -2,7 +2,6 @@
 
 ``docs/authored-corpora.md`` describes the files. Read
 :mod:`~corpus_tools.importers.authored.authored_files` first: what the files hold. Then read
-``authored_worlds`` (contexts with logs), ``authored_clauses`` (trees and groundings),
-``consistency`` (whether they fit the log) and ``authored_negatives`` (random groundings).
-``authored_corpus`` does it all.
+``authored_worlds`` (contexts with logs), ``authored_clauses`` (trees and groundings, and whether
+they fit the log) and ``authored_negatives`` (random groundings). ``authored_corpus`` does it all.
 """

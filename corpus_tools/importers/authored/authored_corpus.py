@@ -10,10 +10,15 @@ from pathlib import Path
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored import authored_files
-from corpus_tools.importers.authored.authored_clauses import Clauses, Groundings, read_clauses
+from corpus_tools.importers.authored.authored_clauses import (
+    Clauses,
+    Groundings,
+    check_clauses,
+    check_log,
+    read_clauses,
+)
 from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
 from corpus_tools.importers.authored.authored_worlds import World, read_world
-from corpus_tools.importers.authored.consistency import check_clauses, check_log
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document

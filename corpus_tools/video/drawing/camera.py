@@ -209,14 +209,9 @@ def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
 
 
 def _extent(recording: Recording) -> FloatArray:
-    """Corners of all that moves, at any moment, of what steps name, and of what is near that.
+    """Corners (n, 3) of all that moves, at any moment, of what steps name, and what is near that.
 
     Where nothing moves and there are no steps, of everything.
-
-    Returns
-    -------
-    FloatArray
-        Shape (n, 3).
     """
     start = recording.start
     named = {start.agent_id, *(value for step in recording.steps for _, value in step.arguments)}

@@ -5,8 +5,7 @@ Rows of all arrays run from the bottom up, as OpenGL has them, and so do rectang
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -74,10 +73,10 @@ class Rectangle:
 class Canvas:
     """A world's geometry in an OpenGL context, to draw pictures of it.
 
-    One canvas at a time can be open in a process; :func:`open_canvas` makes and frees it. It
-    changes the visual settings of the world's model. `size` is the width and height of the largest
-    picture in pixels, `samples` how many a pixel has (0 for one), `shadow_size` the width of the
-    shadow map in pixels, `moving` has the indices of the objects that move.
+    One canvas at a time can be open in a process; :meth:`close` frees it. It changes the visual
+    settings of the world's model. `size` is the width and height of the largest picture in pixels,
+    `samples` how many a pixel has (0 for one), `shadow_size` the width of the shadow map in pixels,
+    `moving` has the indices of the objects that move.
     """
 
     def __init__(
@@ -272,23 +271,6 @@ class Canvas:
         self.model.geom_group[:] = np.select(
             [~seen, shadowless, moves], [HIDDEN, BACKDROP, MOVING], STILL
         )
-
-
-@contextlib.contextmanager
-def open_canvas(
-    world: World,
-    size: tuple[int, int],
-    *,
-    samples: int = 0,
-    shadow_size: int = 1024,
-    moving: Iterable[int] = (),
-) -> Iterator[Canvas]:
-    """A :class:`Canvas` that is freed at the end."""
-    canvas = Canvas(world, size, samples=samples, shadow_size=shadow_size, moving=moving)
-    try:
-        yield canvas
-    finally:
-        canvas.close()
 
 
 def sun_of(model: mujoco.MjModel) -> int | None:

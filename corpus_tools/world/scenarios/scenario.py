@@ -50,25 +50,18 @@ def may_be_lifted(thing: Thing) -> bool:
 
 
 class Region(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A place.
-
-    Parameters
-    ----------
-    at, yaw_deg
-        Its middle and the direction of its first side.
-    size
-        Along and across that direction, in metres.
-    deck
-        Id of the object on whose deck it is; None for the ground.
-    name
-        What the map calls it; empty if it isn't on the map.
-    """
+    """A place."""
 
     at: Point
+    """Its middle."""
     size: Size = (2.0, 2.0)
+    """Along and across the direction of its first side, in metres."""
     yaw_deg: float = 0.0
+    """That direction."""
     deck: str | None = None
+    """Id of the object on whose deck it is; None for the ground."""
     name: str = ""
+    """What the map calls it; empty if it isn't on the map."""
 
 
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

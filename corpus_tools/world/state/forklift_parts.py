@@ -6,6 +6,7 @@ Its sizes are in :mod:`corpus_tools.world.state.dimensions`.
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.solids import box
@@ -36,12 +37,7 @@ def add_forklift(spec: mujoco.MjSpec, name: str, ground_m: float = 0.0) -> mujoc
     """
     body = spec.worldbody.add_body(name=name, pos=[0, 0, ground_m])
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
-    for joint, kind, axis in zip(
-        DRIVE_JOINTS,
-        (slide, slide, hinge),
-        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-        strict=True,
-    ):
+    for joint, kind, axis in zip(DRIVE_JOINTS, (slide, slide, hinge), np.eye(3), strict=True):
         body.add_joint(name=joint, type=kind, axis=axis)
     box(body, sizes.CHASSIS, mass=CHASSIS_KG)
     box(body, sizes.MAST, mass=0.0)
