@@ -1,11 +1,12 @@
-"""From a corpus in memory to the records of its files."""
+"""Making corpora, and from a corpus in memory to the records of its files."""
 
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TypeVar
 
 import msgspec
@@ -14,6 +15,7 @@ from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.trajectory_arrays import Arrays, pack
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
+from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
 from g3.short_repr import short_repr
@@ -232,3 +234,31 @@ def _sdcs(sdcs: Sequence[SDC]) -> tuple[records.SDCRecord, ...]:
     # The one empty tuple that the default is: Python 3.10 makes others of empty generators, and
     # msgspec leaves out only what is the default itself.
     return tuple(_sdc(child) for child in sdcs) or ()
+
+
+def merged(name: str, corpora: Sequence[Corpus]) -> Corpus:
+    """Put all that corpora hold into one, in their order; CorpusError if two have the same id."""
+    for what, ids in {
+        "context": chain.from_iterable(c.contexts for c in corpora),
+        "command": chain.from_iterable(c.commands for c in corpora),
+        "annotation": (a.id for c in corpora for a in c.annotations),
+        "judgment": (j.id for c in corpora for j in c.judgments),
+        "outcome": (o.id for c in corpora for o in c.outcomes),
+    }.items():
+        twice = next((name for name, count in Counter(ids).items() if count > 1), "")
+        if twice:
+            raise CorpusError(
+                f"two of the corpora have the {what} {twice!r}",
+                where=name,
+                fix="rename it in one of them",
+            )
+    return make_corpus(
+        name,
+        contexts=chain.from_iterable(c.contexts.values() for c in corpora),
+        commands=chain.from_iterable(c.commands.values() for c in corpora),
+        annotations=chain.from_iterable(c.annotations for c in corpora),
+        judgments=chain.from_iterable(c.judgments for c in corpora),
+        outcomes=chain.from_iterable(c.outcomes for c in corpora),
+        source="; ".join(dict.fromkeys(c.source for c in corpora)),
+        licence="; ".join(dict.fromkeys(c.licence for c in corpora)),
+    )

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.importers.authored.authored_files import Dataset
-from corpus_tools.importers.authored.authored_worlds import World, ends
+from corpus_tools.importers.authored.authored_files import Dataset, World, ends
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS, Utterance
 from g3.errors import FormatError, SDCError
 from g3.geometry.plane import convex_hull, point_gap

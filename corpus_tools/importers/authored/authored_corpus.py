@@ -17,8 +17,8 @@ from corpus_tools.importers.authored.authored_clauses import (
     check_log,
     read_clauses,
 )
+from corpus_tools.importers.authored.authored_files import World, read_world
 from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
-from corpus_tools.importers.authored.authored_worlds import World, read_world
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document

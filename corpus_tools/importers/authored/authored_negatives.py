@@ -13,8 +13,7 @@ from corpus_tools.importers.authored.authored_clauses import (
     fits_words,
     leaf_words,
 )
-from corpus_tools.importers.authored.authored_files import Dataset
-from corpus_tools.importers.authored.authored_worlds import World
+from corpus_tools.importers.authored.authored_files import Dataset, World
 from corpus_tools.world.scenarios.scenario import ROBOT
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, breadth_first, child_indices

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias, get_args
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.merging import merged
+from corpus_tools.corpus.encoding import merged
 from corpus_tools.corpus.start_headings import parse_heading
 from corpus_tools.importers.report import ImportReport
 from corpus_tools.importers.slu_core.automatic_corpus import (

@@ -8,7 +8,7 @@ import numpy as np
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
 from corpus_tools.video.drawing.drawn_moments import same_state
-from corpus_tools.video.drawing.moving_parts import moving_parts
+from corpus_tools.video.drawing.shadows import moving_parts
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray

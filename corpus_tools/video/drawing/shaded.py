@@ -16,8 +16,15 @@ import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import MOVING, Canvas, Depth, Image
-from corpus_tools.video.drawing.moving_parts import covering, with_shadow
-from corpus_tools.video.drawing.shadows import Float32Array, ShadowMap, Shadows, places, shade
+from corpus_tools.video.drawing.shadows import (
+    Float32Array,
+    ShadowMap,
+    Shadows,
+    covering,
+    places,
+    shade,
+    with_shadow,
+)
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray

@@ -9,7 +9,7 @@ from corpus_tools.world.looks.atlas import colour, patch
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import Part, box, disc, extruded, rod, tapered, turned
-from corpus_tools.world.looks.wheels import wheel
+from corpus_tools.world.looks.vehicles import wheel
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.forklift_parts import FORKS
 from corpus_tools.world.state.shapes import Shape

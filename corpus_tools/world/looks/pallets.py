@@ -11,7 +11,7 @@ import numpy as np
 from corpus_tools.world.looks.atlas import board, colour, patch
 from corpus_tools.world.looks.look_registry import drawn
 from corpus_tools.world.looks.parts import Part, box, inside, join, quad
-from corpus_tools.world.looks.wheels import tyre
+from corpus_tools.world.looks.vehicles import tyre
 from corpus_tools.world.state.dimensions import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.look_registry import look_of
+from corpus_tools.world.looks.site_looks import add_surroundings
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_JOINTS, FORKS, add_forklift
 from corpus_tools.world.state.recording import Recording, heading, upright

@@ -8,13 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from corpus_tools.world.physics.controller import ActionError, Goal, Simulation, behaviour
-from corpus_tools.world.physics.free_spots import axis_of, spots
 from corpus_tools.world.physics.room import (
     READY_MARGIN_M,
     STRAIGHT_MARGIN_M,
+    axis_of,
     boxes_of,
     load_rect,
     robot_outline,
+    spots,
 )
 from corpus_tools.world.planning.clearance import clearance
 from corpus_tools.world.planning.curves import Motion, end_of, poses_on

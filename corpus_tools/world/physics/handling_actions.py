@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.physics import free_spots, room
+from corpus_tools.world.physics import room
 from corpus_tools.world.physics.controller import ActionError, Goal, Load, Simulation, behaviour
 from corpus_tools.world.physics.driving_actions import SHIFT_COST, go
 from corpus_tools.world.physics.pacing import CAREFUL
@@ -64,7 +64,7 @@ def pick_up(sim: Simulation, thing: str) -> Goal:
     if not kind_of(sim.start.objects[sim.index(thing)].labels).carriable:
         raise ActionError(f"the forks can't lift {thing}")
     bottom = _bottom(sim, thing)
-    carrier = free_spots.carrier_under(sim, thing)
+    carrier = room.carrier_under(sim, thing)
     docking = _dock(sim, _to_pick(sim, thing, bottom), f"to {thing} to pick it up", carrier)
     sim.lift(bottom)
     sim.grip, sim.support = thing, carrier
@@ -90,7 +90,7 @@ def put_down(sim: Simulation, place: Place) -> Goal:
     """
     if sim.load is None:
         raise ActionError("nothing is on the forks to put down", fix="pick something up before")
-    support = free_spots.support_at(sim, place)
+    support = room.support_at(sim, place)
     where = f"to put {sim.load.id} down in {place.name or 'the place'}"
     docking = _dock(sim, _to_put(sim, sim.load, place, support), where, support.carrier)
     standing = support.height + sizes.ENTRY_HEIGHT - sizes.LOW
@@ -149,9 +149,7 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
     return found
 
 
-def _to_put(
-    sim: Simulation, load: Load, place: Place, support: free_spots.Support
-) -> list[_Docking]:
+def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) -> list[_Docking]:
     """From which sides the load can be put down in a place, as near to its middle as can be."""
     shape, boxes, height = sim.shape(load.id), room.boxes_of(sim), support.height
     rect = room.load_rect(load, shape)
@@ -163,7 +161,7 @@ def _to_put(
     for yaw in quarters(support.axis):
         entry = yaw - load.yaw
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
-        for shift in free_spots.spots(place, inside):
+        for shift in room.spots(place, inside):
             spot = centre(place.prism) + shift
             if not support.holds(spot):
                 continue
@@ -179,7 +177,7 @@ def _to_put(
                 final, run_out, boxes, room.FORKS_OUTLINE, room.forks_band(height + sizes.LOW)
             )
             if out and room.fits_straight(final, run_in, boxes, carried, band):
-                near = float(np.hypot(*shift)) <= free_spots.NUDGE_M + 1e-9
+                near = float(np.hypot(*shift)) <= room.NUDGE_M + 1e-9
                 at = xy - shift if near else xy
                 z = sim.ground_m + height - float(shape.low[2])
                 cost = run_in + run_out + SHIFT_COST * float(np.hypot(*shift))

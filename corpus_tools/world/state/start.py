@@ -12,7 +12,7 @@ import numpy as np
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.logged_actions import loaded
+from g3.actions.logged_actions import at_rest, loaded
 from g3.geometry.footprints import covers
 from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
@@ -29,7 +29,8 @@ def starting(context: Context) -> tuple[Context, str | None, float]:
     """
     held = loaded(context)
     ground = float(context.agent.trajectory.xyz[0, 2])
-    objects = {item.id: _at_start(item) for item in context.objects}
+    still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
+    objects = {item.id: item for item in still}
     loads = [item for item in objects.values() if kind_of(item.labels).carriable]
     for load in sorted(loads, key=lambda item: item.prism.z_min):
         if load.id != held:
@@ -64,11 +65,6 @@ def moved(item: PhysicalObject, by: FloatArray) -> PhysicalObject:
         prism=Prism(prism.xy + by[:2], prism.z_min + float(by[2]), prism.z_max + float(by[2])),
         trajectory=Trajectory(pose.t, pose.xyz + by, pose.yaw),
     )
-
-
-def _at_start(item: PhysicalObject) -> PhysicalObject:
-    pose = item.trajectory
-    return replace(item, trajectory=Trajectory(pose.t[:1], pose.xyz[:1], pose.yaw[:1]))
 
 
 def _support(load: PhysicalObject, objects: list[PhysicalObject], ground: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus_tools.importers.authored.authored_worlds import ends
+from corpus_tools.importers.authored.authored_files import ends
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
 from corpus_tools.world.scenarios.library import scenario_files

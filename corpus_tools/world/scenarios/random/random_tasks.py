@@ -134,7 +134,8 @@ def _load_on_deck(draft: Draft, carrier_kind: str, kind: str) -> tuple[str, str]
 
 def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
     """A truck or a trailer, one of the layout's or a new one, and a side that can be reached."""
-    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and not _used(draft, n)]
+    used = {*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())}
+    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
     if own and draft.rng.random() < 0.5:
         name = own[int(draft.rng.integers(len(own)))]
         return name, _free_side(draft, name)
@@ -146,11 +147,6 @@ def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
             except NoRoomError:
                 del draft.objects[name]
     raise NoRoomError(kind)
-
-
-def _used(draft: Draft, carrier: str) -> bool:
-    decks = [*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())]
-    return carrier in decks
 
 
 def _free_side(draft: Draft, carrier: str) -> int:
