@@ -11,6 +11,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from corpus_tools.logs import channels
+from corpus_tools.logs.channels import VERSION
 from corpus_tools.logs.foxglove import (
     INFO,
     FrameTransform,
@@ -67,7 +68,7 @@ def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) ->
         stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
     )
     writer.start(library=channels.LIBRARY)
-    writer.add_metadata(channels.LIBRARY, {"version": str(channels.VERSION), "name": name})
+    writer.add_metadata(channels.LIBRARY, {"version": str(VERSION), "name": name})
     writer.add_metadata(channels.METADATA, dict(sorted(metadata.items())))
     channel = {topic: _register(writer, topic) for topic in channels.CHANNELS}
     sequence = dict.fromkeys(channels.CHANNELS, 0)
